@@ -10,10 +10,11 @@ from ..runs.metrics import METRICS
 from ..runs.summary import SUMMARY
 
 RULE, BROKEN = "rule.", ".broken"  # worst value of a rule on watch; 1 where it was broken
+OWN = ("contact_resultant_min_n", "N", "least resultant of the cable on the sheave at the end of a tick")  # of sweeps
 NO_RULES: Mapping[str, str] = MappingProxyType({})
 OF_THE_MACHINE = ("realtime_factor", "compile_s", "start_s", "stepping_s")  # differ from run to run
-UNITS = {name: unit for name, unit, _ in (*SUMMARY, *METRICS) if name not in OF_THE_MACHINE}
-MEANINGS = {name: meaning for name, _, meaning in (*SUMMARY, *METRICS) if name in UNITS}
+UNITS = {name: unit for name, unit, _ in (*SUMMARY, OWN, *METRICS) if name not in OF_THE_MACHINE}
+MEANINGS = {name: meaning for name, _, meaning in (*SUMMARY, OWN, *METRICS) if name in UNITS}
 FIGURES = tuple(UNITS)
 
 

@@ -15,7 +15,7 @@ from typing import Any
 from ..errors import CableSimError
 from ..sim.flag_rules import FAILED
 from .cases import Case
-from .figures import RULE, numbers_of
+from .figures import OWN, RULE, numbers_of
 from .sweep_file import seeds_of
 
 COSTS = ("cpu_s", "simulated_s")  # cpu_s: of the machine; left out of comparisons
@@ -57,6 +57,7 @@ def simulate(case: Case) -> dict[str, Any]:
 def _run(case: Case) -> dict[str, Any]:
     from ..runs import offline
     from ..runs.settings import apply_to_scene
+    from ..runs.summary import after_start
 
     scene = apply_to_scene(_scene(case.scene), case.settings)
     if case.seed is not None:
@@ -72,6 +73,8 @@ def _run(case: Case) -> dict[str, Any]:
         step=case.step,
     )
     numbers = numbers_of(result.metrics)
+    if len(result.frames):
+        numbers[OWN[0]] = float(after_start(result.frames, result.metrics["skip_s"])[0]["contact_resultant"].min())
     rules = {rule["rule"]: rule["unit"] for rule in (result.metrics.get("rules") or {}).get("rules", ())}
     kept = {
         name: numbers[name] for name in numbers if not case.figures or name in case.figures or name.startswith(RULE)
