@@ -19,16 +19,7 @@ MAY = {  # floor: what it may import of ours; nothing of the product imports ver
     "plots": {"physics", "sim", "io", "runs", "spans", "plots"},
     "report": {"physics", "sim", "io", "runs", "spans", "plots", "report"},  # one HTML file of what was simulated
     "ros": {"physics", "sim", "io", "ros"},
-    "sweeps": {
-        "physics",
-        "sim",
-        "io",
-        "runs",
-        "plots",
-        "report",
-        "cli",
-        "sweeps",
-    },  # many runs, and what they say together
+    "sweeps": {"physics", "sim", "io", "runs", "plots", "report", "cli", "sweeps"},  # many runs, and what they say together
     "ensemble": {"physics", "sim", "io", "runs", "plots", "ros", "sweeps", "ensemble"},  # beside a node, or a recording
     "view": {"physics", "sim", "io", "runs", "plots", "ros", "view"},  # live view and film, in processes of their own
     "fmu": {"physics", "sim", "io", "runs", "fmu"},

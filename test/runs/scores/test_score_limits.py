@@ -100,9 +100,7 @@ def test_figures_are_judged_against_each_kind_of_limit():
         (one,) = judge(Limits(limits="x", quantities={"tension": QuantityLimits(**given)}), scores)
         return one.passed
 
-    assert passed(bias=1.01 * abs(bias)) and not passed(bias=0.99 * abs(bias)), (
-        "the magnitude of a negative bias counts"
-    )
+    assert passed(bias=1.01 * abs(bias)) and not passed(bias=0.99 * abs(bias)), "the magnitude of a negative bias counts"
     assert passed(gain=(1.09, 1.11)) and not passed(gain=(0.9, 1.09)) and not passed(gain=(1.11, 1.2))
     assert passed(coherence=0.99) and passed(correlation=1.0 - 1e-9)
     assert passed(peak_ratio=(1.09, 1.11)) and not passed(damage_ratio=(0.9, 1.0))
