@@ -104,7 +104,10 @@ def calibrate(bag, scene, free, mapping, motion, heave, winch, duration, signals
 
     given = settings_of(settings)
     asked = Options(
-        *(_named(name, one) for name, one in (("signal", signals), ("bias", bias), ("gain", gain), ("lag", lag))),
+        signals=_named("signal", signals),
+        bias=_named("bias", bias),
+        gain=_named("gain", gain),
+        lag=_named("lag", lag),
         max_lag=max_lag,
         hold_out=hold_out,
         profile=intervals == "profile",

@@ -33,7 +33,7 @@ Progress = Callable[[str, int], None]
 
 
 class Options(NamedTuple):
-    """What is fitted beside the free numbers, and how. bias, gain, lag: quantity (or all) -> prior deviation or None."""
+    """What is fitted beside the free numbers, and how. bias, gain, lag: quantity (or all) -> prior deviation, None."""
 
     signals: Mapping[str, float | None] = {}
     bias: Mapping[str, float | None] = {}
@@ -174,13 +174,14 @@ def calibrate(
     *,
     duration: float | None = None,
     plan: WinchPlan | None = None,
-    options: Options = Options(),
+    options: Options | None = None,
     progress: Progress = lambda what, runs: None,
 ) -> Calibration:
     """Fit the free numbers of a scene to measured signals under a motion; free: as of `free_of`.
 
     Raises CalibrateError, SceneError, TrialError (a tow within the ranges that cannot be simulated).
     """
+    options = options or Options()
     if options.profile:
         minuit()
     numbers = free_of(free, scene)
@@ -232,7 +233,7 @@ def _instruments(used: Mapping[str, Signal], options: Options) -> list[Nuisance]
         for name in asked:
             if name != "all" and name not in used:
                 raise CalibrateError(
-                    f"--{kind} {name}: is no signal that is fitted; {CONSEQUENCE}. Give one of {', '.join(used)}, or all"
+                    f"--{kind} {name}: is no signal that is fitted; {CONSEQUENCE}. Give one of {', '.join(used)} or all"
                 )
         for name, signal in used.items():
             if name not in asked and "all" not in asked:
@@ -263,9 +264,9 @@ def _fill(out: Calibration, problem: Problem, found: Fit, known: Confidence, int
         interval = intervals[k]
         number = k < len(problem.free)
         if number:
-            one = problem.free[k]
-            low, high = (None if end is None else one.at(end) for end in (interval.low, interval.high))
-            unit, start, value, limits = one.unit, one.start, one.at(float(found.x[k])), (one.low, one.high)
+            free = problem.free[k]
+            low, high = (None if end is None else free.at(end) for end in (interval.low, interval.high))
+            unit, start, value, limits = free.unit, free.start, free.at(float(found.x[k])), (free.low, free.high)
         else:
             other = problem.nuisances[k - len(problem.free)]
             low, high, unit = interval.low, interval.high, UNITS.get(other.kind, units[other.quantity])
@@ -357,8 +358,8 @@ def _judge(
             tell(
                 _reason(
                     "HOLD_OUT",
-                    f"{shown.quantity}: on the part held out the calibrated scene leaves {shown.calibrated.held[1]:.4g} "
-                    f"{shown.unit} rms, the scene as given {alone.held[1]:.4g}: what was fitted does not hold there",
+                    f"{shown.quantity}: calibrated, the scene leaves {shown.calibrated.held[1]:.4g} {shown.unit} rms "
+                    f"on the part held out, as given {alone.held[1]:.4g}: what was fitted does not hold there",
                     shown.quantity,
                 )
             )

@@ -6,8 +6,8 @@ together, that is too many still: the covariance is then that of the sums over b
 divided by the ratio of the two variances (Kent 1982, Biometrika 69, 19); it is never multiplied.
 
 The profile is of a response surface: curves of second order in the free numbers, of runs at the ends of the linear
-intervals and at their corners. Minuit (iminuit; James and Roos 1975, Comput. Phys. Commun. 10, 343) finds where it rises
-by the quantile of 95 %; the tow is simulated at each end again, and what it rises by is told.
+intervals and at their corners. Minuit (iminuit; James and Roos 1975, Comput. Phys. Commun. 10, 343) finds where it
+rises by the quantile of 95 %; the tow is simulated at each end again, and what it rises by is told.
 """
 
 from __future__ import annotations

@@ -10,7 +10,7 @@ with respect to the numbers central differences of two runs, STEP of the range t
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.optimize import least_squares
@@ -200,6 +200,21 @@ def noise_of(problem: Problem, x: np.ndarray) -> tuple[dict[str, float], dict[st
     return noise, correlated
 
 
+def _solve(problem: Problem, x: np.ndarray, scale: Mapping[str, float]) -> Any:
+    return least_squares(
+        lambda at: problem.weighted(at, scale),
+        x,
+        jac=lambda at: problem.weighted_slope(at, scale),
+        bounds=(problem.low, problem.high),
+        method="trf",
+        x_scale="jac",
+        ftol=FTOL,
+        xtol=XTOL,
+        gtol=1e-10,
+        max_nfev=MAX_TRIALS,
+    )
+
+
 def fit(problem: Problem, begin: np.ndarray | None = None) -> Fit:
     """Fit all parameters; the noise follows from the rest, in passes, where it is not stated."""
     x = problem.start() if begin is None else begin
@@ -210,18 +225,7 @@ def fit(problem: Problem, begin: np.ndarray | None = None) -> Fit:
     while passes < PASSES:
         passes += 1
         given = dict(scale)
-        solved = least_squares(
-            lambda at: problem.weighted(at, given),
-            x,
-            jac=lambda at: problem.weighted_slope(at, given),
-            bounds=(problem.low, problem.high),
-            method="trf",
-            x_scale="jac",
-            ftol=FTOL,
-            xtol=XTOL,
-            gtol=1e-10,
-            max_nfev=MAX_TRIALS,
-        )
+        solved = _solve(problem, x, given)
         x = np.clip(solved.x, problem.low, problem.high)
         noise, correlated = noise_of(problem, x)
         scale = {q: noise[q] * correlated[q] ** 0.5 for q in noise}

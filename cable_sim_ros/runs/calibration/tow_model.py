@@ -49,7 +49,7 @@ Curves = Mapping[str, Curve]
 
 
 class TowModel:
-    """A scene under a motion. `runs` and `cpu_s` count what was simulated; `window`: s from `origin` [ns] that count."""
+    """A scene under a motion. `runs` and `cpu_s`: what was simulated; `window`: s from `origin` [ns] that count."""
 
     def __init__(
         self,

@@ -1,0 +1,119 @@
+"""A fit finds what made a log, within intervals that hold for correlated rests; what it cannot know it says."""
+
+import numpy as np
+import pytest
+from made_tow import NUMBERS, TRUE, log, tow
+
+from cable_sim_ros.runs.calibration.confidence import QUANTILE, Surface, confidence, linear_intervals, profile
+from cable_sim_ros.runs.calibration.free import CalibrateError
+from cable_sim_ros.runs.calibration.least_squares import Nuisance, Problem, fit
+
+LAG = Nuisance("lag", "tension", None, -2.0, 2.0)
+BIAS = Nuisance("bias", "tension", None, -500.0, 500.0)
+
+
+def inside(interval, value):
+    return (interval.low is None or interval.low <= value) and (interval.high is None or value <= interval.high)
+
+
+def fitted(signals, nuisances=(LAG,), numbers=NUMBERS, simulate=tow):
+    problem = Problem(simulate, numbers, signals, nuisances)
+    found = fit(problem)
+    return problem, found, confidence(problem, found)
+
+
+@pytest.mark.parametrize("correlated", [0.0, 4.0], ids=["white", "correlated"])
+def test_known_numbers_are_within_their_intervals_as_often_as_they_say(correlated):
+    """20 seeds, 3 parameters each: fewer than 52 of 60 has a probability of 1 % at 95 %."""
+    hits = 0
+    for seed in range(20):
+        problem, found, known = fitted(log(seed, correlated, lag=0.3))
+        assert found.converged and not known.apart
+        true = [one.place(value) for one, value in zip(NUMBERS, TRUE)] + [0.3]
+        hits += sum(inside(a, b) for a, b in zip(linear_intervals(problem, found, known), true))
+    assert hits >= 52
+
+
+def test_a_rest_that_lasts_makes_intervals_wider():
+    white, lasting = (fitted(log(3, correlated))[2] for correlated in (0.0, 4.0))
+    assert lasting.independent["tension"] < 0.4 * white.independent["tension"]
+    assert lasting.deviation[0] > 1.5 * white.deviation[0]
+
+
+def test_the_profile_agrees_with_the_covariance_of_a_tow_that_hardly_bends():
+    pytest.importorskip("iminuit")
+    problem, found, known = fitted(log(1, lag=0.3))
+    linear, profiled = linear_intervals(problem, found, known), profile(problem, found, known)
+    for a, b in zip(linear, profiled):
+        half = 0.5 * (a.high - a.low)
+        assert abs(a.low - b.low) < 0.1 * half and abs(a.high - b.high) < 0.1 * half
+    rises = [rise for one in profiled[:2] for rise in one.rise]
+    assert rises == pytest.approx([1.0] * 4, abs=0.05)
+
+
+def test_the_profile_of_one_number_is_where_the_likelihood_rises():
+    """A signal that goes with the square: the exact profile is known."""
+    pytest.importorskip("iminuit")
+    from cable_sim_ros.runs.calibration.free import Free
+    from cable_sim_ros.runs.calibration.observed import Observed
+    from cable_sim_ros.runs.calibration.tow_model import Curve
+
+    def square(values):
+        return {"tension": Curve(lambda t: np.full(len(t), values[0] ** 2), lambda t: np.zeros(len(t)))}
+
+    t = np.arange(100.0)
+    value = 4.0 + 8.0 * np.random.default_rng(0).standard_normal(100)
+    problem = Problem(square, [Free("x", "", 1.0, 0.5, 5.0)], [Observed("tension", "N", t, value, 8.0, t < 200)])
+    found = fit(problem)
+    known = confidence(problem, found)
+    low, high = (problem.free[0].at(end) for end in profile(problem, found, known)[0][:2])
+    at = problem.free[0].at(float(found.x[0])) ** 2
+    half = (QUANTILE * known.inflation[0] * found.correlated["tension"] * 8.0**2 / 100.0) ** 0.5
+    assert low == pytest.approx((at - half) ** 0.5, rel=2e-3) and high == pytest.approx((at + half) ** 0.5, rel=2e-3)
+
+
+def test_what_cannot_be_told_apart_is_named():
+    problem, found, known = fitted(log(0), (BIAS, LAG))
+    assert any({"bias of tension", "drag"} <= set(group) for group in known.apart)
+    free = fitted(log(0, bias=20.0), (BIAS._replace(sd=10.0), LAG), NUMBERS[:1], lambda v: tow((v[0], 380.0)))
+    assert not free[2].apart
+    same = [NUMBERS[0], NUMBERS[0]._replace(key="other")]
+    _, _, known = fitted(log(0), (), same, lambda v: tow((v[0] + v[1] - 1.8, 380.0)))
+    assert known.apart == [("drag", "other")]
+
+
+def test_a_prior_is_a_residual():
+    numbers = [NUMBERS[0]._replace(mean=1.5, sd=1e-4), NUMBERS[1]]
+    problem, found, _ = fitted(log(0), (LAG,), numbers)
+    assert problem.values(found.x)[0] == pytest.approx(1.5, abs=1e-3)
+
+
+def test_a_bound_holds_and_a_number_without_effect_is_refused():
+    numbers = [NUMBERS[0]._replace(high=1.9), NUMBERS[1]]
+    problem, found, _ = fitted(log(0), (LAG,), numbers)
+    assert problem.values(found.x)[0] == pytest.approx(1.9, abs=1e-3)
+    nothing = Problem(lambda v: tow((v[0], 380.0)), NUMBERS, log(0))
+    with pytest.raises(CalibrateError, match="--free weight: has no effect on tension, body_depth in this tow"):
+        nothing.check_effect()
+
+
+def test_derivatives_are_those_of_the_rests():
+    problem = Problem(tow, NUMBERS, log(0), (BIAS, LAG, Nuisance("gain", "body_depth", 0.1, 0.2, 5.0)))
+    x = np.array([0.4, 0.5, 3.0, 0.2, 1.01])
+    scale = {"tension": 5.0, "body_depth": 0.2}
+    slope = problem.weighted_slope(x, scale)
+    for k in range(len(x)):
+        way = 1e-4 * np.eye(len(x))[k]
+        numeric = (problem.weighted(x + way, scale) - problem.weighted(x - way, scale)) / 2e-4
+        assert np.allclose(slope[:, k], numeric, rtol=1e-3, atol=1e-3 * np.abs(numeric).max())
+
+
+def test_the_surface_goes_through_the_runs_that_made_it():
+    problem, found, known = fitted(log(2))
+    surface = Surface(problem, found.x, np.full(3, 0.1))
+    for way in ([0.0, 0.0], [1.0, 0.0], [0.0, -1.0], [1.0, 1.0]):
+        x = np.array(found.x)
+        x[:2] = surface.centre + surface.scale * np.array(way)
+        for one in problem.signals:
+            exact = problem.rest(x, one, tow(problem.values(x)), one.fitted)
+            assert np.allclose(surface.rest(x, one), exact, atol=1e-8)
