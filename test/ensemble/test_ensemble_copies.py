@@ -1,6 +1,8 @@
 """Copies feel nothing of each other: alone, in company, with a look-ahead or after others are let go, the same bits."""
 
+import re
 from math import pi
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -128,6 +130,17 @@ def test_a_copy_that_is_given_up_is_named_and_too_many_are_no_band(scene, monkey
     bad.append(ensemble._sims[5])
     with pytest.raises(EnsembleEnded, match=r"2 of 10 copies were given up, the first \(drag = .*no band. Narrow the"):
         ensemble.run(20)
+
+
+def test_the_file_of_the_page_is_the_default_but_for_what_it_adds(tmp_path, scene):
+    page = (Path(__file__).parents[2] / "docs" / "ensemble.md").read_text("utf-8")
+    file = tmp_path / "mine.yaml"
+    file.write_text(re.search(r"```yaml\n(.*?)```", page, re.S)[1])
+    plan, usual = load_plan(file, {}, scene).model_dump(), EnsemblePlan().model_dump()
+    assert plan.pop("ensemble") == "mine" and set(plan.pop("ranges")) == {"towbody.mass"}
+    assert str(plan["ahead"].pop("winch")) == "0 hold, 20 rate -0.5"
+    del usual["ensemble"], usual["ranges"], usual["ahead"]["winch"]
+    assert plan == usual
 
 
 @pytest.mark.parametrize(
