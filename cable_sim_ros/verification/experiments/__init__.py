@@ -52,6 +52,8 @@ EXPERIMENTS = (
     "segments",
     "turbulence",
     "flume",
+    "full_scale",
+    "convergence",
     "drive",
     "load_cell",
     "layback",

@@ -30,7 +30,7 @@ MEASURED_CENTRE = (CENTRE[0], -0.008, CENTRE[1])
 ROUNDING = 0.01  # of the printed figures, where his simulation is as measured
 MOTION = "nbp1406_6dof_derived_1hz.csv"
 LEVER = (-36.8, 0.0, 3.7)  # m, of the sheave of full_scale from base_link
-SECONDS, SETTLING, SEEDS = 40.0, 6.0, 20
+SECONDS, SETTLING, RAMP, SEEDS = 40.0, 6.0, 5.0, 20
 CASES = {  # set-point; experiment's and Westin's volume [cm^3] and deviations [cm]; how far off his centroid was [cm]
     "no motion": ("hold", (4.82, 1.19, 0.78, 0.13), (7.76, 1.56, 1.23, 0.07), 0.48),
     "uncompensated": ("hold", (182.84, 2.73, 1.36, 0.88), (185.96, 2.14, 1.55, 0.97), 2.15),
@@ -109,41 +109,36 @@ def scene_of(algorithm: str, seed: int, choice: Choice) -> Scene:
         return override(load_scene("flume"), values)
 
 
+def moved(scene: Scene, seconds: float, choice: Choice | None) -> tuple[np.recarray, Simulator]:
+    """Tick outputs after the settling of a scene whose winch moves, None: stands, and the simulator at the end."""
+    sim = Simulator(scene)
+    sim.start()
+    tick, frames, pushed, level = scene.solver.tick, [], 0, (0.0, 0.0, 0.0)
+    if choice is not None:
+        times, curve = winch_motion(choice)
+        seconds = min(seconds, times[-1] - times[0] - SETTLING - 2.0)  # there is no more motion
+    count, block = round((SETTLING + seconds) / tick), 50
+    if choice is not None:
+        stamps = tick * np.arange(1, count + block + 5)
+        at = np.minimum(times[0] + stamps, times[-1])
+        x = np.clip(stamps / RAMP, 0.0, 1.0)
+        grown, rate = x**2 * (3.0 - 2.0 * x), 6.0 * x * (1.0 - x) / RAMP
+        place = grown[:, None] * curve(at)
+        speed = grown[:, None] * curve(at, 1) + rate[:, None] * curve(at)
+    for k in range(0, count, block):
+        while choice is not None and pushed < k + block + 4:
+            stamp, where, how_fast = round(stamps[pushed] * 1e9), tuple(place[pushed]), tuple(speed[pushed])
+            sim.push(ShipMotion(time_ns=stamp, position=where, velocity=how_fast, attitude=level, rate=level))
+            pushed += 1
+        frames.append(sim.run(min(block, count - k)).copy())
+    f = np.concatenate(frames).view(np.recarray)
+    return f[f.time > min(SETTLING, 0.2 * f.time[-1] * 1e-9) * 1e9], sim
+
+
 def trace(case: str, seconds: float, seed: int = 1, choice: Choice = CHOSEN) -> Trace:
     """The sphere in one of the four cases."""
     scene = scene_of(CASES[case][0], seed, choice)
-    sim = Simulator(scene)
-    sim.start()
-    tick = scene.solver.tick
-    moves, frames, block = case != "no motion", [], 50
-    times, curve = winch_motion(choice) if moves else (np.zeros(1), None)
-    if curve is not None:
-        seconds = min(seconds, times[-1] - times[0] - SETTLING - 2.0)  # there is no more motion
-    count = round((SETTLING + seconds) / tick)
-    stamps = tick * np.arange(1, count + block + 5)
-    if curve is not None:
-        at = np.minimum(times[0] + stamps, times[-1])
-        grown = np.clip(stamps / 5.0, 0.0, 1.0)
-        ramp, slope = grown**2 * (3.0 - 2.0 * grown), np.where(stamps < 5.0, 6.0 * grown * (1.0 - grown) / 5.0, 0.0)
-        place = ramp[:, None] * curve(at)
-        speed = ramp[:, None] * curve(at, 1) + slope[:, None] * curve(at)
-    pushed = 0
-    for k in range(0, count, block):
-        if curve is not None:
-            while pushed < k + block + 4:
-                sim.push(
-                    ShipMotion(
-                        time_ns=round(stamps[pushed] * 1e9),
-                        position=tuple(place[pushed]),
-                        velocity=tuple(speed[pushed]),
-                        attitude=(0.0, 0.0, 0.0),
-                        rate=(0.0, 0.0, 0.0),
-                    )
-                )
-                pushed += 1
-        frames.append(sim.run(min(block, count - k)).copy())
-    f = np.concatenate(frames).view(np.recarray)
-    f = f[f.time > min(SETTLING, 0.2 * f.time[-1] * 1e-9) * 1e9]
+    f, _ = moved(scene, seconds, None if case == "no motion" else choice)
     path = f.body_position - (np.asarray(scene.sheave.position) + (0.0, 0.0, scene.sheave.radius))
     deviations = 100.0 * np.sqrt(np.linalg.eigvalsh(np.cov(path.T))[::-1])
     track = 1e3 * float(np.std(f.payout_setpoint - f.payout))
