@@ -62,17 +62,18 @@ def case(files, fidelity, as_json) -> None:
     metavar="S",
     help="Seconds of each experiment in time; default: 10 of pulley, 300 of turbulence.",
 )
+@click.option("--quick", is_flag=True, help="Shorter runs and fewer choices made otherwise: all under a minute.")
 @click.option("--out", type=click.Path(file_okay=False, path_type=Path), help="Folder for plots and figures.")
 @report_option
 @json_option
-def validate(names, duration, out, report, as_json) -> None:
+def validate(names, duration, quick, out, report, as_json) -> None:
     """Repeat experiments of the source documents (default: all): measured, ours, allowed and who says so."""
     ready(out)
     from .experiments import run as run_experiment
     from .experiments.table import as_data, page, print_result
 
     with progress_bar(as_json) as progress:
-        results = [run_experiment(name, duration, progress) for name in names or EXPERIMENTS]
+        results = [run_experiment(name, duration, progress, quick) for name in names or EXPERIMENTS]
     data = [as_data(result) for result in results]
     if report is not None:
         from .experiments.report import write_report

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from importlib import import_module
+from inspect import signature
 from pathlib import Path
 from typing import NamedTuple
 
@@ -18,6 +19,17 @@ class Comparison(NamedTuple):
     allowed: float | None  # largest difference the source reports for its own model; None: not printed
     source: str
     why: str = ""  # what the difference comes from
+    simulated: float | None = None  # what the source's own simulation gives
+
+
+KEPT, MISSED, OPEN = "within", "MISSED", "nothing is allowed or measured"
+
+
+def verdict_of(row: Comparison) -> str:
+    """KEPT or MISSED; OPEN where the source gives no value or no difference."""
+    if row.measured is None or row.allowed is None:
+        return OPEN
+    return KEPT if abs(row.ours - row.measured) <= row.allowed else MISSED  # of what is no number: missed
 
 
 class Result(NamedTuple):
@@ -39,14 +51,25 @@ EXPERIMENTS = (
     "wake",
     "segments",
     "turbulence",
+    "flume",
+    "full_scale",
+    "convergence",
     "drive",
     "load_cell",
     "layback",
 )
 
 
-def run(name: str, duration: float | None, progress=lambda *_: None) -> Result:
-    """Run one experiment; duration: s, None: its own. Raises KeyError for an unknown name."""
+def run(name: str, duration: float | None, progress=lambda *_: None, quick: bool = False) -> Result:
+    """Run one experiment.
+
+    duration: s, None: its own; quick: shorter runs, fewer choices where it takes long.
+
+    Raises KeyError for an unknown name.
+    """
     if name not in EXPERIMENTS:
         raise KeyError(name)
-    return import_module(f".{name}", __name__).experiment(duration, progress)
+    experiment = import_module(f".{name}", __name__).experiment
+    if quick and "quick" in signature(experiment).parameters:
+        return experiment(duration, progress, quick=True)
+    return experiment(duration, progress)

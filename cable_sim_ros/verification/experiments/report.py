@@ -10,13 +10,23 @@ from ...report.parts import Card, Picture, Section, Table, Text, counted, unit
 from ...report.subject import typed
 from ...report.write import write_page
 from ...sim.flag_rules import FAILED, OK
-from . import Comparison, Result
+from . import KEPT, MISSED, OPEN, Result, verdict_of
 from .table import text
 
-KEPT, MISSED, OPEN = "within", "MISSED", "nothing is allowed or measured"
-KNOWN = {"name", "unit", "ours", "measured", "allowed", "source", "why"}
-HEAD = ("figure", "unit", "measured", "ours", "difference", "allowed", "verdict", "who says so", "why apart")
-NUMBERS = (2, 3, 4, 5)
+HEAD = (
+    "figure",
+    "unit",
+    "measured",
+    "source's simulation",
+    "ours",
+    "difference",
+    "allowed",
+    "verdict",
+    "who says so",
+    "why apart",
+)
+NUMBERS = (2, 3, 4, 5, 6)
+THEIRS = 3  # column of HEAD
 
 
 def write_report(results: Sequence[Result], path: Path, command: Sequence[str] = ()) -> Path:
@@ -55,13 +65,6 @@ def write_report(results: Sequence[Result], path: Path, command: Sequence[str] =
     )
 
 
-def verdict_of(row: Comparison) -> str:
-    """KEPT or MISSED; OPEN where the source gives no value or no difference."""
-    if row.measured is None or row.allowed is None:
-        return OPEN
-    return KEPT if abs(row.ours - row.measured) <= row.allowed else MISSED  # of what is no number: missed
-
-
 def _overview(results: Sequence[Result]) -> Table:
     rows, bad = [], []
     for k, result in enumerate(results):
@@ -76,18 +79,22 @@ def _overview(results: Sequence[Result]) -> Table:
 
 def _section(result: Result) -> Section:
     """Picture, table and choices of an experiment."""
-    more = [name for name in Comparison._fields if name not in KNOWN]  # as what the source's own simulation gave
     rows, bad = [], []
     for k, row in enumerate(result.rows):
         state = verdict_of(row)
         if state == MISSED:
             bad.append(k)
         apart = None if row.measured is None else row.ours - row.measured
-        cells = (text(row.measured, row), text(row.ours, row), text(apart), text(row.allowed))
-        others = (_cell(getattr(row, name)) for name in more)
-        rows.append((row.name, unit(row.unit), *cells, state if state != OPEN else "-", row.source, row.why, *others))
-    head = (*HEAD, *(name.replace("_", " ") for name in more))
-    kept = [k for k in range(len(head)) if k in NUMBERS or any(row[k] for row in rows)]  # no column without a word
+        theirs = text(row.simulated, row)
+        cells = (text(row.measured, row), theirs, text(row.ours, row), text(apart), text(row.allowed))
+        rows.append((row.name, unit(row.unit), *cells, state if state != OPEN else "-", row.source, row.why))
+    head = HEAD
+    with_theirs = any(row.simulated is not None for row in result.rows)
+    kept = [
+        k
+        for k in range(len(head))  # no column without a word
+        if (with_theirs if k == THEIRS else k in NUMBERS or any(row[k] for row in rows))
+    ]
     head, rows = tuple(head[k] for k in kept), [tuple(row[k] for k in kept) for row in rows]
     right = [k for k, of in enumerate(kept) if of in NUMBERS]
     found = Section(result.experiment, f"Experiment {result.experiment}")

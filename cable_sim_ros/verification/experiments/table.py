@@ -10,10 +10,10 @@ from typing import Any
 from rich.console import Console
 from rich.table import Table
 
-from . import Comparison, Result
+from . import OPEN, Comparison, Result, verdict_of
 
-COLUMNS = ("figure", "unit", "measured", "ours", "allowed", "who")  # measured: or printed, of a computation
-WHY = "why apart"
+COLUMNS = ("figure", "unit", "measured", "their simulation", "ours", "allowed", "verdict", "who", "why apart")
+NUMBERS = ("measured", "their simulation", "ours", "allowed")  # measured: or printed, of a computation
 
 
 def as_data(result: Result) -> dict[str, Any]:
@@ -31,14 +31,28 @@ def text(x: float | None, row: Comparison | None = None) -> str:
 
 
 def _columns(result: Result) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
-    """Heads and cells of the comparison; the reasons only where there are any."""
-
+    """Heads and cells of the comparison; the source's simulation, verdicts and reasons only where there are any."""
     rows = [
-        (r.name, r.unit, text(r.measured, r), text(r.ours, r), text(r.allowed), r.source, r.why) for r in result.rows
+        (
+            r.name,
+            r.unit,
+            text(r.measured, r),
+            text(r.simulated, r),
+            text(r.ours, r),
+            text(r.allowed),
+            "-" if verdict_of(r) == OPEN else verdict_of(r),
+            r.source,
+            r.why,
+        )
+        for r in result.rows
     ]
-    if any(r.why for r in result.rows):
-        return (*COLUMNS, WHY), rows
-    return COLUMNS, [row[:-1] for row in rows]
+    optional = {
+        "their simulation": any(r.simulated is not None for r in result.rows),
+        "verdict": any(verdict_of(r) != OPEN for r in result.rows),
+        "why apart": any(r.why for r in result.rows),
+    }
+    kept = [k for k, name in enumerate(COLUMNS) if optional.get(name, True)]
+    return tuple(COLUMNS[k] for k in kept), [tuple(row[k] for k in kept) for row in rows]
 
 
 def _choices(result: Result) -> tuple[str, ...]:
@@ -72,8 +86,9 @@ def page(results: Iterable[Result]) -> str:
     parts = [
         "# Experiments: every figure",
         "Made by `cable-sim validate --out DIR` as `DIR/validate.md`; do not edit. `measured` is what "
-        "the\nsource measured or printed, `allowed` the largest difference that it reports for its own model. In\n"
-        "`drive` `measured` is a closed form, and `allowed` a share of it.",
+        "the\nsource measured or printed, `their simulation` what its own model gave, `allowed` the largest\n"
+        "difference that it reports for its own model. In `drive` `measured` is a closed form, and `allowed`\n"
+        "a share of it. `-`: nobody measured it, or nobody says what is allowed.",
     ]
     for result in results:
         parts += [f"## {result.experiment}", *(result.tables() if result.tables else [markdown(result)])]
@@ -86,7 +101,7 @@ def print_result(result: Result) -> None:
     heads, rows = _columns(result)
     table = Table(title=result.experiment, title_justify="left")
     for name in heads:
-        table.add_column(name, justify="right" if name in ("measured", "ours", "allowed") else "left")
+        table.add_column(name, justify="right" if name in NUMBERS else "left")
     for row in rows:
         table.add_row(*row)
     console.print(table)
