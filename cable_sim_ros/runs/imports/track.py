@@ -9,6 +9,7 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from ...io.geodesy import on_plane
+from ...io.logs.log import LogError
 from ...io.sources.motion_curves import Given, Rounding, through
 from ..make_bags import EDGE as EDGE
 from ..make_bags import SPEED, derive
@@ -16,6 +17,7 @@ from .choice import Choice
 from .regular import Regular
 
 LONGEST_GAP = 10.0  # s, over which a mean track bridges positions
+STRAIGHT = np.radians(30.0)  # a heading that turns over more goes no straight way
 UNDER_WAY = 3.0  # times the deviation of the velocity: a mean above it has a direction
 
 
@@ -99,6 +101,8 @@ def around_mean(track: Track, choice: Choice) -> Found:
     )
     if places is None or not track.yaw:
         _add_waves(lines, at, heading, out)
+        if track.yaw and choice.track == "mean":
+            _fast_yaw(lines["yaw"], at, heading, out)
         return out
     names, (east, north) = places
     line = lines[names[0]]
@@ -118,9 +122,7 @@ def around_mean(track: Track, choice: Choice) -> Found:
     other = lines[names[1]]
     east, north = CubicSpline(line.t, east)(step), CubicSpline(other.t, north)(step)
     yaw = np.interp(step, lines["yaw"].t, lines["yaw"].value)
-    moved = derive(step, east, north, 0.5 * np.pi - yaw, np.zeros((len(step), 3)))
-    whole = np.arange(len(moved)) + step[0]
-    curves = CubicSpline(whole, moved[:, [0, 1, 5]])
+    whole, curves = _fast(step, east, north, yaw)
     when = np.clip(at, whole[0], whole[-1])
     value, rate = curves(when), curves(when, 1)
     left = np.array([-ahead[1], ahead[0]])
@@ -135,23 +137,56 @@ def around_mean(track: Track, choice: Choice) -> Found:
     return out
 
 
+def _fast(t: np.ndarray, east: np.ndarray, north: np.ndarray, yaw: np.ndarray) -> tuple[np.ndarray, CubicSpline]:
+    """Whole seconds [s], and a curve of surge, sway to starboard and clockwise yaw above 1/30 Hz."""
+    if t[-1] - t[0] <= 2.0 * EDGE + 1.0:
+        raise LogError(
+            f"--track mean takes {EDGE:g} s off at each end, and position and heading last {t[-1] - t[0]:.3g} s: "
+            f"nothing was imported. Give a longer log, or --track measured"
+        )
+    moved = derive(t, east, north, 0.5 * np.pi - yaw, np.zeros((len(t), 3)))
+    whole = np.arange(len(moved)) + t[0]
+    return whole, CubicSpline(whole, moved[:, [0, 1, 5]])
+
+
+def _fast_yaw(line: Regular, at: np.ndarray, heading: float, out: Found) -> None:
+    """The heading of a log without positions, for a straight track: what is above 1/30 Hz of it."""
+    if float(np.diff(line.t).max()) > LONGEST_GAP:
+        out.yaw[:], out.yaw_rate[:] = heading, 0.0
+        out.assumed.append(f"yaw: put at the mean, the heading has a gap above {LONGEST_GAP:g} s")
+        return
+    step = np.arange(line.t[0], line.t[-1], 1.0)
+    still = np.zeros(len(step))
+    whole, curves = _fast(step, still, still, np.interp(step, line.t, line.value))
+    when = np.clip(at, whole[0], whole[-1])
+    out.yaw, out.yaw_rate = heading - curves(when)[:, 2], -curves(when, 1)[:, 2]
+    out.inside = (at >= whole[0] + EDGE) & (at <= whole[-1] - EDGE)
+    out.assumed.append(
+        f"yaw: that above 1/30 Hz of the heading, which turns over {np.degrees(np.ptp(line.value)):.3g} deg in the "
+        f"log; {EDGE:g} s are left out at each end"
+    )
+
+
 def _dead_reckoned(track: Track, choice: Choice) -> Found:
     lines, at = track.lines, track.at
     out = _with_yaw(track, choice)
-    if "speed" not in lines or choice.speed is not None:
+    put_in = "speed" not in lines or choice.speed is not None
+    if put_in and not (track.yaw and np.ptp(out.yaw) > STRAIGHT):
         return around_mean(track, choice)
-    speed = np.interp(at, lines["speed"].t, lines["speed"].value)
-    way = np.interp(at, lines["course"].t, lines["course"].value) if "course" in lines else out.yaw
+    if put_in:
+        fixed = SPEED if choice.speed is None else choice.speed
+        speed, way = np.full(len(at), fixed), out.yaw
+        out.assumed.append(f"speed: {fixed:g} m/s along the heading put in for the ship's own")
+    else:
+        speed = np.interp(at, lines["speed"].t, lines["speed"].value)
+        way = np.interp(at, lines["course"].t, lines["course"].value) if "course" in lines else out.yaw
     out.velocity = np.column_stack([speed * np.cos(way), speed * np.sin(way)])
     steps = np.diff(at, prepend=at[0])
     middle = 0.5 * (out.velocity + np.vstack([out.velocity[:1], out.velocity[:-1]]))
     out.place = np.cumsum(middle * steps[:, None], axis=0)
-    out.given += ["speed", *(["course"] if "course" in lines else [])]
-    out.assumed.append(
-        f"position: not in the log, reckoned from speed and {'course' if 'course' in lines else 'heading'}; "
-        f"surge and "
-        f"sway of waves are not in it"
-    )
+    by = "course" if "course" in lines and not put_in else "heading"
+    out.given += [] if put_in else ["speed", *(["course"] if by == "course" else [])]
+    out.assumed.append(f"position: not in the log, reckoned from speed and {by}; surge and sway of waves are not in it")
     return out
 
 

@@ -51,6 +51,26 @@ def test_angles_without_a_position_are_reckoned_by_speed_or_go_along_the_mean_he
     assert told(done.assumed, "heave: not in the log") and told(done.assumed, "speed: 1 m/s along")
 
 
+def test_a_ship_that_turns_is_not_drawn_straight_but_by_choice(tmp_path):
+    """A circle in 90 s without position and speed: it goes where it points; --track mean takes the turn out."""
+    t = np.arange(0.0, 150.0, 0.5)
+    log = ship(tmp_path / "a.csv", t, h=4.0 * t + np.sin(0.9 * t), r=np.sin(t))
+    done, stamps, motion = imported(log, "heading h deg", "roll r deg")
+    way = np.diff(motion[:, :2], axis=0)
+    ahead = np.column_stack([np.cos(motion[1:, 5]), np.sin(motion[1:, 5])])
+    assert (way * ahead).sum() == pytest.approx(np.hypot(*way.T).sum(), rel=1e-4)
+    assert told(done.assumed, "speed: 2.2 m/s along the heading put in")
+    done, stamps, motion = imported(log, "heading h deg", "roll r deg", track="mean")
+    assert stamps[0] == pytest.approx(30.0, abs=0.03) and stamps[-1] == pytest.approx(119.0, abs=1.1)
+    fast = np.unwrap(motion[:, 5])
+    expected = np.radians(-np.sin(0.9 * stamps))
+    middle = (stamps > 60.0) & (stamps < 90.0)  # 30 s more: what the ends of the filter need
+    assert np.abs(fast - fast[middle].mean() - expected)[middle].max() < np.radians(0.15)
+    assert told(done.assumed, "yaw: that above 1/30 Hz of the heading, which turns over 599 deg")
+    with pytest.raises(LogError, match="--track mean takes 30 s off at each end, and position and heading last 59 s"):
+        imported(turning(tmp_path), *ANGLES, track="mean")
+
+
 def test_gaps_stay_gaps_for_height_and_for_position(tmp_path):
     """20 s without heave; 10 s later 5 s without a position, where a curve would run away."""
     t = np.arange(0.0, 120.0, 0.2)

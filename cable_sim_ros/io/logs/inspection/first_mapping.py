@@ -20,8 +20,8 @@ NAMES: tuple[tuple[str, str], ...] = (  # pattern of a field's name, word
     (r"^yaw(_rad|_deg)?$", "yaw"),
     (r"^heave_down(_m)?$", "heave_down"),
     (r"^heave(_m)?$", "heave"),
-    (r"^(lat|latitude)(_rad|_deg)?$", "latitude"),
-    (r"^(lon|long|longitude)(_rad|_deg)?$", "longitude"),
+    (r"^(lat|latitude|rawycoordinate|sensorycoordinate)(_rad|_deg)?$", "latitude"),
+    (r"^(lon|long|longitude|rawxcoordinate|sensorxcoordinate)(_rad|_deg)?$", "longitude"),
     (r"^(east|x)(_m)?$", "x"),
     (r"^(north|y)(_m)?$", "y"),
     (r"^(sog|sogn|speed_over_ground|speed)(_mps|_kn)?$", "speed"),
@@ -44,13 +44,18 @@ def first_mapping(log: Log, findings: list[Finding]) -> str:
         return head + find_mapping(ready).read_text("utf-8")
     entries: dict[str, dict[str, object]] = {}
     down = {one.where for one in findings if one.what == "heave_sign" and one.evidence["correlation"] < -0.7}
+    dead = {one.where for one in findings if one.what == "constant"}
+    given: set[str] = set()
     for source in sorted(log.sources.values(), key=len, reverse=True):
         for name in source.columns:
             word = _word(name)
+            if f"{source.name}.{name}" in dead:
+                continue  # 0 throughout is what a channel without a sensor has
             if word == "heave" and f"{source.name}.{name}" in down:
                 word = "heave_down"
-            if word is None or word in entries:
+            if word is None or WORDS[word].quantity in given:
                 continue
+            given.add(WORDS[word].quantity)
             entry: dict[str, object] = {"source": source.name, "field": name}
             unit = _unit(name, source.units.get(name, ""), word, f"{source.name}.{name}", findings)
             if unit:

@@ -135,6 +135,9 @@ def _of_entry(log, mapping, name, entry, found, ready, out) -> list[Signal]:
             if part.shape[1] >= CONSTANT and not np.ptp(part, axis=1).any():
                 assumed.append(f"{name}: {label} has {part[0, 0]:.6g} throughout, which no sensor gives; it is kept")
     time, values = _ordered(where, entry, time, values, out.said)
+    still = [one for one, row in zip(fields_of(entry), values) if len(row) >= CONSTANT and not np.ptp(row)]
+    if still and len(times) == 1:
+        assumed.append(f"{name}: {listed(still)} the same in all {values.shape[1]} records: constant, or no sensor")
     if ready:
         assumed.append(f"{name}: sign, unit and axes by the ready mapping {mapping.mapping}, not told for this device")
     label = f"{log.path}: {listed(kept_sources)}.{','.join(fields_of(entry))}"
