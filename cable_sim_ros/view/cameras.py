@@ -48,8 +48,11 @@ def followed(name: str, scene: Scene, moment: Moment) -> np.ndarray:
     return np.array(f["ship_position"]) * (1.0, 1.0, 0.0)
 
 
-def camera(name: str, scene: Scene, moment: Moment, body: tuple[float, float], hull: float) -> Camera:
-    """Where to look from. body: length and diameter of the towbody as drawn; hull: length of the ship [m]."""
+def camera(
+    name: str, scene: Scene, moment: Moment, body: tuple[float, float], hull: float, aspect: float = ASPECT
+) -> Camera:
+    """Where to look from. body: length and diameter of the towbody as drawn; hull: length of the ship [m]; aspect:
+    width over height of the picture."""
     forward = ahead(moment)
     starboard = np.array([forward[1], -forward[0], 0.0])
     up = np.array([0.0, 0.0, 1.0])
@@ -79,7 +82,7 @@ def camera(name: str, scene: Scene, moment: Moment, body: tuple[float, float], h
     along, high = points @ forward, points[:, 2]
     middle = 0.5 * (along.min() + along.max()) * forward + (0.5 * (high.min() + high.max())) * up
     wide, tall = np.ptp(along), np.ptp(high)
-    away = 0.5 * max(1.2 * tall, 1.25 * wide / ASPECT, 0.5 * hull) / tan(0.5 * FIELD)
+    away = 0.5 * max(1.2 * tall, 1.25 * wide / aspect, 0.5 * hull) / tan(0.5 * FIELD)
     return _towards(middle, starboard + 0.12 * forward + 0.13 * up, away, 0.0)
 
 

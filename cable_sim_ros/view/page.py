@@ -23,6 +23,7 @@ from .stage import Stage
 from .strips import scale, strips_of, thinned
 
 LOOPBACK = ("127.0.0.1", "localhost", "::1")
+SLIM, WIDE = 0.5, 2.5  # width over height of a window's picture, as far as the camera follows it
 WINDOW = 60.0  # s, of the strip charts
 CHARTS = 2.0  # Hz, of strip charts and figures
 NAMES = {name: name.capitalize() for name in CAMERAS}
@@ -178,6 +179,8 @@ class Page:
         first = self.server.initial_camera
         first.position, first.look_at, first.fov, first.near, first.far = view.eye, view.at, FIELD, view.near, view.far
         for one in [client] if client is not None else list(self.server.get_clients().values()):
+            aspect = min(max(float(one.camera.aspect), SLIM), WIDE)
+            view = camera(name, self.scene, moment, self.stage.body, self.stage.hull.length, aspect)
             with one.atomic():
                 one.camera.position, one.camera.look_at, one.camera.fov = view.eye, view.at, FIELD
                 one.camera.near, one.camera.far = view.near, view.far

@@ -322,8 +322,9 @@ class Stage:
         x, y = (np.linspace(-side, side, n) for side, n in zip(half, CELLS if name == "water" else (2, 2)))
         places = np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1).reshape(-1, 2)
         sheet.vertices = np.column_stack((places, np.zeros(len(places)))).astype(np.float32)
-        x, y = (cell * np.arange(-round(side / cell), round(side / cell) + 1) for side in half)
-        table = np.stack((*np.meshgrid(x, y, indexing="ij"), np.full((len(x), len(y)), LIFT * cell)), axis=-1)
+        lines = [cell * np.arange(-round(side / cell), round(side / cell) + 1) for side in half]
+        both = np.meshgrid(*lines, indexing="ij")
+        table = np.stack((*both, np.full_like(both[0], LIFT * cell)), axis=-1)
         grid.points = _lattice_lines(table)
 
     def _wave(self, moment: Moment, anchor: np.ndarray, middle: np.ndarray, reach: float, long: int) -> None:
