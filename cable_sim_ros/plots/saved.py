@@ -24,6 +24,6 @@ def save(figure: Figure, path: str | os.PathLike) -> Path:
     drawn = BytesIO()
     figure.savefig(drawn, format="png")
     with Image.open(drawn) as image:
-        few = image.convert("RGB").quantize(COLOURS, Image.Quantize.MEDIANCUT, dither=Image.Dither.NONE)
+        few = image.convert("RGB").quantize(COLOURS, Image.Quantize.MAXCOVERAGE, dither=Image.Dither.NONE)
     few.save(path, optimize=True)
     return path
