@@ -55,7 +55,7 @@ def canvas(
 
 def _legends(figure: Figure, foot: float) -> None:
     """Put the legends of the figure above its source, and the panels above them; foot: height of the source."""
-    renderer = figure.canvas.get_renderer()  # type: ignore[attr-defined]
+    renderer = figure.canvas.get_renderer()
     low = foot
     for legend in figure.legends:
         legend.set_in_layout(False)  # the layout leaves no room for one that is moved

@@ -17,7 +17,7 @@ POINTS = 4000  # of a line
 def draw_comparison(result: Comparison, path: Path) -> Path:
     """A and B, their difference, one row a quantity. RuntimeError where matplotlib is missing."""
     shown = [one for one in result.scores if one.pair is not None][:MOST]
-    with canvas(path, (15.0, 1.6 + 2.5 * len(shown))) as figure:
+    with canvas(path, (15.0, 1.9 + 2.5 * len(shown)), source="`cable-sim compare` of A and B") as figure:
         axes = figure.subplots(len(shown), 2, width_ratios=(1.6, 1.0), squeeze=False)
         verdict = result.verdict
         color = INK if verdict.state == OK else STAMP

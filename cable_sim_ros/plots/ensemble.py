@@ -20,7 +20,7 @@ def plot(
 ) -> Path:
     """Draw it. panels: name with unit, and low, median, high, recorded over ``seconds``; level: share that the band
     holds. RuntimeError where matplotlib is missing."""
-    with canvas(path, (15.0, 3.4 * len(panels)), title) as figure:
+    with canvas(path, (15.0, 3.4 * len(panels)), title, "perturbed copies of the tow") as figure:
         axes = np.atleast_1d(figure.subplots(len(panels), 1, sharex=True))
         for axis, (name, low, median, high, tow) in zip(axes, panels, strict=True):
             axis.fill_between(seconds, low, high, color=BAND, label=f"band, {100.0 * level:.3g} %")

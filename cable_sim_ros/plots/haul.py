@@ -187,7 +187,7 @@ def lengths(axes: Axes, run: RecordedRun) -> None:
     index = np.arange(len(time))
     first, last = np.maximum(index - half, 0), np.minimum(index + half + 1, len(time))
     rate = (total[last] - total[first]) / (last - first)
-    name = "rate, out positive [m/s]"
+    name = "rate out [m/s]"
     _twin(axes, "scope [m]", PURPLE, name, BLUE, rate, time, MIN_SPANS["rate"])
     _times(axes, run)
 

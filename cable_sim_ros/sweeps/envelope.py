@@ -181,9 +181,8 @@ def draw(title: str, cells: list[Cell], path: Path) -> Path:
     x, y = keys[0] if keys else "", keys[1] if len(keys) > 1 else ""
     rest = {key: cells[0].varied[key] for key in keys[2:]}
     kept = [cell for cell in cells if all(cell.varied[key] == value for key, value in rest.items())]
-    with canvas(path, (13.0, 4.6)) as figure:
-        heading = f"{title}{''.join(f', {key} = {value}' for key, value in rest.items())}"
-        figure.suptitle(heading, x=0.01, ha="left", weight="bold")
+    heading = f"{title}{''.join(f', {key} = {value}' for key, value in rest.items())}"
+    with canvas(path, (13.0, 5.0), heading, "`cable-sim envelope`: docs/sweeps.md") as figure:
         for axes, (name, words) in zip(figure.subplots(1, len(PANELS)), PANELS):
             _panel(axes, kept, name, x, y)
             axes.set_title(words)

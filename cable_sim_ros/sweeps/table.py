@@ -147,11 +147,9 @@ def _draw(title: str, figures: list[dict[str, Any]], path: Path) -> None:
 
     scopes, speeds = _axis(figures, SCOPE), _axis(figures, SPEED)
     other = sorted({_others(row) for row in figures})[0]
-    with canvas(path, (12.0, 4.8)) as figure:
+    heading = f"{title[0].upper()}{title[1:]}{', ' + other if other else ''}"
+    with canvas(path, (12.0, 5.2), heading, "`cable-sim table`, static tows") as figure:
         panels = figure.subplots(1, len(SHOWN))
-        figure.suptitle(
-            f"{title[0].upper()}{title[1:]}{', ' + other if other else ''}", x=0.01, ha="left", weight="bold"
-        )
         for panel, (name, words, unit, _) in zip(panels, SHOWN):
             for speed in speeds:
                 values = [_find(figures, scope, speed, other)[name] for scope in scopes]

@@ -234,21 +234,14 @@ def front(points: list[tuple[float, float]]) -> list[tuple[float, float]]:
 
 def plots(rows: list[Row], folder: Path) -> list[Path]:
     """One work-precision plot a scene, a point a setting; RuntimeError where matplotlib is missing."""
-    try:
-        import matplotlib
-        from matplotlib.backends.backend_agg import FigureCanvasAgg
-        from matplotlib.figure import Figure
-    except ImportError:
-        raise RuntimeError("matplotlib is not installed: no plot was drawn; install cable_sim_ros[viz]") from None
-    from ...plots.run import STYLE
-    from ...plots.saved import save
+    from ...plots.canvas import canvas
 
     made = []
     for scene in dict.fromkeys(r.scene for r in rows):
         mine = [r for r in rows if r.scene == scene and np.isfinite(r.cpu_s_per_sim_s)]
-        with matplotlib.rc_context(STYLE):
-            figure = Figure(figsize=(12.0, 5.0), dpi=100, facecolor="white", layout="constrained")
-            FigureCanvasAgg(figure)
+        path = folder / f"bench_{scene.lower()}.png"
+        title = f"{scene}: error over cost, a point a setting, lines the best of them"
+        with canvas(path, (13.0, 6.0), title, "`cable-sim bench`: docs/benchmarks.md") as figure:
             for axis, what in zip(figure.subplots(1, 2), ("error_tension", "error_position"), strict=True):
                 for name in dict.fromkeys(series(r) for r in mine):
                     points = sorted(
@@ -267,10 +260,8 @@ def plots(rows: list[Row], folder: Path) -> list[Path]:
                         )
                 unit = "m" if scene in METRES and what == "error_position" else "fraction"
                 axis.set_xlabel("CPU s per simulated s" if scene != "P1" else "CPU s")
-                axis.set_title(f"{scene}: {what.replace('_', ' of ')} [{unit}]")
+                axis.set_title(f"{what.replace('_', ' of ').capitalize()} [{unit}]")
             handles = axis.get_legend_handles_labels()
             figure.legend(*handles, loc="outside lower center", ncols=min(max(len(handles[0]), 1), MAX_NAMES))
-            path = folder / f"bench_{scene.lower()}.png"
-            save(figure, path)
         made.append(path)
     return made

@@ -83,7 +83,7 @@ def _plot(folder: Path, half: tuple[np.ndarray, np.ndarray], cell: LoadCell, mot
     t, force = half
     ours = cell.force(t, motion)
     path = folder / "load_cell.png"
-    with canvas(path, (10.0, 5.6)) as figure:
+    with canvas(path, (10.0, 5.9), source="winch and motion logs of R/V N.B. Palmer, NBP1406") as figure:
         upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=(3, 1))
         upper.set_title("Idle trawl winch of NBP1406: the half that was not fitted")
         upper.plot(t, force, lw=2.2, label="load cell")
