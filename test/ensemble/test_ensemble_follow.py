@@ -38,7 +38,8 @@ def test_copy_0_is_the_tow_and_the_band_is_about_it(followed):
     assert followed.members == 5 and len(followed.time) == 90 and not followed.notes and not followed.lost
     apart = np.abs(followed.nominal - followed.tow)
     assert column(apart, "body_depth").max() < 1e-3 and column(apart, "body_x").max() < 1e-3
-    assert column(apart, "tension").max() < 1e-3 * column(followed.tow, "tension").max()
+    least = column(apart, "tension").max() / column(followed.tow, "tension").max()
+    assert least < 1e-2, "the copies know the motion each tick of 50 ms only, the run between them too"
     assert (followed.low <= followed.median).all() and (followed.median <= followed.high).all()
     wide = followed.high - followed.low
     assert column(wide, "body_depth").mean() > 1.0 and column(wide, "tension").mean() > 10.0
