@@ -113,12 +113,12 @@ def _key(scene: str, settings: dict, seed: int | None, motion: ShipMotion, *rest
         *map(_content, (motion.bag, motion.rao)),
         *rest,
     ]
-    text = json.dumps([*what, __version__, _code()], sort_keys=True, default=str)
+    text = json.dumps([*what, __version__, code_of()], sort_keys=True, default=str)
     return hashlib.sha256(text.encode()).hexdigest()[:32]
 
 
 @lru_cache(maxsize=1)
-def _code() -> str:
+def code_of() -> str:
     """Hash of the program: a row of other code is another row."""
     found = hashlib.sha256()
     for file in sorted(path for path in CODE.rglob("*.py") if path.relative_to(CODE).as_posix().startswith(DECIDES)):

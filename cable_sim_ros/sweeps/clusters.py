@@ -3,16 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
+from logging import CRITICAL
+from typing import Any
 
-from ..errors import CableSimError
+from .dask_executor import ClusterError, DaskExecutor
 from .engine import Make, processes, workers_of
 from .store import EXTRA
 from .worker import ONE_THREAD
 
 
-class ClusterError(CableSimError, ValueError):
-    """A cluster that cannot be reached or is not installed."""
+SETTINGS = {  # of Dask
+    "distributed.scheduler.allowed-failures": 0,  # the engine runs alone what was lost with a worker
+    "distributed.worker.memory.terminate": False,  # the engine gives no worker more than a case; see MEMORY
+    "distributed.worker.memory.pause": False,  # a paused worker would keep its case without end
+    "distributed.worker.memory.spill": False,
+    "distributed.worker.memory.target": False,
+}
 
 
 @contextmanager
@@ -23,15 +30,23 @@ def executors(cluster: str | None, workers: int | None) -> Iterator[tuple[Make, 
         yield lambda: processes(count), count
         return
     try:
-        from distributed import Client, LocalCluster
+        import dask
+        from distributed import Client
     except ImportError:
         raise ClusterError(
             f"--cluster {cluster}: dask.distributed is not installed; nothing was simulated. {EXTRA}"
         ) from None
-    count = workers_of(workers)
     if cluster == "local":
-        held = LocalCluster(n_workers=count, threads_per_worker=1, processes=True, dashboard_address=None)
-    elif cluster == "slurm":
+        count = workers_of(workers)
+        with dask.config.set(SETTINGS):
+            local = _Local(count)
+            try:
+                yield local.executor, count
+            finally:
+                local.close()
+        return
+    held = None
+    if cluster == "slurm":
         try:
             from dask_jobqueue import SLURMCluster
         except ImportError:
@@ -39,11 +54,8 @@ def executors(cluster: str | None, workers: int | None) -> Iterator[tuple[Make, 
                 "--cluster slurm: dask-jobqueue is not installed; nothing was simulated. pip install dask-jobqueue, "
                 "and describe the queue in its jobqueue.yaml"
             ) from None
-        count = workers or 1
         held = SLURMCluster(cores=1, processes=1, job_script_prologue=[f"export {name}=1" for name in ONE_THREAD])
-        held.scale(count)
-    else:
-        held = None
+        held.scale(workers or 1)
     try:
         try:
             client = Client(held if held is not None else cluster, timeout=20)
@@ -53,9 +65,49 @@ def executors(cluster: str | None, workers: int | None) -> Iterator[tuple[Make, 
                 "tcp://HOST:PORT of a scheduler that runs"
             ) from None
         with client:
-            if held is None:
-                count = workers or max(1, len(client.scheduler_info()["workers"]))
-            yield lambda: client.get_executor(pure=False, retries=2), count
+            threads = client.nthreads()
+            if wide := [name for name, count in threads.items() if count != 1]:
+                raise ClusterError(
+                    f"--cluster {cluster}: worker {wide[0]} has {threads[wide[0]]} threads, and a worker simulates "
+                    "one case at a time; nothing was simulated. Start workers with --nthreads 1"
+                )
+            yield lambda: DaskExecutor(client), workers or max(1, len(threads))
     finally:
         if held is not None:
             held.close()
+
+
+class _Local:
+    """A cluster of this machine: separate processes, started again where they die; made anew where it is useless."""
+
+    def __init__(self, count: int) -> None:
+        self.count = count
+        self._open: tuple[Any, Any] | None = None
+        self._last: DaskExecutor | None = None
+
+    def executor(self) -> DaskExecutor:
+        """On the cluster, which starts with the first."""
+        from distributed import Client, LocalCluster
+
+        if self._last is not None and self._last.useless:
+            self.close()
+        if self._open is None:
+            held = LocalCluster(
+                n_workers=self.count,
+                threads_per_worker=1,
+                processes=True,
+                dashboard_address=None,
+                memory_limit=0,
+                silence_logs=CRITICAL,
+                env=dict.fromkeys(ONE_THREAD, "1"),
+            )
+            self._open = Client(held, timeout=60), held
+        self._last = DaskExecutor(self._open[0], own=True)
+        return self._last
+
+    def close(self) -> None:
+        """End the processes."""
+        for one in self._open or ():
+            with suppress(Exception):  # what is gone need not be closed
+                one.close()
+        self._open = self._last = None

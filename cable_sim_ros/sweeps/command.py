@@ -75,6 +75,7 @@ def summary(swept: Swept) -> dict[str, Any]:
     """What is said of a sweep: cases by verdict, reasons of failures with their number, cost."""
     states = Counter(row["verdict"] for row in swept.rows)
     errors = Counter(row["error"] for row in swept.rows if row["error"])
+    warnings = Counter(row["warnings"] for row in swept.rows if row["warnings"])
     simulated = sum(row["simulated_s"] for row in swept.rows)
     code = CODE_FAILED if states["failed"] else CODE_DOUBTFUL if states["doubtful"] else CODE_OK
     return {
@@ -83,6 +84,7 @@ def summary(swept: Swept) -> dict[str, Any]:
         "computed": swept.computed,
         "verdicts": dict(states),
         "errors": dict(errors.most_common(20)),
+        "warnings": dict(warnings.most_common(20)),
         "faults": len(swept.faults),
         "damaged_parts": swept.damaged,
         "simulated_s": simulated,
@@ -103,6 +105,8 @@ def _tell(figures: dict[str, Any]) -> None:
         )
     for error, count in figures["errors"].items():
         click.echo(f"failed {count} x: {error}", err=True)
+    for text, count in figures["warnings"].items():
+        click.echo(f"warning in {count} runs: {text}", err=True)
     for name in figures["damaged_parts"]:
         click.echo(f"warning: rows/{name} cannot be read: set aside, its cases were computed again", err=True)
     for path in figures["files"]:

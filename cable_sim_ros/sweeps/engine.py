@@ -14,6 +14,7 @@ from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future
 from itertools import islice
 from typing import Any
 
+from ..errors import CableSimError
 from ..sim.flag_rules import FAILED
 from .cases import Case
 from .worker import one_thread, simulate
@@ -102,7 +103,7 @@ def _alone(case: Case, executor: Executor, make: Make) -> tuple[dict[str, Any], 
 def _row(future: Future, case: Case) -> dict[str, Any]:
     try:
         return future.result()
-    except BrokenExecutor:
+    except (BrokenExecutor, CableSimError):  # of the executor: a mistake of a case is in its row
         raise
     except Exception as error:  # a fault of the program, or of a cluster, in one case: the others go on
         return failed(case, f"{FAULT}{type(error).__name__}: {error}")

@@ -17,6 +17,7 @@ from ..limits import LONGEST_RUN
 from ..physics.heave_compensation import SetpointLaw
 from ..physics.parameter import REQUIRED, Block, quantity
 from ..runs.settings import apply_to_scene, of_intake
+from ..runs.sources import in_the_sea
 from ..sim.problem import Problem
 from ..sim.scene import Scene
 from .figures import FIGURES
@@ -172,6 +173,11 @@ def checked(data: Mapping[str, Any], origin: str) -> SweepPlan:
 
 
 def _fitting(plan: SweepPlan, origin: str) -> SweepPlan:
+    with in_the_sea(all(motion.rao is not None for motion in plan.motions)):
+        return _checked(plan, origin)
+
+
+def _checked(plan: SweepPlan, origin: str) -> SweepPlan:
     base = load_scene(plan.scene)
     firsts = {key: one.first if isinstance(one, Steps) else one[0] for key, one in plan.grid.items()}
     firsts |= {key: limits.low for key, limits in (plan.samples.ranges if plan.samples else {}).items()}

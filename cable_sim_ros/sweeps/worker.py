@@ -57,11 +57,13 @@ def simulate(case: Case) -> dict[str, Any]:
 def _run(case: Case) -> dict[str, Any]:
     from ..runs import offline
     from ..runs.settings import apply_to_scene
+    from ..runs.sources import in_the_sea
     from ..runs.summary import after_start
 
-    scene = apply_to_scene(_scene(case.scene), case.settings)
-    if case.seed is not None:
-        scene = apply_to_scene(scene, {key: case.seed for key in seeds_of(scene)})
+    with in_the_sea(case.motion.rao is not None):
+        scene = apply_to_scene(_scene(case.scene), case.settings)
+        if case.seed is not None:
+            scene = apply_to_scene(scene, {key: case.seed for key in seeds_of(scene)})
     result = offline.run(
         scene,
         case.motion.bag,

@@ -3,6 +3,7 @@
 import json
 import os
 import signal
+import warnings
 from concurrent.futures import BrokenExecutor, Executor, Future
 from math import log
 
@@ -14,6 +15,7 @@ from cable_sim_ros.sweeps.engine import FAULT, processes, rows_of, workers_of
 from cable_sim_ros.sweeps.store import Store
 from cable_sim_ros.sweeps.sweep import sweep
 from cable_sim_ros.sweeps.sweep_file import SweepError, checked, count_of, load_sweep
+from cable_sim_ros.sweeps.worker import simulate
 
 SHORT = {"sweep": "short", "scene": "flume", "duration": 0.5, "grid": {"winch.scope": [0.9, 1.0, 99999.0]}}
 COSTS = ("cpu_s",)
@@ -200,3 +202,16 @@ def test_the_data_set_has_units_and_what_was_varied(swept, tmp_path):
         assert read["verdict"].values.tolist()[2] == "failed"
         assert json.loads(read.attrs["sweep"])["scene"] == "flume"
     assert csv.read_text("utf-8").startswith("case,")
+
+
+@pytest.mark.parametrize("motion, told", [({"rao": "simple"}, False), ({"heave": [0.1, 6.0]}, True)])
+def test_a_row_says_when_the_waves_do_not_move_the_ship(motion, told):
+    sea = {"water.waves.kind": "jonswap", "water.waves.period": 7.0, "water.waves.height": 1.0}
+    plan = {"sweep": "sea", "scene": "side_scan", "duration": 0.5, "motions": [motion], "settings": sea, "seeds": 1}
+    with warnings.catch_warnings(record=True) as of_the_file:
+        warnings.simplefilter("always")
+        (case,) = cases_of(checked(plan, "here"))
+    row = simulate(case)
+    of_the_file = " ".join(str(one.message) for one in of_the_file)
+    assert ["independent" in text for text in (of_the_file, row["warnings"])] == [told, told]
+    assert row["verdict"] != "failed"
