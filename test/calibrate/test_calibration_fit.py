@@ -6,7 +6,7 @@ from made_tow import NUMBERS, TRUE, log, tow
 
 from cable_sim_ros.runs.calibration.confidence import QUANTILE, Surface, confidence, linear_intervals, profile
 from cable_sim_ros.runs.calibration.free import CalibrateError
-from cable_sim_ros.runs.calibration.least_squares import Nuisance, Problem, fit
+from cable_sim_ros.runs.calibration.least_squares import Nuisance, Problem, fit, scales
 
 LAG = Nuisance("lag", "tension", None, -2.0, 2.0)
 BIAS = Nuisance("bias", "tension", None, -500.0, 500.0)
@@ -68,7 +68,7 @@ def test_the_profile_of_one_number_is_where_the_likelihood_rises():
     known = confidence(problem, found)
     low, high = (problem.free[0].at(end) for end in profile(problem, found, known)[0][:2])
     at = problem.free[0].at(float(found.x[0])) ** 2
-    half = (QUANTILE * known.inflation[0] * found.correlated["tension"] * 8.0**2 / 100.0) ** 0.5
+    half = (QUANTILE * known.inflation[0] / 100.0) ** 0.5 * scales(problem, found.noise, found.correlated)["tension"]
     assert low == pytest.approx((at - half) ** 0.5, rel=2e-3) and high == pytest.approx((at + half) ** 0.5, rel=2e-3)
 
 

@@ -22,7 +22,7 @@ from scipy.stats import t as student
 
 from ..scores.intervals import LEVEL, blocks
 from .free import CalibrateError
-from .least_squares import Fit, Problem
+from .least_squares import Fit, Problem, scales
 from .observed import Observed
 
 QUANTILE = float(chi2.ppf(LEVEL, 1))
@@ -168,7 +168,7 @@ def profile(
     make = minuit()
     half = QUANTILE**0.5 * known.deviation
     surface = Surface(problem, found.x, half)
-    scale = {q: found.noise[q] * found.correlated[q] ** 0.5 for q in found.noise}
+    scale = scales(problem, found.noise, found.correlated)
 
     def cost(x: np.ndarray) -> float:
         parts = [surface.rest(x, one) / scale[one.quantity] for one in problem.signals]

@@ -14,6 +14,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.optimize import least_squares
+from scipy.stats import t as student
 
 from ..scores.intervals import correlation_time
 from .free import CalibrateError, Free
@@ -25,7 +26,7 @@ PASSES = 4  # of the noise, which follows from the rest
 SAME = 0.1  # change of the weights that needs no other pass
 FTOL, XTOL = 1e-5, 1e-4  # a twentieth of a standard deviation of 300 samples; of the range
 MAX_TRIALS = 40  # of a pass
-NO_EFFECT = 1e-10  # of the signal
+NO_EFFECT = 1e-6  # of the signal, by a step to both sides: less is what a static start leaves
 FLOOR = 1e-6  # of the spread of a signal: no instrument is better
 KINDS = ("bias", "gain", "lag")
 MAX_GAIN = (0.2, 5.0)
@@ -200,6 +201,17 @@ def noise_of(problem: Problem, x: np.ndarray) -> tuple[dict[str, float], dict[st
     return noise, correlated
 
 
+def scales(problem: Problem, noise: Mapping[str, float], correlated: Mapping[str, float]) -> dict[str, float]:
+    """What each rest is divided by: noise times the root of the samples that count as one, wider where few are left to
+    know both from (quantile of Student's t over that of the normal distribution)."""
+    out = {}
+    for one in problem.signals:
+        worth = float(one.fitted.sum()) / correlated[one.quantity]
+        wide = float(student.ppf(0.975, max(1.0, worth - 1.0)) / student.ppf(0.975, np.inf))
+        out[one.quantity] = noise[one.quantity] * correlated[one.quantity] ** 0.5 * wide
+    return out
+
+
 def _solve(problem: Problem, x: np.ndarray, scale: Mapping[str, float]) -> Any:
     return least_squares(
         lambda at: problem.weighted(at, scale),
@@ -228,7 +240,7 @@ def fit(problem: Problem, begin: np.ndarray | None = None) -> Fit:
         solved = _solve(problem, x, given)
         x = np.clip(solved.x, problem.low, problem.high)
         noise, correlated = noise_of(problem, x)
-        scale = {q: noise[q] * correlated[q] ** 0.5 for q in noise}
+        scale = scales(problem, noise, correlated)
         change = max(abs(scale[q] / given[q] - 1.0) for q in scale)
         alone = len(problem.signals) == 1 and not len(problem.priors(x)[0])
         if not solved.status > 0 or change < SAME or alone or first:  # the weight of one signal alone changes nothing

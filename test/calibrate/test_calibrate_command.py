@@ -1,0 +1,156 @@
+"""`cable-sim calibrate` on a log made from a run of the product with other numbers; what it refuses; what it writes."""
+
+import json
+import warnings
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+from cable_sim_ros.cli import commands
+from cable_sim_ros.io.logs.own_signals import signals_of_frames
+from cable_sim_ros.io.scenes.load import load_scene, override
+from cable_sim_ros.runs import offline
+from cable_sim_ros.runs.calibration.free import keys_of, value_of
+from cable_sim_ros.runs.calibration.write_scene import text_with
+from cable_sim_ros.sim.simulator import Simulator
+
+DRAG = "cable.sections.armoured.drag_amplification"
+TRUE = 2.0
+ENTRIES = {
+    "tension": "  tension: {source: table, field: tension, unit: N}",
+    "depth": "  body_depth: {source: table, field: depth, unit: m}",
+}
+
+
+@pytest.fixture(autouse=True)
+def quiet(monkeypatch):
+    monkeypatch.setattr(warnings, "showwarning", warnings.showwarning)  # main() replaces it
+    monkeypatch.setattr(warnings, "filters", [("ignore", None, Warning, None, 0)])
+
+
+def call(*arguments):
+    return CliRunner().invoke(commands.main, ["calibrate", *map(str, arguments)])
+
+
+def write(folder, time, **columns):
+    rows = np.column_stack([time, *columns.values()])
+    lines = [",".join(["t_s", *columns]), *(",".join(f"{value:.9g}" for value in row) for row in rows)]
+    (folder / "log.csv").write_text("\n".join(lines) + "\n")
+    (folder / "map.yaml").write_text("\n".join(["mapping: made", "signals:", *(ENTRIES[name] for name in columns), ""]))
+    return folder / "log.csv", "--mapping", folder / "map.yaml", "--scene", "side_scan"
+
+
+@pytest.fixture
+def steady(tmp_path):
+    """Five minutes of tension and depth of a static tow with another drag."""
+    sim = Simulator(override(load_scene("side_scan"), {DRAG: TRUE}))
+    sim.start()
+    shown = {
+        one.quantity: float(one.value[0]) for one in signals_of_frames(np.array([sim.frame]).view(np.recarray), "")
+    }
+    rng, t = np.random.default_rng(5), np.arange(0.0, 600.0, 0.5)
+    tension = shown["tension"] + 8.0 * rng.standard_normal(len(t))
+    depth = shown["body_depth"] + 0.5 * rng.standard_normal(len(t))
+    return write(tmp_path, t, tension=tension, depth=depth)
+
+
+def test_a_run_with_another_drag_is_found_with_noise_and_latency(tmp_path):
+    """Latency 0.3 s, noise 5 N: the interval holds the drag that made the log, and the lag."""
+    pytest.importorskip("iminuit")
+    made = offline.run(
+        override(load_scene("side_scan"), {DRAG: TRUE}), heave=(1.0, 8.0), duration=60.0, step="chosen"
+    )
+    one = next(one for one in signals_of_frames(made.frames, "") if one.quantity == "tension")
+    t = one.time[::2] * 1e-9
+    value = one.value[::2] + 5.0 * np.random.default_rng(2).standard_normal(len(t))
+    given = write(tmp_path, t + 0.3, tension=value)
+    result = call(*given, "--heave", "1,8", "--free", f"{DRAG}=1.5:2.5", "--lag", "tension", "--json")
+    figures = json.loads(result.stdout)
+    assert result.exit_code in (0, 4), result.output
+    drag, lag = figures["parameters"]
+    assert drag["interval"][0] <= TRUE <= drag["interval"][1] and lag["interval"][0] <= 0.3 <= lag["interval"][1]
+    assert drag["interval"][1] - drag["interval"][0] < 0.05 and figures["converged"]
+    assert all(abs(rise - 1.0) < 0.2 for rise in drag["rise"])
+    left = figures["signals"][0]
+    assert left["calibrated"]["held_out"]["rms"] < 0.5 * left["as_given"]["held_out"]["rms"]
+    assert figures["runs"] < 25
+
+
+def test_a_steady_tow_and_the_scene_that_is_written(steady, tmp_path):
+    out = tmp_path / "mine.yaml"
+    result = call(*steady, "--steady", "--free", f"{DRAG}=1.5:2.5", "--intervals", "linear", "--out", out)
+    assert result.exit_code in (0, 4), result.output
+    assert "verdict: " in result.output and "rms, judged" in result.output
+    written, text = load_scene(out), out.read_text()
+    assert value_of(written, DRAG) == pytest.approx(TRUE, abs=0.03)
+    assert "# 4 kn = 2.058 m/s" in text and text.startswith("# Calibrated by cable-sim calibrate on log.csv")
+    assert written == override(load_scene("side_scan"), {DRAG: value_of(written, DRAG)})
+
+
+@pytest.mark.parametrize(
+    "free, text",
+    [
+        (("cable.sections.armoured.drag_amplificaton",), f"Did you mean {DRAG}?"),
+        ((f"{DRAG}=2:3",), f"the scene has {DRAG} = 1.8 , outside its range [2, 3]; nothing was simulated"),
+        ((f"{DRAG}=3:1",), "3 is not below 1; nothing was simulated"),
+        ((f"{DRAG}=0.01:3",), "the range leaves [0.1, 10]"),
+        ((f"{DRAG}=x:3",), "'x' is no lower bound"),
+        ((f"{DRAG}~0",), "the prior's standard deviation is 0"),
+        ((DRAG, "cable.sections.*.drag_amplification"), "is free twice"),
+        (("setpoint.algorithm",), "= 'hold' is no number"),
+        (("towbody.drag_area",), "Free a component: towbody.drag_area[0]"),
+        (("towbody.drag_area[7]",), "has 3 components"),
+        (("cable.sections.armoured.drag_coefficient",), "has no value in the scene"),
+        (("towbody.lift_area",), "the scene has 0, and no range follows from it"),
+        (("towbody.net_weight",), "--free towbody.net_weight=LOW:HIGH"),
+        (("drive.max_power",), "drive.max_power"),
+    ],
+)
+def test_what_is_not_free_is_said_in_a_line(steady, free, text):
+    result = call(*steady, "--steady", *(part for one in free for part in ("--free", one)))
+    assert result.exit_code == 2 and text in result.stderr and "Traceback" not in result.stderr, result.output
+
+
+@pytest.mark.parametrize(
+    "more, text",
+    [
+        (("--signal", "layback"), "--signal layback: "),
+        (("--signal", "wind"), "wind is no signal of a calibration"),
+        (("--bias", "layback"), "--bias layback: is no signal that is fitted"),
+        (("--lag", "tension"), "a steady tow has no lag"),
+        (("--heave", "1,8"), "--steady has no motion"),
+        (("--out", "/no/such/folder/x.yaml"), "there is no folder /no/such/folder"),
+        (("--signal", "tension~-3"), "is not above 0"),
+        (("--hold-out", "0.9"), "Too short"),
+    ],
+)
+def test_what_cannot_be_fitted_is_said_in_a_line(steady, more, text):
+    result = call(*steady, "--steady", "--free", DRAG, *more)
+    assert result.exit_code == 2 and text in result.stderr and "Traceback" not in result.stderr, result.output
+
+
+def test_a_number_without_effect_and_a_log_without_a_signal(steady, tmp_path):
+    result = call(*steady, "--steady", "--free", "towbody.mass=45:60")
+    assert result.exit_code == 2 and "--free towbody.mass: has no effect on tension, body_depth" in result.stderr
+    (tmp_path / "map.yaml").write_text(
+        "mapping: made\nsignals:\n  roll: {source: table, field: tension, unit: rad}\n"
+    )
+    result = call(*steady, "--steady", "--free", DRAG)
+    assert result.exit_code == 2 and "has no measured signal of the tow" in result.stderr
+
+
+def test_a_scene_keeps_its_comments_order_and_new_keys():
+    source = "# top\nname: a  # tow\ncable:\n  area: [1.0, 2.0]   # m^2\n  # below\n  mass: 3.0\n"
+    text = text_with(source, {"cable.area": [1.0, 2.5], "cable.mass": 4.0, "water.density": 1000.0}, ["new"])
+    assert text == (
+        "# new\n# top\nname: a  # tow\ncable:\n  area: [1.0, 2.5]   # m^2\n  # below\n  mass: 4.0\n"
+        "water:\n  density: 1000.0\n"
+    )
+
+
+def test_a_star_stands_for_every_section():
+    scene = load_scene("full_scale")
+    keys = keys_of(scene, "cable.sections.*.drag_amplification")
+    assert keys == [f"cable.sections.{name}.drag_amplification" for name in ("bare", "faired")]
+    assert value_of(scene, "cable.sections.*.drag_amplification") == 2.37
