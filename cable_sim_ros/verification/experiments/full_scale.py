@@ -83,8 +83,11 @@ def pressed(elements: int) -> Load:
     return Load(angle, load, float(sim.frame.contact_resultant), arc)
 
 
-def running() -> Scene:
-    """His tow, the cable running through the mesh: 315 m of bare and 135 m of faired cable out, 30 m on the drum."""
+def running(elements: dict[str, int] | None = None, tick: float | None = None) -> Scene:
+    """His tow, the cable running through the mesh: 315 m of bare and 135 m of faired cable out, 30 m on the drum.
+
+    elements: of sections, None: made from accuracy; tick: s, None: the scene's.
+    """
     data = load_scene("full_scale_westin").model_dump()
     sections = data["cable"]["sections"]
     data["cable"]["sections"] = {
@@ -92,6 +95,10 @@ def running() -> Scene:
         "faired": {**sections["faired"], "elements": None},
     }
     data["winch"] |= {"drum": "feed", "scope": 450.0}
+    if elements:
+        data["mesh"] = {"sections": {name: {"elements": n} for name, n in elements.items()}}
+    if tick:
+        data["solver"] |= {"tick": tick}
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", SceneWarning)
         return Scene.model_validate(data)
