@@ -88,7 +88,7 @@ def running(elements: dict[str, int] | None = None, tick: float | None = None) -
 
     elements: of sections, None: made from accuracy; tick: s, None: the scene's.
     """
-    data = load_scene("full_scale_westin").model_dump()
+    data = quiet("full_scale_westin", {}).model_dump()
     sections = data["cable"]["sections"]
     data["cable"]["sections"] = {
         "bare": {**sections["bare"], "length": 345.0, "elements": None},
