@@ -228,7 +228,12 @@ def draw(profiles, loads: dict[int, Load], runs: dict, path: Path) -> Path:
         shades = np.linspace(0.25, 1.0, len(loads))
         for (elements, one), shade in zip(loads.items(), shades, strict=True):
             load.plot(one.angle, one.load, color=BLUE, alpha=shade, marker=".", ms=3, label=f"{elements}")
-        load.set(xlabel="angle from the vertical [deg]", ylabel="line load [kN/m]", title="sheave at rest, elements")
+        load.set(
+            xlabel="angle from the vertical [deg]",
+            ylabel="line load [kN/m]",
+            title="sheave at rest, elements",
+            xlim=(-30.0, 50.0),
+        )
         load.legend(loc="upper right")
         for law, colour in (("hold", FAINT), ("simplified_sheave", BLUE)):
             f = runs["NBP1406", law].frames
@@ -241,6 +246,7 @@ def draw(profiles, loads: dict[int, Load], runs: dict, path: Path) -> Path:
             tension.plot(t, 1e-3 * f.tension, color=colour, lw=1.0, label=LAWS[law])
         body.set(xlabel="x off the mean track [m]", ylabel="z [m]", title="towbody")
         tension.set(xlabel="time [s]", ylabel="tension [kN]", title="tension at the sheave")
-        body.legend(loc="upper right")
-        tension.legend(loc="upper right")
+        for axis in (body, tension):
+            axis.margins(y=0.25)  # room for the names
+            axis.legend(loc="upper right")
     return path

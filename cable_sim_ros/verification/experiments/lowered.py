@@ -135,6 +135,6 @@ def draw(found: list[Window], gains: dict[float, float], soft: dict[float, float
         for of, colour, name in ((gains, BLUE, "simulated"), (soft, FAINT, "a tenth of the stiffness")):
             values = np.array(list(of.values()))
             axis.plot(list(of), mean * values / gains[min(gains)], "o-", color=colour, label=name)
-        axis.set(xlabel="depth, cable out [m]", ylabel="standard deviation [m/s]", ylim=(0.0, None))
-        axis.legend(loc="lower right")
+        axis.set(xlabel="depth, cable out [m]", ylabel="standard deviation [m/s]", ylim=(0.0, 0.75))
+        axis.legend(loc="upper left")
     return path
