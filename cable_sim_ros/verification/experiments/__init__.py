@@ -56,6 +56,7 @@ EXPERIMENTS = (
     "convergence",
     "drive",
     "load_cell",
+    "lowered",
     "layback",
 )
 

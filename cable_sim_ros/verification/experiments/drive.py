@@ -332,8 +332,11 @@ def render_row() -> Comparison:
     return _row(name, "N", late.max(), SET_PULL, 0.02, "drive.set_pull")
 
 
-def experiment(duration: float | None, progress=lambda *_: None) -> Result:
-    """All of it; ``duration`` has no effect: each row is as long as its closed form needs."""
+def experiment(duration: float | None, progress=lambda *_: None, quick: bool = False) -> Result:
+    """All of it; ``duration`` has no effect: each row is as long as its closed form needs.
+
+    quick: pendulum, overhauling load, heat and dead time.
+    """
     parts = (
         ("free drum", free_rows),
         ("pendulum", lambda: [pendulum_row()]),
@@ -344,6 +347,8 @@ def experiment(duration: float | None, progress=lambda *_: None) -> Result:
         ("dead time", delay_rows),
         ("render", lambda: [render_row()]),
     )
+    if quick:
+        parts = tuple(part for part in parts if part[0] in ("pendulum", "overhauling load", "heat", "dead time"))
     rows: list[Comparison] = []
     for k, (what, make) in enumerate(parts):
         progress(what, k, len(parts))

@@ -250,8 +250,8 @@ def draw(found: dict[str, list[Trace]], path: Path) -> Path:
                 axis.plot(100 * t.path[:, 0], 100 * t.path[:, 2], color=FAINT, lw=0.3)
             axis.plot(100 * traces[0].path[:, 0], 100 * traces[0].path[:, 2], color=BLUE, lw=0.5, label="first seed")
             axis.plot(100 * CENTRE[0], 100 * CENTRE[1], "+", color=ORANGE, ms=16, mew=2, label="measured mean")
-            axis.set_xlim(-82.0, -62.0)
-            axis.set_ylim(-76.0, -60.0)
+            axis.set_xlim(-80.0, -62.0)
+            axis.set_ylim(-75.0, -62.0)
             axis.set_title(case)
             axis.set_xlabel("x from the winch [cm]")
             axis.set_ylabel("z [cm]")
@@ -265,7 +265,8 @@ def draw(found: dict[str, list[Trace]], path: Path) -> Path:
                 height = [CASES[case][1 + k][0] for case in found]
             bars.bar(place + 0.27 * (k - 1), height, 0.25, color=colour, label=name)
         bars.set_yscale("log")
-        bars.set_xticks(place, list(found), fontsize="small")
+        bars.set_xticks(place, list(found), fontsize="small", rotation=20)
+        bars.set_ylim(1.0, 3000.0)  # room for the names
         bars.set_title("ellipsoid volume [cm³]")
         bars.legend(loc="upper left")
         points = 1e3 * photograph(EI, 0)
@@ -273,6 +274,6 @@ def draw(found: dict[str, list[Trace]], path: Path) -> Path:
             bend.plot(*(1e3 * bent(ei)).T, color=BLUE, ls=style, label=f"EI {1e6 * ei:.2f}e-6 N m²")
         bend.plot(*points.T, "o", ms=3, color=ORANGE, label="points, made")
         bend.set_title("bend test [mm]")
-        bend.set_aspect("equal", "datalim")
-        bend.legend(loc="lower left", fontsize="small")
+        bend.set_xlim(0.0, 75.0)  # room for the names
+        bend.legend(loc="lower right", fontsize="small")
     return path

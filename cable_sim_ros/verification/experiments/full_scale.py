@@ -83,15 +83,22 @@ def pressed(elements: int) -> Load:
     return Load(angle, load, float(sim.frame.contact_resultant), arc)
 
 
-def running() -> Scene:
-    """His tow, the cable running through the mesh: 315 m of bare and 135 m of faired cable out, 30 m on the drum."""
-    data = load_scene("full_scale_westin").model_dump()
+def running(elements: dict[str, int] | None = None, tick: float | None = None) -> Scene:
+    """His tow, the cable running through the mesh: 315 m of bare and 135 m of faired cable out, 30 m on the drum.
+
+    elements: of sections, None: made from accuracy; tick: s, None: the scene's.
+    """
+    data = quiet("full_scale_westin", {}).model_dump()
     sections = data["cable"]["sections"]
     data["cable"]["sections"] = {
         "bare": {**sections["bare"], "length": 345.0, "elements": None},
         "faired": {**sections["faired"], "elements": None},
     }
     data["winch"] |= {"drum": "feed", "scope": 450.0}
+    if elements:
+        data["mesh"] = {"sections": {name: {"elements": n} for name, n in elements.items()}}
+    if tick:
+        data["solver"] |= {"tick": tick}
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", SceneWarning)
         return Scene.model_validate(data)
@@ -221,7 +228,12 @@ def draw(profiles, loads: dict[int, Load], runs: dict, path: Path) -> Path:
         shades = np.linspace(0.25, 1.0, len(loads))
         for (elements, one), shade in zip(loads.items(), shades, strict=True):
             load.plot(one.angle, one.load, color=BLUE, alpha=shade, marker=".", ms=3, label=f"{elements}")
-        load.set(xlabel="angle from the vertical [deg]", ylabel="line load [kN/m]", title="sheave at rest, elements")
+        load.set(
+            xlabel="angle from the vertical [deg]",
+            ylabel="line load [kN/m]",
+            title="sheave at rest, elements",
+            xlim=(-30.0, 50.0),
+        )
         load.legend(loc="upper right")
         for law, colour in (("hold", FAINT), ("simplified_sheave", BLUE)):
             f = runs["NBP1406", law].frames
@@ -234,6 +246,7 @@ def draw(profiles, loads: dict[int, Load], runs: dict, path: Path) -> Path:
             tension.plot(t, 1e-3 * f.tension, color=colour, lw=1.0, label=LAWS[law])
         body.set(xlabel="x off the mean track [m]", ylabel="z [m]", title="towbody")
         tension.set(xlabel="time [s]", ylabel="tension [kN]", title="tension at the sheave")
-        body.legend(loc="upper right")
-        tension.legend(loc="upper right")
+        for axis in (body, tension):
+            axis.margins(y=0.25)  # room for the names
+            axis.legend(loc="upper right")
     return path

@@ -177,16 +177,20 @@ def low_pass(choice: Choice) -> np.ndarray:
     return firwin(number | 1, 0.5 * (PASS_BAND + choice.stop_band), window=("kaiser", beta), fs=rate)
 
 
-def experiment(duration: float | None, progress) -> Result:
-    """The family over amplitude, each end of the measured range predicted from the other, and the choices."""
-    seconds = SECONDS if duration is None else duration
+def experiment(duration: float | None, progress, quick: bool = False) -> Result:
+    """The family over amplitude, each end of the measured range predicted from the other, and the choices.
+
+    quick: 2 s, a smaller family, no choices.
+    """
+    seconds = (2.0 if quick else SECONDS) if duration is None else duration
+    family = FAMILY[1::2] + FAMILY[4:] if quick else FAMILY
     runs, total = {}, len(FAMILY) + 3 + len(OTHERWISE)
-    for n, amplitude in enumerate(FAMILY):
+    for n, amplitude in enumerate(family):
         progress(f"{amplitude:g} deg", n, total)
         runs[amplitude] = rock(amplitude, seconds)
     low, high = (np.array([run.ends[k] for run in runs.values()]) for k in (0, 1))
-    by_low = float(np.interp(-MEASURED[0], -low, FAMILY))
-    by_high = float(np.interp(MEASURED[1], high, FAMILY))
+    by_low = float(np.interp(-MEASURED[0], -low, family))
+    by_high = float(np.interp(MEASURED[1], high, family))
     progress("amplitude from one end", len(FAMILY), total)
     one, other = rock(by_low, seconds), rock(by_high, seconds)
     middle = 0.5 * sum(MEASURED)
@@ -213,26 +217,26 @@ def experiment(duration: float | None, progress) -> Result:
         ),
     ]
     choices = []
-    for n, (name, change) in enumerate(OTHERWISE.items()):
+    for n, (name, change) in enumerate(() if quick else OTHERWISE.items()):
         progress(name, len(FAMILY) + 3 + n, total)
         changed = rock(by_low, seconds, Choice(**change)).ends
         choices.append(
             {"choice": name, "smallest [N]": changed[0] - one.ends[0], "largest [N]": changed[1] - one.ends[1]}
         )
     chosen = f"at {by_low:.2f} deg, chosen otherwise: what changes"
-    result = Result("moving_pulley", rows, choices, lambda folder: draw(one, low, high, folder), chosen)
+    result = Result("moving_pulley", rows, choices, lambda folder: draw(one, family, low, high, folder), chosen)
 
     def tables() -> list[str]:
         from .table import markdown
 
         lines = ["| amplitude [deg] | smallest [N] | largest [N] | middle [N] |", "|---|---|---|---|"]
-        lines += [f"| {a:g} | {p:.2f} | {q:.2f} | {0.5 * (p + q):.2f} |" for a, p, q in zip(FAMILY, low, high)]
+        lines += [f"| {a:g} | {p:.2f} | {q:.2f} | {0.5 * (p + q):.2f} |" for a, p, q in zip(family, low, high)]
         return [markdown(result), "Family over the amplitude, measured 36.9 to 51.5 N:", "\n".join(lines)]
 
     return result._replace(tables=tables)
 
 
-def draw(run: Rocking, low: np.ndarray, high: np.ndarray, folder: Path) -> Path:
+def draw(run: Rocking, amplitudes: tuple[float, ...], low: np.ndarray, high: np.ndarray, folder: Path) -> Path:
     """Range over amplitude, and the tension of one run. RuntimeError where matplotlib is missing."""
     from ...plots.canvas import canvas
     from ...plots.run import BLUE, FAINT, ORANGE
@@ -240,8 +244,8 @@ def draw(run: Rocking, low: np.ndarray, high: np.ndarray, folder: Path) -> Path:
     path = folder / "moving_pulley.png"
     with canvas(path, (11.0, 6.0), "Rope over a pulley on a rocking arm", f"measured range: {SOURCE}") as figure:
         family, course = figure.subplots(1, 2)
-        family.fill_between(FAMILY, low, high, color=FAINT, alpha=0.4, lw=0.0, label="simulated range")
-        family.plot(FAMILY, 0.5 * (low + high), color=BLUE, label="simulated, middle")
+        family.fill_between(amplitudes, low, high, color=FAINT, alpha=0.4, lw=0.0, label="simulated range")
+        family.plot(amplitudes, 0.5 * (low + high), color=BLUE, label="simulated, middle")
         family.set_xlabel("amplitude of the arm [deg]")
         course.plot(run.time, run.tension, color=BLUE)
         course.set_xlabel("time [s]")

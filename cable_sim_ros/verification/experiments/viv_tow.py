@@ -234,8 +234,11 @@ def full_rows(progress) -> list[Comparison]:
     return rows
 
 
-def experiment(duration: float | None, progress) -> Result:
-    """Both tows, and every assumption made otherwise; ``duration`` [s] is that of the tow drawn by the plot."""
+def experiment(duration: float | None, progress, quick: bool = False) -> Result:
+    """Both tows, and every assumption made otherwise; ``duration`` [s] is that of the tow drawn by the plot.
+
+    quick: no assumption made otherwise, 10 s drawn.
+    """
     progress("flume", 0, 4)
     rows = flume_rows(progress)
     progress("full scale", 1, 4)
@@ -247,7 +250,7 @@ def experiment(duration: float | None, progress) -> Result:
         progress(f"{name}, other choices", 2 + k, 4)
         first = land(scene_of(name, base))
         unit = 1e3 if name == "flume" else 1.0
-        for what, change in changes.items():
+        for what, change in () if quick else changes.items():
             found = land(scene_of(name, base | change))
             choices.append(
                 {
@@ -259,7 +262,7 @@ def experiment(duration: float | None, progress) -> Result:
                 }
             )
     chosen = "chosen otherwise: what changes; flume in mm and mN, full scale in m and N"
-    shown = SECONDS if duration is None else duration
+    shown = (10.0 if quick else SECONDS) if duration is None else duration
     return Result("viv_tow", rows, choices, lambda folder: draw(folder / "strumming.png", shown), chosen)
 
 
