@@ -144,8 +144,10 @@ def test_ready_mappings_load_and_tell_what_they_are_for(name):
 
 def test_mappings_cut_and_flipped_are_read_or_refused():
     whole = (
-        "mapping: winch\ndensity: 1026\nsignals:\n  heave_down: {source: table, field: d, unit: ft, lever_arm: [1, 2, 3]}\n"
-        "  tension: {source: [A, 'B*'], field: load, unit: kgf, range: [0, 20000], quality_field: q, quality_accepted: [1]}\n"
+        "mapping: winch\ndensity: 1026\nsignals:\n"
+        "  heave_down: {source: table, field: d, unit: ft, lever_arm: [1, 2, 3]}\n"
+        "  tension: {source: [A, 'B*'], field: load, unit: kgf, range: [0, 20000], "
+        "quality_field: q, quality_accepted: [1]}\n"
         "  rates: {source: imu, field: [x, y, z], frame: frd, time: aligned, every: 0.5}\n"
     )
     draw = random.Random(5)
