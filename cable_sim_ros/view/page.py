@@ -191,8 +191,8 @@ class Page:
         self.button.label = "Pause" if on else "Play"
 
     def _press(self) -> None:
+        self.pressed = not self.playing
         self.play(not self.playing)
-        self.pressed = self.playing
 
     def _seek(self, event: Any) -> None:
         if event.client is not None:  # not by the page itself
