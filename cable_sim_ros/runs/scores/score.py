@@ -240,7 +240,7 @@ def _in_band(out: Score, pair: Pair, band: tuple[float, float]) -> None:
     if count < FEWEST_SEGMENTS:
         out.notes.append(
             f"no coherence, lag and intervals of waves: {count} segments of {given.segment:.0f} s, fewer than "
-            f"{FEWEST_SEGMENTS}"
+            f"{FEWEST_SEGMENTS}; {0.5 * (FEWEST_SEGMENTS + 1) * given.segment:.0f} s without a gap have them"
         )
         return
     put("coherence", lambda s: float((coherence_of(s) * s[0]).sum() / s[0].sum()), (0.0, 1.0))

@@ -76,7 +76,9 @@ def test_sign_and_unit_are_named_and_the_verdict_is_doubtful(scored):
 
 if __name__ == "__main__":
     print("| log | error | known | found | 95 % interval |\n|---|---|---|---|---|")
-    for name, (got, _) in rows().items():
+    for name, (got, result) in rows().items():
         for what, (known, value, (low, high)) in got.items():
             unit = {"gain": "", "lag": " s", "bias": " N" if name == "load cell" else " m/s", "drift": " ppm"}[what]
             print(f"| {name} | {what} | {known:.4g}{unit} | {value:.4g} | {low:.4g} to {high:.4g} |")
+        for one in [one for found in result.found if found.applied for one in found.findings]:
+            print(f"| {name} | {one.kind} | | {one.text} | |")
