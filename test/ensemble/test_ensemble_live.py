@@ -16,7 +16,7 @@ pytestmark = [pytest.mark.ros, pytest.mark.skipif(os.environ.get("NUMBA_DISABLE_
 
 COMMAND = [sys.executable, "-m", "cable_sim_ros.cli", "ensemble", "--copies", "5"]  # its scene is the node's
 TICK = {"solver.tick": 0.05}  # s; what is computed costs a fifth
-WITHIN = 60.0  # s of wall time, on a machine that is busy
+WITHIN = 180.0  # s of wall time, on a machine that is busy
 
 
 def sailed(sim, others=lambda sim: None):
