@@ -12,7 +12,6 @@ from .engine import Make, processes, workers_of
 from .store import EXTRA
 from .worker import ONE_THREAD
 
-
 SETTINGS = {  # of Dask
     "distributed.scheduler.allowed-failures": 0,  # the engine runs alone what was lost with a worker
     "distributed.worker.memory.terminate": False,  # the engine gives no worker more than a case; see MEMORY
@@ -78,7 +77,7 @@ def executors(cluster: str | None, workers: int | None) -> Iterator[tuple[Make, 
 
 
 class _Local:
-    """A cluster of this machine: separate processes, started again where they die; made anew where it is useless."""
+    """A cluster of this machine: separate processes, all of them started anew where one died."""
 
     def __init__(self, count: int) -> None:
         self.count = count
@@ -102,7 +101,7 @@ class _Local:
                 env=dict.fromkeys(ONE_THREAD, "1"),
             )
             self._open = Client(held, timeout=60), held
-        self._last = DaskExecutor(self._open[0], own=True)
+        self._last = DaskExecutor(self._open[0], own=self.count)
         return self._last
 
     def close(self) -> None:

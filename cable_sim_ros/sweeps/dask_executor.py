@@ -15,7 +15,7 @@ from typing import Any
 
 from ..errors import CableSimError
 
-FETCH, LOOK, WITHOUT = 10.0, 1.0, 60.0  # s: for a row, between looks at the cluster, that a local one may be empty
+FETCH, LOOK, WITHOUT = 10.0, 1.0, 60.0  # s: for a row, between looks at the cluster, that a local one may lack a worker
 
 
 class ClusterError(CableSimError, ValueError):
@@ -35,13 +35,14 @@ def checked_there(code: str, function: Callable, *args: Any) -> Any:
 
 
 class DaskExecutor(Executor):
-    """client: of distributed, stays open; own: its cluster is of this process and can be made anew; useless: it must be.
+    """client: of distributed, stays open; own: workers of a cluster of this process, 0: of others; useless: one of our
+    own that lost a worker, and is made anew: Dask's, after that, may keep a case without end.
 
-    A future ends with BrokenExecutor where its worker died, its row was lost with the worker or a local cluster stays
-    without workers for WITHOUT s; with ClusterError where the scheduler is gone.
+    A future ends with BrokenExecutor where its worker died, its row was lost with the worker or a local cluster lacks
+    workers for WITHOUT s; with ClusterError where the scheduler is gone.
     """
 
-    def __init__(self, client: Any, own: bool = False) -> None:
+    def __init__(self, client: Any, own: int = 0) -> None:
         from .cases import code_of
 
         self._client, self._own = client, own
@@ -72,6 +73,7 @@ class DaskExecutor(Executor):
         try:
             self._end(given, result=made.result(timeout=FETCH))
         except (KilledWorker, TimeoutError) as error:
+            self.useless = bool(self._own)
             self._end(given, error=BrokenExecutor(f"{type(error).__name__}: {error}"))
         except CancelledError as error:
             self._end(given, error=self._gone(error))
@@ -104,11 +106,13 @@ class DaskExecutor(Executor):
             there = True
             if self._own and not gone:
                 with suppress(Exception):  # a look that fails says nothing
-                    there = bool(self._client.nthreads())
+                    there = len(self._client.nthreads()) >= self._own
             empty = 0.0 if there else empty + LOOK
             if gone or empty >= WITHOUT:
                 for given in list(self._open):
-                    self._end(given, error=self._gone(RuntimeError(f"client {self._client.status}, no worker left")))
+                    self._end(
+                        given, error=self._gone(RuntimeError(f"client {self._client.status}, workers are missing"))
+                    )
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
         """Cancel what has not ended."""
