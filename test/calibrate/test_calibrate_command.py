@@ -58,9 +58,7 @@ def steady(tmp_path):
 def test_a_run_with_another_drag_is_found_with_noise_and_latency(tmp_path):
     """Latency 0.3 s, noise 5 N: the interval holds the drag that made the log, and the lag."""
     pytest.importorskip("iminuit")
-    made = offline.run(
-        override(load_scene("side_scan"), {DRAG: TRUE}), heave=(1.0, 8.0), duration=60.0, step="chosen"
-    )
+    made = offline.run(override(load_scene("side_scan"), {DRAG: TRUE}), heave=(1.0, 8.0), duration=60.0, step="chosen")
     one = next(one for one in signals_of_frames(made.frames, "") if one.quantity == "tension")
     t = one.time[::2] * 1e-9
     value = one.value[::2] + 5.0 * np.random.default_rng(2).standard_normal(len(t))
@@ -133,9 +131,7 @@ def test_what_cannot_be_fitted_is_said_in_a_line(steady, more, text):
 def test_a_number_without_effect_and_a_log_without_a_signal(steady, tmp_path):
     result = call(*steady, "--steady", "--free", "towbody.mass=45:60")
     assert result.exit_code == 2 and "--free towbody.mass: has no effect on tension, body_depth" in result.stderr
-    (tmp_path / "map.yaml").write_text(
-        "mapping: made\nsignals:\n  roll: {source: table, field: tension, unit: rad}\n"
-    )
+    (tmp_path / "map.yaml").write_text("mapping: made\nsignals:\n  roll: {source: table, field: tension, unit: rad}\n")
     result = call(*steady, "--steady", "--free", DRAG)
     assert result.exit_code == 2 and "has no measured signal of the tow" in result.stderr
 
