@@ -41,14 +41,18 @@ def write(folder, time, **columns):
     return folder / "log.csv", "--mapping", folder / "map.yaml", "--scene", "side_scan"
 
 
-@pytest.fixture
-def steady(tmp_path):
-    """Five minutes of tension and depth of a static tow with another drag."""
+@pytest.fixture(scope="module")
+def shown():
+    """Signals of a static tow with another drag."""
     sim = Simulator(override(load_scene("side_scan"), {DRAG: TRUE}))
     sim.start()
-    shown = {
-        one.quantity: float(one.value[0]) for one in signals_of_frames(np.array([sim.frame]).view(np.recarray), "")
-    }
+    found = signals_of_frames(np.array([sim.frame]).view(np.recarray), "")
+    return {one.quantity: float(one.value[0]) for one in found}
+
+
+@pytest.fixture
+def steady(tmp_path, shown):
+    """Ten minutes of its tension and depth."""
     rng, t = np.random.default_rng(5), np.arange(0.0, 600.0, 0.5)
     tension = shown["tension"] + 8.0 * rng.standard_normal(len(t))
     depth = shown["body_depth"] + 0.5 * rng.standard_normal(len(t))
