@@ -41,14 +41,18 @@ def write(folder, time, **columns):
     return folder / "log.csv", "--mapping", folder / "map.yaml", "--scene", "side_scan"
 
 
-@pytest.fixture
-def steady(tmp_path):
-    """Five minutes of tension and depth of a static tow with another drag."""
+@pytest.fixture(scope="module")
+def shown():
+    """Signals of a static tow with another drag."""
     sim = Simulator(override(load_scene("side_scan"), {DRAG: TRUE}))
     sim.start()
-    shown = {
-        one.quantity: float(one.value[0]) for one in signals_of_frames(np.array([sim.frame]).view(np.recarray), "")
-    }
+    found = signals_of_frames(np.array([sim.frame]).view(np.recarray), "")
+    return {one.quantity: float(one.value[0]) for one in found}
+
+
+@pytest.fixture
+def steady(tmp_path, shown):
+    """Ten minutes of its tension and depth."""
     rng, t = np.random.default_rng(5), np.arange(0.0, 600.0, 0.5)
     tension = shown["tension"] + 8.0 * rng.standard_normal(len(t))
     depth = shown["body_depth"] + 0.5 * rng.standard_normal(len(t))
@@ -58,9 +62,7 @@ def steady(tmp_path):
 def test_a_run_with_another_drag_is_found_with_noise_and_latency(tmp_path):
     """Latency 0.3 s, noise 5 N: the interval holds the drag that made the log, and the lag."""
     pytest.importorskip("iminuit")
-    made = offline.run(
-        override(load_scene("side_scan"), {DRAG: TRUE}), heave=(1.0, 8.0), duration=60.0, step="chosen"
-    )
+    made = offline.run(override(load_scene("side_scan"), {DRAG: TRUE}), heave=(1.0, 8.0), duration=60.0, step="chosen")
     one = next(one for one in signals_of_frames(made.frames, "") if one.quantity == "tension")
     t = one.time[::2] * 1e-9
     value = one.value[::2] + 5.0 * np.random.default_rng(2).standard_normal(len(t))
@@ -133,9 +135,7 @@ def test_what_cannot_be_fitted_is_said_in_a_line(steady, more, text):
 def test_a_number_without_effect_and_a_log_without_a_signal(steady, tmp_path):
     result = call(*steady, "--steady", "--free", "towbody.mass=45:60")
     assert result.exit_code == 2 and "--free towbody.mass: has no effect on tension, body_depth" in result.stderr
-    (tmp_path / "map.yaml").write_text(
-        "mapping: made\nsignals:\n  roll: {source: table, field: tension, unit: rad}\n"
-    )
+    (tmp_path / "map.yaml").write_text("mapping: made\nsignals:\n  roll: {source: table, field: tension, unit: rad}\n")
     result = call(*steady, "--steady", "--free", DRAG)
     assert result.exit_code == 2 and "has no measured signal of the tow" in result.stderr
 
