@@ -95,6 +95,7 @@ def winch_motion(choice: Choice) -> tuple[np.ndarray, Any]:
 
 
 def scene_of(algorithm: str, seed: int, choice: Choice) -> Scene:
+    """Scene `flume` with a set-point and the turbulence of a seed."""
     values = {
         "water.turbulence.deviation": DEVIATION,
         "water.turbulence.seed": seed,

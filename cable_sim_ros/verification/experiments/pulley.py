@@ -202,7 +202,7 @@ def lossy(seconds: float = SECONDS) -> list[Comparison]:
 
 
 def experiment(duration: float | None, progress, quick: bool = False) -> Result:
-    """All three configurations, and configuration 1 with every choice made otherwise; quick: 4 s, no loss, no choices."""
+    """All three configurations, and configuration 1 with every choice made otherwise; quick: 4 s, no choices."""
     duration = (4.0 if quick else SECONDS) if duration is None else duration
     swings, rows, choices = {}, [], []
     for n in CONFIGURATIONS:
