@@ -273,11 +273,11 @@ def _fill(out: Calibration, problem: Problem, found: Fit, known: Confidence, int
             start, value, limits = other.neutral, float(found.x[k]), (other.low, other.high)
         out.parameters.append(Parameter(name, unit, start, value, (low, high), limits, number, interval.rise))
     out.correlation, out.apart = known.correlation.tolist(), known.apart
-    start = problem.start()
-    before, after = problem.simulate(problem.values(start)), problem.simulate(problem.values(found.x))
+    begin = problem.start()
+    before, after = problem.simulate(problem.values(begin)), problem.simulate(problem.values(found.x))
     alone = None
     if problem.nuisances:
-        given = problem.values(start)
+        given = problem.values(begin)
         instrument = Problem(lambda _: problem.simulate(given), [], problem.signals, problem.nuisances)
         alone = instrument, fit(instrument).x
     for one in problem.signals:
@@ -296,11 +296,11 @@ def _fill(out: Calibration, problem: Problem, found: Fit, known: Confidence, int
                 one.noise is not None,
                 int(one.fitted.sum()),
                 known.independent[one.quantity],
-                left(problem, start, before),
+                left(problem, begin, before),
                 None if alone is None else left(alone[0], alone[1], before),
                 left(problem, found.x, after),
                 one,
-                problem.shown(start, one, before, one.time),
+                problem.shown(begin, one, before, one.time),
                 problem.shown(found.x, one, after, one.time),
             )
         )

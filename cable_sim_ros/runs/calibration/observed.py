@@ -51,12 +51,12 @@ def chosen(signals: Sequence[Signal], asked: Mapping[str, float | None], name: s
         first = [next((one for one in row if one in there), None) for row in FAMILIES]
         picked = {one: there[one] for one in first if one is not None}
         return picked or there
-    for one in asked:
-        if one not in there:
+    for quantity in asked:
+        if quantity not in there:
             raise CalibrateError(
-                f"--signal {one}: {name} has no such measured signal; {CONSEQUENCE}. Give one of {', '.join(there)}"
+                f"--signal {quantity}: {name} has no such measured signal; {CONSEQUENCE}. Give one of {', '.join(there)}"
             )
-    return {one: there[one] for one in asked}
+    return {quantity: there[quantity] for quantity in asked}
 
 
 def observed(
