@@ -58,6 +58,13 @@ def serve(host: str, port: int, label: str) -> Any:
     check_port(host, port)
     with contextlib.redirect_stdout(io.StringIO()):
         server = viser.ViserServer(host=host, port=port, label=label, verbose=False)
+    stop = server.stop
+
+    def quietly() -> None:
+        with contextlib.redirect_stdout(io.StringIO()):
+            stop()
+
+    server.stop = quietly
     server.request_share_url = lambda *_, **__: None
     server.gui.configure_theme(control_width="large", show_logo=False, show_share_button=False)
     if server.get_port() != port:
