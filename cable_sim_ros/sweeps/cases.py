@@ -29,7 +29,7 @@ class Case(NamedTuple):
     """One run. varied: what tells it from the others, by key; settings: values of the scene by key; seed: of all
     that is random; key: of its row."""
 
-    index: int
+    index: int  # type: ignore[assignment]
     varied: dict[str, Any]
     scene: str
     settings: dict[str, Any]

@@ -125,7 +125,7 @@ def indices_of(figure: str, keys: list[str], values: np.ndarray, seed: int) -> l
 
     n = values.shape[1]
     rng = np.random.default_rng(seed)
-    again = np.array([both(rng.integers(0, n, n)) for _ in range(RESAMPLES)])
+    again = np.array([both(np.asarray(rng.integers(0, n, n))) for _ in range(RESAMPLES)])
     low, high = np.nanquantile(again, [0.5 - 0.5 * LEVEL, 0.5 + 0.5 * LEVEL], axis=0)
     whole = both(np.arange(n))
     return [
