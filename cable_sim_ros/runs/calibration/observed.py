@@ -54,7 +54,7 @@ def chosen(signals: Sequence[Signal], asked: Mapping[str, float | None], name: s
     for quantity in asked:
         if quantity not in there:
             raise CalibrateError(
-                f"--signal {quantity}: {name} has no such measured signal; {CONSEQUENCE}. Give one of {', '.join(there)}"
+                f"--signal {quantity}: {name} has no such signal; {CONSEQUENCE}. Give one of {', '.join(there)}"
             )
     return {quantity: there[quantity] for quantity in asked}
 
