@@ -49,8 +49,7 @@ REST = {  # of folders named above, long for what they add there
     "io/test_step_guard.py",
     "physics/test_friction.py",
     "physics/test_packed.py",
-    "runs/imports",  # likewise
-    "runs/imports",  # needs it too
+    "runs/imports",  # needs the extra `import`
     "runs/scores",
     "runs/test_live_changes.py",
     "runs/test_make_bags.py",

@@ -8,15 +8,13 @@ from typing import Any
 
 import numpy as np
 
-from ...physics.heave_filter import Convention
 from ...physics.tick_output import TICK_OUTPUT
 from ...sim.tables.attitude import angles_of
 from ..bags.bag import BagError, BagReader
 from ..bags.typestore import STORE
 from ..messages.cdr import header_time
 from ..messages.channels import CHANNELS, decode
-from ..messages.messages import Refused, decode_odometry
-from ..sources.recorded_tow import RecordedTow, read_tow, recorded_frames
+from ..sources.recorded_tow import RecordedTow, odometry_of, read_tow, recorded_frames
 from .signals import QUANTITIES, Signal
 
 ODOMETRY = ("x", "y", "z", "roll", "pitch", "yaw")
@@ -137,18 +135,8 @@ def _of_channels(tow: RecordedTow) -> list[Signal]:
 
 
 def _of_odometry(tow: RecordedTow) -> list[Signal]:
-    rows = []
-    for event in tow.events:
-        if event.kind == "odometry":
-            try:
-                message = decode_odometry(event.data, Convention.ENU)
-            except Refused:
-                continue
-            rows.append((event.time, (*message.position, *message.angles)))
-    if not rows:
+    time, values = odometry_of(tow)
+    if not len(time):
         return []
-    time = np.array([row[0] for row in rows], np.int64)
-    values = np.array([row[1] for row in rows], float)
-    values[:, 3:] = np.unwrap(values[:, 3:], axis=0)
     kept = later_only(time)
     return [Signal(name, time[kept], values[kept, k], f"{tow.path}: odometry") for k, name in enumerate(ODOMETRY)]

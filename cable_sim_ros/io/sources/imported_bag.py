@@ -9,10 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from ...physics.heave_filter import Convention
-from ..messages.messages import Refused, decode_odometry
 from .motion_curves import Given, Rounding, judged
-from .recorded_tow import RecordedTow
+from .recorded_tow import RecordedTow, odometry_of
 
 KEY = "import"  # of the custom data of a bag
 OF_A_RUN = "imported"  # of the custom data of a run under its motion
@@ -90,18 +88,9 @@ def _roundings(about: dict[str, Any]) -> dict[int, Rounding]:
 
 
 def _moving(tow: RecordedTow) -> _Moving | None:
-    rows = []
-    for event in tow.events:
-        if event.kind == "odometry":
-            try:
-                message = decode_odometry(event.data, Convention.ENU)
-            except Refused:
-                continue
-            rows.append((event.time, [*message.position, *message.angles]))
-    if len(rows) < 3:
+    time, value = odometry_of(tow)
+    if len(time) < 3:
         return None
-    time, value = np.array([row[0] for row in rows], np.int64), np.array([row[1] for row in rows], float)
-    value[:, 3:] = np.unwrap(value[:, 3:], axis=0)
     t = (time - time[0]) * 1e-9
     if not (np.diff(t) > 0.0).all():
         return None

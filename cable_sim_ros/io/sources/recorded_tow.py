@@ -15,14 +15,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...physics.heave_filter import Heave, MotionInput
+from ...physics.heave_filter import Convention, Heave, MotionInput
 from ...physics.inputs import Inputs
 from ...sim.scene import Scene
 from ...sim.verdict import Reason
 from ..bags.bag import BagError, BagReader, Damage, report
 from ..messages.channels import CHANNELS, channel_of, decode, decode_frames
 from ..messages.commands import NEVER, CommandIngest
-from ..messages.messages import KINDS, Event, stamp_of
+from ..messages.messages import KINDS, Event, Refused, decode_odometry, stamp_of
 from ..motion.arrival_order import Intake, Took
 from ..motion.clock import CONFIRM, DataClock, Stamp
 from ..motion.motion import MotionIngest
@@ -100,6 +100,24 @@ class RecordedTow:
     def rate(self) -> float:
         """Motion messages per second."""
         return sum(span.count for span in self.spans) / max(1e-9, self.length * 1e-9)
+
+
+def odometry_of(tow: RecordedTow) -> tuple[np.ndarray, np.ndarray]:
+    """Odometry in order of arrival: stamps [n] in ns, and x, y, z [m], roll, pitch, yaw [rad, without jumps] as [n, 6].
+
+    Refused messages are left out.
+    """
+    rows = []
+    for event in tow.events:
+        if event.kind == "odometry":
+            try:
+                message = decode_odometry(event.data, Convention.ENU)
+            except Refused:
+                continue
+            rows.append((event.time, (*message.position, *message.angles)))
+    value = np.array([row[1] for row in rows], float).reshape(-1, 6)
+    value[:, 3:] = np.unwrap(value[:, 3:], axis=0)
+    return np.array([row[0] for row in rows], np.int64), value
 
 
 def read_tow(

@@ -7,7 +7,8 @@ import heapq
 import json
 import os
 import shutil
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -61,6 +62,11 @@ def import_logs(
     choice, path = choice or Choice(), Path(out)
     if path.exists() and not force:
         raise BagError(f"'{path}' exists already: nothing was imported; give --force to replace it, or another --out")
+    if path.exists() and not _only_a_bag(path):
+        raise BagError(
+            f"'{path}' is no bag, or has other files in it: --force replaces bags only; nothing was imported. Give "
+            f"another --out"
+        )
     reading = read(files, mapping, format)
     signals = {one.quantity: one for one in reading.signals}
     assumed = [line for one in reading.signals for line in one.assumed]
@@ -95,10 +101,31 @@ def import_logs(
         "sources": _hashes(reading.files),
         "rounding": {str(k): _kept(one) for k, one in (motion.rounded if motion else {}).items()},
     }
-    if path.exists():
-        shutil.rmtree(path) if path.is_dir() else path.unlink()
-    _write(path, about, signals, motion, imu)
+    with _in_place_of(path):
+        _write(path, about, signals, motion, imu)
     return Imported(path, figures, lines, reading.said, reading.missing)
+
+
+def _only_a_bag(path: Path) -> bool:
+    names = [one.name for one in path.iterdir()] if path.is_dir() else []
+    return "metadata.yaml" in names and all(name == "metadata.yaml" or name.endswith(".mcap") for name in names)
+
+
+@contextmanager
+def _in_place_of(path: Path) -> Iterator[None]:
+    """The bag that is there goes when the new one is whole, and comes back where it does not get so far."""
+    if not path.exists():
+        yield
+        return
+    old = path.with_name(f".{path.name}.{os.getpid()}")
+    path.rename(old)
+    try:
+        yield
+    except BaseException:
+        shutil.rmtree(path, ignore_errors=True)
+        old.rename(path)
+        raise
+    shutil.rmtree(old)
 
 
 def _kept(one: Rounding) -> list[object]:

@@ -5,9 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from cable_sim_ros.io.logs.own_signals import later_only
-from cable_sim_ros.io.messages.messages import decode_odometry
-from cable_sim_ros.io.sources.recorded_tow import read_tow
-from cable_sim_ros.physics.heave_filter import Convention
+from cable_sim_ros.io.sources.recorded_tow import odometry_of, read_tow
 from cable_sim_ros.runs.imports.choice import Choice
 from cable_sim_ros.runs.imports.import_logs import Imported, import_logs
 
@@ -40,14 +38,8 @@ def imported(log, *entries, **choice) -> tuple[Imported, np.ndarray, np.ndarray]
     """Import; what it says, and of its odometry the stamps [s] since noon, and x y z roll pitch yaw [n, 6]."""
     out = log.parent / "bag"
     done = import_logs(log, out, mapping(log.parent, *entries), choice=Choice(**choice), force=True)
-    rows = [
-        (event.arrival, decode_odometry(event.data, Convention.ENU))
-        for event in read_tow(out).events
-        if event.kind == "odometry"
-    ]
-    time = np.array([row[0] for row in rows], np.int64)
+    time, values = odometry_of(read_tow(out))
     assert later_only(time).all()
-    values = np.array([(*one.position, *one.angles) for _, one in rows], float).reshape(-1, 6)
     return done, (time - NOON * SECOND) / SECOND, values
 
 

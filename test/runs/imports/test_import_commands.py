@@ -13,6 +13,7 @@ from made_tables import mapping, ship, told
 
 from cable_sim_ros.cli.commands import main
 from cable_sim_ros.runs import offline
+from cable_sim_ros.runs.imports import import_logs
 
 T = np.arange(0.0, 40.0, 0.1)
 HEAVE = 0.8 * np.sin(0.7 * T)
@@ -61,6 +62,22 @@ def test_what_does_not_fit_ends_in_one_line_and_writes_nothing(tmp_path):
         assert words in result.stderr and not out.exists() and "Traceback" not in result.stderr, line
     result = command("import", log, "--mapping", mapping(tmp_path, "heave: heave m"), "--out", log, code=2)
     assert "exists already: nothing was imported; give --force" in result.stderr
+
+
+def test_only_a_bag_is_replaced_and_the_old_one_comes_back_where_the_new_one_fails(tmp_path, monkeypatch):
+    log = ship(tmp_path / "a.csv", T, heave=HEAVE)
+    given = ("import", log, "--mapping", mapping(tmp_path, "heave: heave m"), "--force", "--out")
+    assert "--force replaces bags only; nothing was imported" in command(*given, tmp_path, code=2).stderr
+    assert "--force replaces bags only; nothing was imported" in command(*given, log, code=2).stderr
+    out = tmp_path / "bag"
+    command(*given, out)
+    before = {path.name: path.read_bytes() for path in out.iterdir()}
+    with monkeypatch.context() as broken:
+        broken.setattr(import_logs.BagWriter, "add", lambda *_: (_ for _ in ()).throw(OSError("disk full")))
+        assert "disk full" in command(*given, out, code=2).stderr
+    assert {path.name: path.read_bytes() for path in out.iterdir()} == before
+    command(*given, out)
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["a.csv", "bag", "m.yaml"]
 
 
 def test_half_of_the_signals_is_imported_and_the_rest_is_named(tmp_path):
