@@ -38,7 +38,8 @@ SWEEP = [  # cable-sim sweep, table, envelope, sensitivity
     "pandas>=2.2",
     "h5netcdf>=1.4",
     "h5py>=3.12",
-    "distributed>=2024.10",  # --cluster
+    "dask>=2024.10",  # --cluster
+    "distributed>=2024.10",
 ]
 DOCS = ["sphinx>=9,<10", "myst-parser>=5,<6", "furo>=2025.12.19"]  # make docs; what docs/conf.py is written against
 IMPORT = [  # logs of others; each is imported when such a log is read
