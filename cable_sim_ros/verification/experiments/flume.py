@@ -49,7 +49,7 @@ class Choice(NamedTuple):
     faster: float = 5.0  # by which its time is
     time_scale: float = TIME_SCALE  # s, of the turbulence
     drag_factor: float = 1.737
-    step: float = 0.01  # s; 20 ms are too long for turbulence of 50 ms
+    step: float = 0.01  # s, of turbulence that changes in 50 ms
 
 
 CHOSEN = Choice()

@@ -266,5 +266,5 @@ def draw(swings: dict[int, Swing], path: Path) -> Path:
         names = {}
         for axis in figure.axes:
             names |= {label: line for line, label in zip(*axis.get_legend_handles_labels(), strict=True)}
-        figure.legend(names.values(), names, loc="outside upper right", ncols=len(names), handlelength=1.8)
+        figure.legend(names.values(), names, loc="outside lower center", ncols=len(names), handlelength=1.8)
     return path

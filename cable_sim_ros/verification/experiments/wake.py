@@ -228,6 +228,6 @@ def draw(found: list[Lock], path: Path) -> Path:
             under.plot(report.ratio, 1e3 * report.amplitude, color=ORANGE, lw=1.8, marker="o", ms=4)
             under.set_ylim(0.0, 1.08e3 * report.amplitude.max())
             under.set_xlabel("speed over that of resonance")
-        grid[0, 0].set_ylabel("frequency over the natural one")
-        grid[1, 0].set_ylabel("vertical amplitude [d/1000]")
+        grid[0, 0].set_ylabel("frequency / natural")
+        grid[1, 0].set_ylabel("amplitude [d/1000]")
     return path
