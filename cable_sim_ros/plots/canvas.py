@@ -55,6 +55,8 @@ def canvas(
 
 def _legends(figure: Figure, foot: float) -> None:
     """Put the legends of the figure above its source, and the panels above them; foot: height of the source."""
+    if not figure.legends:  # a drawing without one may have a layout of its own
+        return
     renderer = figure.canvas.get_renderer()
     low = foot
     for legend in figure.legends:
