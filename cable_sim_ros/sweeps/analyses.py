@@ -4,21 +4,23 @@ from __future__ import annotations
 
 import json
 import sys
+from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
+from ..cli.report_option import said, typed
 from ..errors import CODE_FAILED, CODE_OK
-from .command import bar, place_of
+from .command import bar, of_a_file, place_of
+
+if TYPE_CHECKING:
+    from .sweep import Swept
 
 
 @click.command()
-@click.argument("file", type=click.Path(path_type=Path))
-@click.option("--out", type=click.Path(file_okay=False, path_type=Path), help="Folder. Default: runs/sweep_<name>.")
-@click.option("--workers", type=click.IntRange(1, 4096), help="Processes. Default: one a core that memory holds.")
-@click.option("--cluster", metavar="local|slurm|ADDRESS", help="Dask in place of own processes.")
-@click.option("--json", "as_json", is_flag=True, help="Print the figures as JSON, nothing else.")
-def envelope(file, out, workers, cluster, as_json) -> None:
+@of_a_file
+def envelope(file, out, workers, cluster, report, as_json) -> None:
     """Operating envelope of the sweep FILE: extremes of every cell over its seeds, and the rules it breaks."""
     from . import envelope as cells_of
     from .clusters import executors
@@ -46,6 +48,8 @@ def envelope(file, out, workers, cluster, as_json) -> None:
     }
     (folder / "envelope.json").write_text(json.dumps(figures, indent=1) + "\n", "utf-8")
     picture = cells_of.draw(plan.sweep, cells, folder / "envelope.png")
+    if report is not None:
+        _report(swept, report, "envelope", cells_of.CAPTION, *cells_of.rows_of(cells))
     if as_json:
         click.echo(json.dumps(figures, indent=1))
     else:
@@ -55,12 +59,8 @@ def envelope(file, out, workers, cluster, as_json) -> None:
 
 
 @click.command()
-@click.argument("file", type=click.Path(path_type=Path))
-@click.option("--out", type=click.Path(file_okay=False, path_type=Path), help="Folder. Default: runs/sweep_<name>.")
-@click.option("--workers", type=click.IntRange(1, 4096), help="Processes. Default: one a core that memory holds.")
-@click.option("--cluster", metavar="local|slurm|ADDRESS", help="Dask in place of own processes.")
-@click.option("--json", "as_json", is_flag=True, help="Print the figures as JSON, nothing else.")
-def sensitivity(file, out, workers, cluster, as_json) -> None:
+@of_a_file
+def sensitivity(file, out, workers, cluster, report, as_json) -> None:
     """Sobol indices of the ranges of the sweep FILE for each of its figures, with 95 % intervals."""
     from . import sensitivity as indices
     from .clusters import executors
@@ -81,8 +81,19 @@ def sensitivity(file, out, workers, cluster, as_json) -> None:
         "spread": {name: {"mean": mean, "std": std} for name, (mean, std) in found.spread.items()},
     }
     (folder / "sensitivity.json").write_text(json.dumps(figures, indent=1) + "\n", "utf-8")
+    if report is not None:
+        _report(found.swept, report, "sensitivity", indices.CAPTION, indices.HEAD, indices.rows_of(found))
     if as_json:
         click.echo(json.dumps(figures, indent=1))
     else:
         indices.tell(found)
     sys.exit(CODE_FAILED if found.swept.faults else CODE_OK)
+
+
+def _report(
+    swept: Swept, path: Path, kind: str, caption: str, head: Sequence[str], rows: Sequence[Sequence[str]]
+) -> None:
+    from ..report.parts import Table
+    from .reported import write_report
+
+    said(write_report(swept, path, typed(), kind=kind, tables=[Table(caption, head, rows)]))

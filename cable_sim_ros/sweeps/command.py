@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import sys
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -20,22 +20,37 @@ if TYPE_CHECKING:
     from .sweep_file import SweepPlan
 
 
+WORKERS = click.option(
+    "--workers", type=click.IntRange(1, 4096), help="Processes. Default: one a core that memory holds."
+)
+OF_A_FILE = (  # what every command on a sweep FILE takes
+    click.argument("file", type=click.Path(path_type=Path)),
+    click.option(
+        "--out",
+        type=click.Path(file_okay=False, path_type=Path),
+        help="Folder for rows and tables. Default: runs/sweep_<name>. Rows that it has are not computed again.",
+    ),
+    WORKERS,
+    click.option(
+        "--cluster",
+        metavar="local|slurm|ADDRESS",
+        help="Dask in place of own processes: a local cluster, slurm (dask-jobqueue), or the address of a scheduler.",
+    ),
+    report_option,
+    click.option("--json", "as_json", is_flag=True, help="Print the figures as JSON, nothing else."),
+)
+
+
+def of_a_file(function: Callable) -> Callable:
+    """A command on a sweep FILE: its argument and options."""
+    for one in reversed(OF_A_FILE):
+        function = one(function)
+    return function
+
+
 @click.command()
-@click.argument("file", type=click.Path(path_type=Path))
-@click.option(
-    "--out",
-    type=click.Path(file_okay=False, path_type=Path),
-    help="Folder for rows and tables. Default: runs/sweep_<name>. Rows that it has are not computed again.",
-)
-@click.option("--workers", type=click.IntRange(1, 4096), help="Processes. Default: one a core that memory holds.")
-@click.option(
-    "--cluster",
-    metavar="local|slurm|ADDRESS",
-    help="Dask in place of own processes: a local cluster, slurm (dask-jobqueue), or the address of a scheduler.",
-)
+@of_a_file
 @click.option("--dry-run", is_flag=True, help="Say how many cases there are and how many are new; simulate nothing.")
-@report_option
-@click.option("--json", "as_json", is_flag=True, help="Print the figures as JSON, nothing else.")
 def sweep(file, out, workers, cluster, dry_run, report, as_json) -> None:
     """Simulate every case of the sweep FILE, and keep one row of figures each.
 

@@ -26,6 +26,7 @@ from .figures import BROKEN, RULE
 from .sweep import Swept
 
 LEVEL, ONCE_IN = 0.95, 20
+CAPTION = f"mean of the extreme over the seeds (once in {ONCE_IN} runs)"
 SEED = "seed"
 EXTREMES = (  # figure, its end, words
     ("tension_max_n", 1.0, "most tension"),
@@ -141,19 +142,10 @@ def as_dict(cell: Cell) -> dict[str, Any]:
     }
 
 
-def tell(swept: Swept, cells: list[Cell]) -> None:
-    """Print the table of the cells."""
-    from rich.console import Console
-    from rich.markup import escape
-    from rich.table import Table
-
-    shown = Table(title=escape(f"{swept.plan.sweep}: mean of the extreme over the seeds (once in {ONCE_IN} runs)"))
-    shown.title_justify = "left"
-    keys = list(cells[0].varied)
-    for key in keys:
-        shown.add_column(key, justify="right")
-    for name in ("runs", "most tension [N]", "least tension [N]", "depth [m]", "rules broken"):
-        shown.add_column(escape(name), justify="right")
+def rows_of(cells: list[Cell]) -> tuple[list[str], list[list[str]]]:
+    """Heads and rows of the table of the cells."""
+    head = [*cells[0].varied, "runs", "most tension [N]", "least tension [N]", "depth [m]", "rules broken"]
+    rows = []
     for cell in cells:
         broken = ", ".join(f"{name} {s.broken}/{s.runs}" for name, s in cell.rules.items() if s.broken)
         failed = f"{cell.failed} failed" if cell.failed else ""
@@ -161,7 +153,23 @@ def tell(swept: Swept, cells: list[Cell]) -> None:
         depth = [cell.extremes.get(f"body_depth_{end}_m") for end in ("min", "max")]
         band = " to ".join("-" if one is None else f"{one.worst:.1f}" for one in depth)
         values = [f"{v:g}" if isinstance(v, int | float) else str(v) for v in cell.varied.values()]
-        shown.add_row(*values, str(cell.runs), *ends, band, "; ".join(filter(None, (broken, failed))) or "none")
+        rows.append([*values, str(cell.runs), *ends, band, "; ".join(filter(None, (broken, failed))) or "none"])
+    return head, rows
+
+
+def tell(swept: Swept, cells: list[Cell]) -> None:
+    """Print the table of the cells."""
+    from rich.console import Console
+    from rich.markup import escape
+    from rich.table import Table
+
+    shown = Table(title=escape(f"{swept.plan.sweep}: {CAPTION}"))
+    shown.title_justify = "left"
+    head, rows = rows_of(cells)
+    for name in head:
+        shown.add_column(escape(name), justify="right")
+    for row in rows:
+        shown.add_row(*row)
     Console(width=None if sys.stdout.isatty() else 140).print(shown)
     click.echo(
         f"{len(swept.rows)} runs, {swept.computed} computed now in {swept.wall:.1f} s of wall time on {swept.workers} "

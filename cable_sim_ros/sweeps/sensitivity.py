@@ -20,6 +20,8 @@ from .sweep import Progress, Swept, sweep
 from .sweep_file import SweepPlan
 
 RESAMPLES, LEVEL = 400, 0.95
+CAPTION = "Share of the variance: alone (first order), with all others (total); 95 % intervals"
+HEAD = ("figure", "key", "first", "interval", "total", "interval")
 NOTHING = 1e-12  # of the mean: a figure that varies by less has no indices
 
 
@@ -134,20 +136,32 @@ def indices_of(figure: str, keys: list[str], values: np.ndarray, seed: int) -> l
     ]
 
 
+def rows_of(found: Sensitivity) -> list[list[str]]:
+    """Rows of the table of the indices, under HEAD."""
+    return [
+        [
+            one.figure,
+            one.key,
+            f"{one.first:.2f}",
+            f"{one.first_low:.2f} to {one.first_high:.2f}",
+            f"{one.total:.2f}",
+            f"{one.total_low:.2f} to {one.total_high:.2f}",
+        ]
+        for one in found.indices
+    ]
+
+
 def tell(found: Sensitivity) -> None:
     """Print the indices."""
     from rich.console import Console
     from rich.table import Table
 
-    shown = Table(title="Share of the variance: alone (first order), with all others (total); 95 % intervals")
+    shown = Table(title=CAPTION)
     shown.title_justify = "left"
-    for name in ("figure", "key"):
-        shown.add_column(name)
-    for name in ("first", "interval", "total", "interval"):
-        shown.add_column(name, justify="right")
-    for one in found.indices:
-        first, total = f"{one.first_low:.2f} to {one.first_high:.2f}", f"{one.total_low:.2f} to {one.total_high:.2f}"
-        shown.add_row(one.figure, one.key, f"{one.first:.2f}", first, f"{one.total:.2f}", total)
+    for k, name in enumerate(HEAD):
+        shown.add_column(name, justify="right" if k > 1 else "left")
+    for row in rows_of(found):
+        shown.add_row(*row)
     Console(width=None if sys.stdout.isatty() else 120).print(shown)
     for name in found.constant:
         click.echo(f"{name}: does not vary over these ranges")

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from ..errors import CODE_FAILED, CODE_OK, CableSimError
+from .command import WORKERS
 
 if TYPE_CHECKING:
     from .sweep import Swept
@@ -57,7 +58,7 @@ def values_of(text: str, what: str) -> list[float]:
 @click.option("--vary", multiple=True, metavar="KEY=VALUES", help="Another key of the scene; may be repeated.")
 @click.option("--set", "settings", multiple=True, metavar="KEY=VALUE", help="A value of the scene by its key.")
 @click.option("--out", type=click.Path(file_okay=False, path_type=Path), help="Folder for table.csv and table.png.")
-@click.option("--workers", type=click.IntRange(1, 4096), help="Processes. Default: one a core that memory holds.")
+@WORKERS
 @click.option("--json", "as_json", is_flag=True, help="Print the figures as JSON, nothing else.")
 def table(scene, scope, speed, vary, settings, out, workers, as_json) -> None:
     """Depth, tension and departure angle of SCENE for every scope and speed, as static tows."""
