@@ -90,10 +90,10 @@ def _over_a_bag(bag, file, changed, scene, out, twins, outside, as_json) -> None
             report["coverage"] = covered(source, tow, plan, twins, values, progress)
     report["assumed"] = assumed(plan)
     report["notes"] = one.notes
+    report["exit_code"] = CODE_DOUBTFUL if one.lost else CODE_OK
     write_table(folder / CSV_NAME, one)
     (folder / JSON_NAME).write_text(json.dumps(report, indent=1) + "\n", "utf-8")
     paths = [folder / CSV_NAME, folder / JSON_NAME, *_picture(folder, one, tow, report)]
-    report["exit_code"] = CODE_DOUBTFUL if one.lost else CODE_OK
     if as_json:
         click.echo(json.dumps(report, indent=1))
     else:

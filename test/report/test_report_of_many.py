@@ -135,7 +135,7 @@ def experiment(folder_seen):
 
 def test_experiments_have_a_verdict_each_and_misses_are_red(tmp_path, monkeypatch):
     seen = []
-    monkeypatch.setattr(experiments, "run", lambda name, duration, progress: experiment(seen))
+    monkeypatch.setattr(experiments, "run", lambda name, duration, progress, quick: experiment(seen))
     made = tmp_path / "v.html"
     result = CliRunner().invoke(commands.main, ["validate", "pulley", "--json", "--report", str(made)])
     assert result.exit_code == 0 and json.loads(result.stdout)[0]["experiment"] == "pulley", result.output

@@ -282,10 +282,13 @@ def test_without_matplotlib_the_remedy_is_named(monkeypatch, tmp_path):
 
 @pytest.mark.parametrize("draw", [draw_run, haul.draw_haul])
 def test_a_stamp_says_what_the_figures_are_worth(draw, monkeypatch, tmp_path):
-    texts = []
-    monkeypatch.setattr(
-        matplotlib.figure.Figure, "savefig", lambda figure, *a, **k: texts.extend(t.get_text() for t in figure.texts)
-    )
+    texts, saved = [], matplotlib.figure.Figure.savefig
+
+    def seen(figure, *arguments, **more):
+        texts.extend(text.get_text() for text in figure.texts)
+        saved(figure, *arguments, **more)
+
+    monkeypatch.setattr(matplotlib.figure.Figure, "savefig", seen)
     draw(run(), tmp_path / "a.png", stamp="DOUBTFUL: DETACHED 5 s")
     assert "DOUBTFUL: DETACHED 5 s" in texts
     texts.clear()
