@@ -7,7 +7,7 @@
 # make bench  run time against error beside other codes;  make validate  repeats the experiments (both into runs/)
 # make soak  the real node under load, faults and hostile neighbours, R1 to S9 (two hours, idle machine), into runs/
 # make stress  stability N1 to N28, bags and recordings I and S at full size (half an hour or more), into runs/
-# make nightly  stress, validate and bench one after the other, then run times beside AGAINST
+# make nightly  stress, validate and bench one after the other, the longest tests, run times beside AGAINST
 # make docs  the pages of docs/ and the Python API as a site, build/docs/index.html; a broken link is an error
 SHELL := bash
 .SHELLFLAGS := -eu -o pipefail -c
@@ -70,7 +70,8 @@ stress: $(VENV)/.test
 soak: $(VENV)/.test
 	$(BIN)/cable-sim soak --out runs/soak
 
-nightly: stress validate bench
+nightly: $(VENV)/.rest stress validate bench
+	$(PYTEST) -m nightly
 	$(BIN)/cable-sim bench --against $(AGAINST) --out runs/against
 
 validate: $(VENV)/.test

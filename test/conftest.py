@@ -1,7 +1,8 @@
 """The tier of every test, and what a run of a tier cost.
 
 check: kernels and bytes, texts, pure parts of the node; starts no process. trust: what a user needs to trust an
-installation. rest: everything else. What is not named here is of the rest, so a new test runs in CI at least.
+installation. nightly: long repetitions. rest: everything else. What is not named here is of the rest, so a new test
+runs in CI at least.
 """
 
 from __future__ import annotations
@@ -70,6 +71,12 @@ ALONE = {  # of the rest: several processes in real time, which other work on th
     "ros/test_telegrams_node.py",
     "view/test_view_page.py",
 }
+NIGHTLY = {  # long, and beside what the rest has of them already
+    "calibrate/test_calibrate_command.py::test_a_run_with_another_drag_is_found_with_noise_and_latency",
+    "ensemble/test_ensemble_follow.py::test_twins_of_the_same_ranges_are_inside_and_a_drag_half_as_large_again_is_seen",
+    "verification/test_bench.py::test_the_whole_tow_has_both_drums_and_says_what_feeding_brings",
+    "verification/test_bench.py::test_a_haul_and_back_is_a_row",
+}
 WITHOUT_KERNELS = {"install"}  # tiers that run those of other installs
 COMPILE = """
 from cable_sim_ros import Simulator
@@ -82,11 +89,11 @@ _begun = time.monotonic()
 
 
 def tier_of(node: str) -> str:
-    """check, trust or rest; node: id of a test below test/, the longest name that is listed counts."""
+    """check, trust, nightly or rest; node: id of a test below test/, the longest name that is listed counts."""
     name = node.partition("[")[0]
     file = name.partition("::")[0]
     for listed in (name, file, file.rpartition("/")[0], file.partition("/")[0]):
-        for tier, names in (("trust", TRUST), ("check", CHECK), ("rest", REST)):
+        for tier, names in (("nightly", NIGHTLY), ("trust", TRUST), ("check", CHECK), ("rest", REST)):
             if listed in names:
                 return tier
     return "rest"
