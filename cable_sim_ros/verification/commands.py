@@ -62,7 +62,7 @@ def case(files, fidelity, as_json) -> None:
     metavar="S",
     help="Seconds of each experiment in time; default: 10 of pulley, 300 of turbulence.",
 )
-@click.option("--quick", is_flag=True, help="Shorter runs and fewer choices made otherwise: all under a minute.")
+@click.option("--quick", is_flag=True, help="Shorter runs and fewer choices: all in one to three minutes.")
 @click.option("--out", type=click.Path(file_okay=False, path_type=Path), help="Folder for plots and figures.")
 @report_option
 @json_option
