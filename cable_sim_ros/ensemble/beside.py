@@ -10,6 +10,7 @@ import os
 import signal
 import time
 from collections.abc import Iterator, Mapping
+from contextlib import suppress
 from typing import Any
 
 import numpy as np
@@ -19,7 +20,7 @@ from ..ros.ensemble.ear import Ear
 from ..ros.ensemble.voice import NODE, Voice
 from ..ros.status import ERROR, OK, WARN, Status
 from ..ros.view.watcher import watching
-from .copies import BODY, FIGURES, Band, EnsembleEnded, level_of
+from .copies import BODY, FIGURES, Band, EnsembleEnded, Stopped, level_of
 from .follow import HEALTH, Follower, Heard
 from .limits import LEAST_COPIES
 from .plan import load_plan
@@ -117,6 +118,11 @@ class Beside:
         """Has the lag been watched long enough, and not shrunk?"""
         return now - self._lags[0][0] > 0.9 * WATCHED and lag >= self._lags[0][1]
 
+    def overrun(self) -> None:
+        """Messages were lost while the copies did not take them, as a start of many does: they begin again, fewer."""
+        self._fewer("not listened to for longer than messages are kept")
+        self.follower.start_again("messages of the node were lost: the copies begin again")
+
     def _fewer(self, why: str) -> None:
         ensemble = self.follower.ensemble
         there = len(ensemble.draws) - 1
@@ -208,24 +214,33 @@ def beside(file: Any, changed: Mapping[str, Any], scene: str | None, namespace: 
     with watching(namespace, wait, alive, open_, Ear, NODE) as ear:
         tow = ear.scene(scene)
         plan = load_plan(file, changed, tow)
-        follower = Follower(tow, plan)
+        follower = Follower(tow, plan, alive=alive)
         one = Beside(follower, Voice(ear.client, ear.namespace, "odom"))
         print(
             f"{tow.name}: {plan.copies} copies, seed {plan.seed}, follow {ear.namespace}; their static starts take "
-            "half a second each or so",
+            "a second each or so",
             flush=True,
         )
-        said = 0
-        while alive():
-            ear.client.check()
-            items = [Heard(*item) for item in ear.items()]
-            text = ear.ordered()
-            if text is not None and follower.running:
-                one.order(text)
-            if not one.step(items, time.monotonic()):
-                time.sleep(PAUSE)
-            for note in follower.notes[said:]:
-                print(note, flush=True)
-            del follower.notes[:-NOTES]
-            said = len(follower.notes)
+        with suppress(Stopped):
+            _follow(one, ear, alive)
     return CODE_FAILED if one.problem else CODE_OK
+
+
+def _follow(one: Beside, ear: Ear, alive: Alive) -> None:
+    follower, said, order = one.follower, 0, None
+    while alive():
+        ear.client.check()
+        items = [Heard(*item) for item in ear.items()]
+        if ear.overflowed():
+            one.overrun()
+            items = []  # of before the present
+        order = text if (text := ear.ordered()) is not None else order
+        if order is not None and follower.running:  # before, there is no drum to check it with
+            one.order(order)
+            order = None
+        if not one.step(items, time.monotonic()):
+            time.sleep(PAUSE)
+        for note in follower.notes[said:]:
+            print(note, flush=True)
+        del follower.notes[:-NOTES]
+        said = len(follower.notes)

@@ -14,7 +14,7 @@ import click
 
 from ..cli.number import Count, Number
 from ..cli.out_folder import ready
-from ..errors import CODE_DOUBTFUL, CODE_OK
+from ..errors import CODE_DAMAGED, CODE_DOUBTFUL, CODE_OK
 from .limits import COPIES, LEAST_COPIES, MAX_COPIES, MAX_SEED, SEED
 
 if TYPE_CHECKING:
@@ -89,8 +89,9 @@ def _over_a_bag(bag, file, changed, scene, out, twins, outside, as_json) -> None
         if twins:
             report["coverage"] = covered(source, tow, plan, twins, values, progress)
     report["assumed"] = assumed(plan)
-    report["notes"] = one.notes
-    report["exit_code"] = CODE_DOUBTFUL if one.lost else CODE_OK
+    report["notes"] = [*one.notes, *([one.damage] if one.damage else [])]
+    doubtful = CODE_DOUBTFUL if one.lost or not one.settled.any() else CODE_OK
+    report["exit_code"] = CODE_DAMAGED if one.damage else doubtful
     write_table(folder / CSV_NAME, one)
     (folder / JSON_NAME).write_text(json.dumps(report, indent=1) + "\n", "utf-8")
     paths = [folder / CSV_NAME, folder / JSON_NAME, *_picture(folder, one, tow, report)]

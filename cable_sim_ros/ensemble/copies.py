@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from typing import NamedTuple
 
@@ -40,6 +40,10 @@ BODY = [list(FIGURES).index(name) for name in ("body_x", "body_y", "body_depth")
 
 class EnsembleEnded(RunError):
     """Too many copies were lost for a band."""
+
+
+class Stopped(Exception):
+    """A start was left because its caller is asked to end."""
 
 
 class Band(NamedTuple):
@@ -79,9 +83,17 @@ class Ensemble:
     """Copies 1 to plan.copies of a scene, and copy 0: the scene itself, which is in no band."""
 
     def __init__(
-        self, scene: Scene, plan: EnsemblePlan, *, threads: int = 1, draws: Sequence[Draw] | None = None
+        self,
+        scene: Scene,
+        plan: EnsemblePlan,
+        *,
+        threads: int = 1,
+        draws: Sequence[Draw] | None = None,
+        alive: Callable[[], bool] = lambda: True,
     ) -> None:
-        """threads: that advance copies side by side; draws: in place of the plan's, the first is copy 0."""
+        """threads: that advance copies side by side; draws: in place of the plan's, the first is copy 0; alive: asked
+        before each static start, which takes a second."""
+        self.alive = alive
         self.scene, self.plan, self.threads = scene, plan, threads
         self.draws = [draw_of(plan, number) for number in range(plan.copies + 1)] if draws is None else list(draws)
         self.lost: list[Lost] = []
@@ -97,11 +109,13 @@ class Ensemble:
         scope: float | None = None,
     ) -> None:
         """Static start of every copy. heading: mean yaw [rad], None: the scene's; scope: cable out [m], None: the
-        scene's. Raises EnsembleEnded where too many do not settle."""
+        scene's. Raises EnsembleEnded where too many do not settle, Stopped where `alive` says no."""
         self._sims, self.lost, self.inputs = {}, [], None
         used = time.process_time()
         yaw = math.radians(self.scene.ship.heading_deg) if heading is None else heading
         for number, draw in enumerate(self.draws):
+            if not self.alive():
+                raise Stopped
             try:
                 sim = Simulator(scene_of(self.scene, draw, yaw, scope))
                 sim.start(time_ns, position, yaw)

@@ -86,7 +86,8 @@ def covered(
         band = band_of((one.time, one.nominal), list(one.values[: plan.copies]))
         for k, found in enumerate(shares):
             first = plan.copies + k * len(own)
-            found.append(_inside(band, one.values[first : first + len(own)]).mean(axis=(0, 1)))
+            inside = _inside(band, one.values[first : first + len(own)])
+            found.append(inside[:, one.counted].mean(axis=(0, 1)))
     told: dict[str, Any] = {"twins": twins, "ensembles": groups, "copies": members, "expected": level_of(members)}
     told["drawn"] = _told(shares[0])
     if outside:

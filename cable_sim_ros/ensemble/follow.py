@@ -9,7 +9,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections import deque
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from typing import NamedTuple
 
 import numpy as np
@@ -18,7 +18,7 @@ from ..io.messages.channels import decode_frames
 from ..io.messages.messages import COMMANDS, Command, Refused
 from ..io.messages.rotation import inverse, rotate
 from ..io.scenes.winch_plan import REPEAT as PLAN_REPEAT
-from ..io.scenes.winch_plan import WinchPlan
+from ..io.scenes.winch_plan import PlanError, WinchPlan
 from ..sim.inputs import InputError, ShipMotion, WinchCommand
 from ..sim.scene import Scene
 from ..sim.tables.attitude import angles_of
@@ -54,12 +54,18 @@ class Follower:
     [m] and towbody [m] of copy 0 from the tow's; `settling`: s until the copies have settled; `tow`: the tow's own tick
     output at the newest band."""
 
-    def __init__(self, scene: Scene, plan: EnsemblePlan, ensemble: Ensemble | None = None) -> None:
-        """ensemble: in place of the plan's."""
+    def __init__(
+        self,
+        scene: Scene,
+        plan: EnsemblePlan,
+        ensemble: Ensemble | None = None,
+        alive: Callable[[], bool] = lambda: True,
+    ) -> None:
+        """ensemble: in place of the plan's; alive: of an Ensemble."""
         gap = max(scene.ship.max_gap, 1.5)  # of motion ahead, which has fewer samples
         self.base = scene.model_copy(update={"ship": scene.ship.model_copy(update={"max_gap": gap})})
         self.plan = plan
-        self.ensemble = ensemble or Ensemble(self.base, plan)
+        self.ensemble = ensemble or Ensemble(self.base, plan, alive=alive)
         self.tick = round(scene.solver.tick * SECOND)
         self.every = max(1, round(plan.every / scene.solver.tick))
         self.delay = round(scene.winch.command_delay * SECOND)
@@ -201,6 +207,13 @@ class Follower:
         if not whole:
             way = float(first["scope"]) / max(float(np.hypot(*first["ship_velocity"][:2])), 0.1)
             self.settling = SETTLE * way
+            self.notes.append(f"joined under way: the copies settle for {self.settling:.0f} s")
+        if self.orders is not None and self.begun == 1:  # now there is a drum to check it with
+            try:
+                self.orders.check(self.ensemble.nominal.model.settings[0].drum, self.base)
+            except PlanError as error:
+                self.notes.append(f"ahead.winch is refused, the last command is held: {error}")
+                self.orders = None
         self.running = True
         return True
 

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..io.bags.bag import BagError, BagReader, report
+from ..io.bags.bag import BagError, BagReader, Damage, report
 from ..io.messages.channels import channel_of
 from ..io.messages.messages import KINDS
 from ..io.recordings.recorded_run import HEALTH as HEALTH_CHANNEL
@@ -28,8 +28,9 @@ CSV_NAME, PICTURE, JSON_NAME = "ensemble.csv", "ensemble.png", "ensemble.json"
 
 class Followed(NamedTuple):
     """The band over a recording: time [s since its first tick output], bands low, median, high, nominal and the
-    recorded tow [n, FIGURES], all copies [copies, n, FIGURES]; lost copies; notes; CPU time of following and of the
-    static starts [s]; simulated by one copy [s]."""
+    recorded tow [n, FIGURES], all copies [copies, n, FIGURES]; settled [n]: had the copies, where the tow was joined
+    under way; lost copies; notes; damage: what of the bag could not be read; CPU time of following and of the static
+    starts [s]; simulated by one copy [s]."""
 
     time: np.ndarray
     low: np.ndarray
@@ -38,8 +39,10 @@ class Followed(NamedTuple):
     nominal: np.ndarray
     tow: np.ndarray
     values: np.ndarray
+    settled: np.ndarray
     lost: list[Lost]
     notes: list[str]
+    damage: str
     cpu: float
     start_cpu: float
     simulated: float
@@ -48,6 +51,11 @@ class Followed(NamedTuple):
     def members(self) -> int:
         """Copies in the band."""
         return len(self.values)
+
+    @property
+    def counted(self) -> np.ndarray:
+        """Bands that figures are made of [n]: where the copies had settled, all where they never had."""
+        return self.settled if self.settled.any() else np.ones(len(self.settled), bool)
 
 
 def scene_kept(path: str | os.PathLike, given: str | None) -> Scene:
@@ -64,8 +72,9 @@ def scene_kept(path: str | os.PathLike, given: str | None) -> Scene:
     return scene_from_text(text, f"scene kept in {path}")
 
 
-def heard_of(path: str | os.PathLike) -> Iterator[Heard]:
-    """What a node's neighbour would have heard of a recording. BagError where it has no tick outputs."""
+def heard_of(path: str | os.PathLike, damage: Damage | None = None) -> Iterator[Heard]:
+    """What a node's neighbour would have heard of a recording, at its end `damage`. BagError where it has no tick
+    outputs."""
     found = False
     with BagReader(path) as bag:
         for message in bag:
@@ -77,7 +86,7 @@ def heard_of(path: str | os.PathLike) -> Iterator[Heard]:
             kind = next((k for topic, k in COMMAND_TOPICS.items() if message.topic.endswith(f"/{topic}")), None)
             if kind is not None and message.msgtype == KINDS[kind][0]:
                 yield Heard(message.time, kind, message.data)
-        report(bag, None)
+        report(bag, damage)
     if not found:
         raise BagError(
             f"bag '{path}' has no topic '{HEALTH_CHANNEL.topic}', so it is no recording of a tow: nothing was "
@@ -96,22 +105,29 @@ def follow_recording(
     follower, used = Follower(scene, plan, ensemble), time.process_time()
     bands: list[Band] = []
     tows: list[np.ndarray] = []
+    settled: list[bool] = []
+    lost: list[Lost] = []
     waiting: list[Heard] = []
+    begins: list[int] = []
+    damage = Damage()
 
     def drain(last: bool = False) -> None:
         follower.hear(waiting)
         waiting.clear()
         while True:
             band = follower.finish() if last else follower.advance()
+            lost.extend(one for one in follower.ensemble.lost if one not in lost)  # of every start
             if band is None:
                 if follower.ready(last):
                     continue  # the copies began again
                 return
             bands.append(band)
+            begins.append(follower.began)
+            settled.append(not follower.settling)
             tows.append(figures_of(np.array([follower.tow])))
-            progress("following", (int(band.time[0]) - follower.began) * 1e-9, 0.0)
+            progress("following", (int(band.time[0]) - begins[0]) * 1e-9, 0.0)
 
-    for item in heard_of(path):
+    for item in heard_of(path, damage):
         waiting.append(item)
         if len(waiting) >= PIECE:
             drain()
@@ -124,7 +140,7 @@ def follow_recording(
     parts = {name: np.concatenate([getattr(band, name) for band in bands]) for name in ("low", "median", "high")}
     nominal = np.concatenate([band.nominal for band in bands])
     values = np.concatenate([band.values[:count] for band in bands], axis=1)
-    seconds = (times - follower.began) * 1e-9
+    seconds = (times - begins[0]) * 1e-9
     return Followed(
         seconds,
         parts["low"],
@@ -133,8 +149,10 @@ def follow_recording(
         nominal,
         np.concatenate(tows),
         values,
-        follower.ensemble.lost,
+        np.array(settled),
+        lost,
         list(follower.notes),
+        str(damage) if damage else "",
         time.process_time() - used - follower.ensemble.start_cpu,
         follower.ensemble.start_cpu,
         len(bands) * follower.every * follower.tick * 1e-9,
@@ -143,7 +161,8 @@ def follow_recording(
 
 def figures(one: Followed, plan: EnsemblePlan) -> dict[str, Any]:
     """For JSON: by figure the mean and largest width of the band, the share of the time that the recorded tow is in
-    it, and how far copy 0 is from the recorded tow; cost."""
+    it, and how far copy 0 is from the recorded tow, of the bands that count; cost."""
+    counted = one.counted
     found: dict[str, Any] = {
         "ensemble": plan.ensemble,
         "copies": one.members,
@@ -151,6 +170,7 @@ def figures(one: Followed, plan: EnsemblePlan) -> dict[str, Any]:
         "level": level_of(one.members),
         "duration_s": float(one.time[-1]),
         "bands": len(one.time),
+        "bands_settled": int(one.settled.sum()),
         "lost": [{"copy": lost.number, "draw": str(lost.draw), "why": lost.why} for lost in one.lost],
         "start_cpu_s": one.start_cpu,
         "cpu_s": one.cpu,
@@ -159,13 +179,13 @@ def figures(one: Followed, plan: EnsemblePlan) -> dict[str, Any]:
     }
     inside = (one.tow >= one.low) & (one.tow <= one.high)
     for k, (name, (_, _, _, unit)) in enumerate(FIGURES.items()):
-        width = one.high[:, k] - one.low[:, k]
+        width = (one.high[:, k] - one.low[:, k])[counted]
         found["figures"][name] = {
             "unit": unit,
             "width_mean": float(width.mean()),
             "width_max": float(width.max()),
-            "recorded_inside": float(inside[:, k].mean()),
-            "copy_0_apart_max": float(np.abs(one.nominal[:, k] - one.tow[:, k]).max()),
+            "recorded_inside": float(inside[counted, k].mean()),
+            "copy_0_apart_max": float(np.abs(one.nominal[:, k] - one.tow[:, k])[counted].max()),
         }
     return found
 

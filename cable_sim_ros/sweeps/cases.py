@@ -26,10 +26,10 @@ DECIDES = ("physics", "sim", "io", "runs", "sweeps/worker", "sweeps/figures")  #
 
 
 class Case(NamedTuple):
-    """One run. varied: what tells it from the others, by key; settings: values of the scene by key; seed: of all
-    that is random; key: of its row."""
+    """One run. number: its place in the order; varied: what tells it from the others, by key; settings: values of the
+    scene by key; seed: of all that is random; key: of its row."""
 
-    index: int  # type: ignore[assignment]
+    number: int
     varied: dict[str, Any]
     scene: str
     settings: dict[str, Any]
@@ -51,7 +51,7 @@ def cases_of(plan: SweepPlan, drawn: Sequence[dict[str, float]] | None = None) -
     grids = [[(key, value) for value in _values(one)] for key, one in plan.grid.items()]
     samples = drawn if drawn is not None else drawn_of(plan.samples) if plan.samples else [{}]
     seeds = [{}] if not plan.seeds else [{"seed": seed} for seed in range(1, plan.seeds + 1)]
-    index = 0
+    number = 0
     for motion, winch, setpoint, seed, grid in itertools.product(
         plan.motions, plan.plans, plan.setpoints, seeds, itertools.product(*grids)
     ):
@@ -77,8 +77,8 @@ def cases_of(plan: SweepPlan, drawn: Sequence[dict[str, float]] | None = None) -
                 plan.step,
                 tuple(plan.figures),
             )
-            yield Case(index, varied, *rest, _key(*rest))
-            index += 1
+            yield Case(number, varied, *rest, _key(*rest))
+            number += 1
 
 
 def _values(one: Steps | list[Any]) -> list[Any]:

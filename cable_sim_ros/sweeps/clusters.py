@@ -100,7 +100,11 @@ class _Local:
                 silence_logs=CRITICAL,
                 env=dict.fromkeys(ONE_THREAD, "1"),
             )
-            self._open = Client(held, timeout=60), held
+            try:
+                self._open = Client(held, timeout=60), held
+            except BaseException:
+                held.close()
+                raise
         self._last = DaskExecutor(self._open[0], own=self.count)
         return self._last
 

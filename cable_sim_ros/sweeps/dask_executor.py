@@ -11,10 +11,11 @@ from collections.abc import Callable
 from concurrent.futures import BrokenExecutor, CancelledError, Executor, Future
 from contextlib import suppress
 from functools import partial
-from typing import Any
+from typing import Any, ParamSpec, TypeVar
 
 from ..errors import CableSimError
 
+P, T = ParamSpec("P"), TypeVar("T")
 FETCH, LOOK, WITHOUT = 10.0, 1.0, 60.0  # s: for a row, between looks at the cluster, that a local one may lack a worker
 
 
@@ -22,8 +23,8 @@ class ClusterError(CableSimError, ValueError):
     """A cluster that cannot be reached, is not installed, or is not fit for a sweep."""
 
 
-def checked_there(code: str, function: Callable, *args: Any) -> Any:
-    """On a worker: the result of the function, if the program there is the one that handed it out."""
+def checked_there(code: str, call: Callable[[], T]) -> T:
+    """On a worker: the result of the call, if the program there is the one that handed it out."""
     from .cases import code_of
 
     if code_of() != code:
@@ -31,7 +32,7 @@ def checked_there(code: str, function: Callable, *args: Any) -> Any:
             "a worker of the cluster has another version of cable_sim_ros than this program: its rows would be those "
             "of another physics; the rows before are kept. Install the same on all workers"
         )
-    return function(*args)
+    return call()
 
 
 class DaskExecutor(Executor):
@@ -53,11 +54,11 @@ class DaskExecutor(Executor):
         self._watcher = threading.Thread(target=self._watch, name="cluster", daemon=True)
         self._watcher.start()
 
-    def submit(self, function: Callable, /, *args: Any) -> Future:  # type: ignore[override]
-        """Future of function(*args) on a worker; both are pickled."""
-        given: Future = Future()
+    def submit(self, function: Callable[P, T], /, *args: P.args, **kwargs: P.kwargs) -> Future[T]:
+        """Future of function(*args, **kwargs) on a worker; all are pickled."""
+        given: Future[T] = Future()
         try:
-            made = self._client.submit(checked_there, self._code, function, *args, pure=False)
+            made = self._client.submit(checked_there, self._code, partial(function, *args, **kwargs), pure=False)
         except Exception as error:  # a client that is closed or has lost its scheduler raises many kinds
             given.set_exception(self._gone(error))
             return given
@@ -115,12 +116,14 @@ class DaskExecutor(Executor):
                     )
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
-        """Cancel what has not ended."""
+        """Cancel what has not ended, whether cancel_futures says so or not."""
         self._ended.set()
         with self._lock:
-            made = list(self._open.values())
+            left = dict(self._open)
             self._open.clear()
+        for given in left:
+            given.cancel()
         with suppress(Exception):  # a scheduler that is gone has nothing to cancel
-            self._client.cancel(made, force=True)
+            self._client.cancel(list(left.values()), force=True)
         if wait and threading.current_thread() is not self._watcher:
             self._watcher.join()

@@ -59,11 +59,15 @@ def rows_of(cases: Iterable[Case], make: Make, workers: int) -> Iterator[tuple[C
     hand: dict[Future, Case] = {}
     try:
         while True:
-            for case in islice(waiting, AHEAD * workers - len(hand)):
-                hand[executor.submit(simulate, case)] = case
-            if not hand:
-                return
             lost = []
+            for case in islice(waiting, AHEAD * workers - len(hand)):
+                try:
+                    hand[executor.submit(simulate, case)] = case
+                except BrokenExecutor:  # a worker died since the last row came
+                    lost.append(case)
+                    break
+            if not hand and not lost:
+                return
             for future in wait(hand, return_when=FIRST_COMPLETED).done:
                 case = hand.pop(future)
                 try:
@@ -71,7 +75,7 @@ def rows_of(cases: Iterable[Case], make: Make, workers: int) -> Iterator[tuple[C
                 except BrokenExecutor:
                     lost.append(case)
             if lost:
-                _end(executor, hand)
+                executor.shutdown(cancel_futures=True)
                 lost += hand.values()
                 hand.clear()
                 executor = make()
@@ -79,14 +83,7 @@ def rows_of(cases: Iterable[Case], make: Make, workers: int) -> Iterator[tuple[C
                     row, executor = _alone(case, executor, make)
                     yield case, row
     finally:
-        _end(executor, hand)
-
-
-def _end(executor: Executor, hand: Iterable[Future] = ()) -> None:
-    """Cancel what has not begun, and wait for the rest; Dask's shutdown does not know `cancel_futures`."""
-    for future in hand:
-        future.cancel()
-    executor.shutdown(wait=True)
+        executor.shutdown(cancel_futures=True)
 
 
 def _alone(case: Case, executor: Executor, make: Make) -> tuple[dict[str, Any], Executor]:
@@ -95,7 +92,7 @@ def _alone(case: Case, executor: Executor, make: Make) -> tuple[dict[str, Any], 
         try:
             return _row(executor.submit(simulate, case), case), executor
         except BrokenExecutor:
-            _end(executor)
+            executor.shutdown()
             executor = make()
     return failed(case, "the worker that ran it ended (killed, or out of memory), each time"), executor
 

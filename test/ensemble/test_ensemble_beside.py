@@ -1,12 +1,14 @@
 """Beside a node, without one: what is said where real time is not held, the node falls silent, or copies are lost."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
 pytest.importorskip("rclpy")
 
-from cable_sim_ros.ensemble.beside import AHEAD_NAMES, BAND_NAMES, WATCHED, Beside
-from cable_sim_ros.ensemble.copies import EnsembleEnded
+from cable_sim_ros.ensemble.beside import AHEAD_NAMES, BAND_NAMES, WATCHED, Beside, _follow
+from cable_sim_ros.ensemble.copies import EnsembleEnded, Stopped
 from cable_sim_ros.ensemble.follow import Follower
 from cable_sim_ros.ensemble.plan import EnsemblePlan
 from cable_sim_ros.ensemble.recording import heard_of, scene_kept
@@ -67,6 +69,44 @@ def test_band_look_ahead_and_status_are_said(bag, made):
     assert beside.follower.notes[-1].startswith("plan refused: ") and beside.follower.orders is None
     beside.order("0 rate 0.2, 10 hold")
     assert beside.status().values["winch_ahead"] == "0 rate 0.2, 10 hold"
+    beside.overrun()
+    assert beside.let_go == 1 and not beside.follower.running and "were lost" in beside.follower.notes[-1]
+
+
+class Ear:
+    """Has a plan of the winch before the copies begin, and then what a tow says."""
+
+    client = SimpleNamespace(check=lambda: None)
+
+    def __init__(self, items):
+        self.parts, self.plans = [[], items, []], ["0 rate 0.2, 10 hold"]
+
+    def items(self):
+        return self.parts.pop(0)
+
+    def ordered(self):
+        return self.plans.pop() if self.plans else None
+
+    def overflowed(self):
+        return False
+
+
+def test_a_plan_that_comes_before_the_copies_begin_is_kept_for_them(bag, made):
+    beside, _ = made(ahead={"seconds": 0.0, "winch": "0 rate 99"})
+    ear = Ear(list(heard_of(bag))[:120])
+    _follow(beside, ear, lambda: bool(ear.parts))
+    notes = beside.follower.notes
+    assert any(
+        note.startswith("ahead.winch is refused, the last command is held: winch plan, item 1") for note in notes
+    )
+    assert str(beside.follower.orders) == "0 rate 0.2, 10 hold"
+
+
+def test_an_end_that_is_asked_for_does_not_wait_for_the_static_starts(bag):
+    follower = Follower(scene_kept(bag, None), EnsemblePlan(copies=1000), alive=lambda: False)
+    follower.hear(list(heard_of(bag))[:120])
+    with pytest.raises(Stopped):
+        follower.advance()
 
 
 def test_where_real_time_is_not_held_copies_go_and_it_is_said(bag, made, monkeypatch):

@@ -3,6 +3,7 @@
 import csv
 import itertools
 import json
+import shutil
 
 import numpy as np
 import pytest
@@ -14,7 +15,7 @@ from cable_sim_ros.ensemble import coverage
 from cable_sim_ros.ensemble.copies import FIGURES, EnsembleEnded, figures_of
 from cable_sim_ros.ensemble.follow import Follower, Heard
 from cable_sim_ros.ensemble.plan import EnsemblePlan
-from cable_sim_ros.ensemble.recording import follow_recording, heard_of, scene_kept
+from cable_sim_ros.ensemble.recording import figures, follow_recording, heard_of, scene_kept
 
 PLAN = EnsemblePlan(copies=5)
 NAMES = list(FIGURES)
@@ -111,6 +112,47 @@ def test_a_clock_that_jumps_and_messages_that_are_none_begin_again_or_are_left_o
     assert follower.notes[-1] == "the tow began again, or its clock jumped: so did the copies"
 
 
+def test_figures_are_of_the_bands_where_the_copies_had_settled(followed):
+    late = followed._replace(settled=np.arange(90) >= 60)
+    told, inside = figures(late, PLAN), (followed.tow >= followed.low) & (followed.tow <= followed.high)
+    assert told["bands"] == 90 and told["bands_settled"] == 30
+    for k, row in enumerate(told["figures"].values()):
+        assert row["recorded_inside"] == inside[60:, k].mean()
+        assert row["width_max"] == (followed.high - followed.low)[60:, k].max()
+    never = figures(followed._replace(settled=np.zeros(90, bool)), PLAN)
+    assert never["bands_settled"] == 0 and never["figures"] == figures(followed, PLAN)["figures"]
+
+
+def test_a_recording_that_begins_under_way_is_doubtful_until_the_copies_settle(bag, tmp_path, monkeypatch):
+    """20 to 40 s of it, without the tick outputs from 30 to 33 s: the copies begin twice, and never settle."""
+    from cable_sim_ros.ensemble import recording
+
+    kept = [item for item in heard_of(bag) if item.kind == "health"]
+    kept = kept[round(20.0 / TICK) : round(30.0 / TICK)] + kept[round(33.0 / TICK) : round(40.0 / TICK)]
+    monkeypatch.setattr(recording, "heard_of", lambda path, damage: iter(kept))
+    monkeypatch.setattr(recording, "PIECE", 20)  # of what was heard with the gap nothing is kept
+    found = call(bag, "--copies", 5, "--out", tmp_path, "--json")
+    told = json.loads(found.output)
+    assert found.exit_code == told["exit_code"] == 4 and told["bands_settled"] == 0 and told["bands"] > 14
+    assert sum(note.startswith("joined under way: the copies settle for") for note in told["notes"]) == 2
+    with open(tmp_path / "ensemble.csv", newline="") as file:
+        _, *rows = csv.reader(file)
+    seconds = [float(row[0]) for row in rows]
+    assert 0.0 < seconds[0] <= 1.0 and seconds == sorted(seconds) and seconds[-1] == pytest.approx(20.0)
+    assert told["duration_s"] == seconds[-1]
+
+
+def test_a_damaged_recording_is_followed_as_far_as_it_goes_and_said(bag, tmp_path):
+    (whole,) = bag.glob("*.mcap")
+    shutil.copytree(bag, tmp_path / "cut")
+    data = whole.read_bytes()
+    (tmp_path / "cut" / whole.name).write_bytes(data[: len(data) // 3])
+    found = call(tmp_path / "cut", "--copies", 5, "--out", tmp_path, "--json")
+    told = json.loads(found.output)
+    assert found.exit_code == told["exit_code"] == 3 and 10 < told["bands"] < 60
+    assert str(tmp_path / "cut") in told["notes"][-1]
+
+
 def call(*arguments):
     return CliRunner().invoke(main, ["ensemble", *map(str, arguments)])
 
@@ -165,7 +207,7 @@ def test_what_cannot_be_is_refused_in_a_line(bag, arguments, text, tmp_path, mon
 def test_a_recording_shorter_than_a_band_is_said(bag, scene, monkeypatch):
     from cable_sim_ros.ensemble import recording
 
-    monkeypatch.setattr(recording, "heard_of", lambda path: iter(list(heard_of(path))[:15]))
+    monkeypatch.setattr(recording, "heard_of", lambda path, damage: iter(list(heard_of(path))[:15]))
     with pytest.raises(EnsembleEnded, match="shorter than one band, 1 s; nothing is told"):
         follow_recording(bag, scene, PLAN)
     assert figures_of(np.zeros(0, heard_dtype())).shape == (0, len(FIGURES))

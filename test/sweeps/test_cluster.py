@@ -4,6 +4,7 @@ import json
 import os
 import signal
 from concurrent.futures import BrokenExecutor, CancelledError, Future
+from functools import partial
 from types import SimpleNamespace
 
 import pytest
@@ -36,7 +37,7 @@ def test_a_worker_killed_in_the_middle_loses_and_doubles_nothing(monkeypatch):
     rows, killed = [], None
     with executors("local", 2) as (make, count):
         for case, row in engine.rows_of(cases, make, count):
-            rows.append((case.index, row))
+            rows.append((case.number, row))
             if killed is None:
                 killed = row["pid"]
                 os.kill(killed, signal.SIGKILL)
@@ -89,9 +90,9 @@ def test_a_row_that_cannot_be_fetched_is_lost_with_its_worker():
 
 
 def test_rows_are_of_this_program_alone():
-    assert checked_there(code_of(), len, "abc") == 3
+    assert checked_there(code_of(), partial(len, "abc")) == 3
     with pytest.raises(ClusterError, match="another version of cable_sim_ros"):
-        checked_there("0", len, "abc")
+        checked_there("0", partial(len, "abc"))
 
 
 def test_a_lost_cluster_ends_the_sweep_and_is_no_row():
@@ -104,7 +105,7 @@ def test_a_lost_cluster_ends_the_sweep_and_is_no_row():
             future.set_exception(ClusterError("gone"))
             return future
 
-        def shutdown(self, wait=True):
+        def shutdown(self, wait=True, *, cancel_futures=False):
             pass
 
     with pytest.raises(ClusterError, match="gone"):

@@ -26,14 +26,17 @@ def plain(rows):
 
 
 class Here(Executor):
-    """Runs what is submitted at once; `after` cases it dies, as a pool whose worker was killed."""
+    """Runs what is submitted at once; `after` cases it dies, as a pool whose worker was killed; refuses: and takes no
+    more, as one that has noticed."""
 
-    def __init__(self, after=None):
-        self.left = after
+    def __init__(self, after=None, refuses=False):
+        self.left, self.refuses = after, refuses
 
     def submit(self, function, /, *args):
         future = Future()
         if self.left == 0:
+            if self.refuses:
+                raise BrokenExecutor("a worker was killed")
             future.set_exception(BrokenExecutor("killed"))
             return future
         self.left = None if self.left is None else self.left - 1
@@ -85,11 +88,12 @@ def test_a_part_that_was_cut_off_is_set_aside_and_computed_again(swept, tmp_path
     assert plain(again.rows) == plain(swept.rows)
 
 
-def test_what_is_lost_with_a_worker_is_run_again_and_nothing_twice():
-    made = iter([Here(after=2), Here(), Here()])
+@pytest.mark.parametrize("refuses", [False, True])
+def test_what_is_lost_with_a_worker_is_run_again_and_nothing_twice(refuses):
+    made = iter([Here(after=2, refuses=refuses), Here(), Here()])
     cases = list(cases_of(checked({**SHORT, "grid": {"winch.scope": [0.8, 0.9, 0.95, 1.0]}}, "here")))
     rows = list(rows_of(cases, lambda: next(made), 2))
-    assert sorted(case.index for case, _ in rows) == [0, 1, 2, 3]
+    assert sorted(case.number for case, _ in rows) == [0, 1, 2, 3]
     assert all(row["verdict"] != "failed" for _, row in rows)
 
 
@@ -103,7 +107,7 @@ def killer(case):
 def test_a_case_that_kills_its_worker_is_a_row_and_the_others_are_whole(monkeypatch):
     monkeypatch.setattr(engine, "simulate", killer)
     cases = list(cases_of(checked({**SHORT, "grid": {"winch.scope": [0.9, 1.0, 1.1, 1.2]}}, "here")))
-    rows = {case.index: row for case, row in rows_of(cases, lambda: processes(2), 2)}
+    rows = {case.number: row for case, row in rows_of(cases, lambda: processes(2), 2)}
     assert len(rows) == 4
     assert "worker that ran it ended" in rows[1]["error"]
     assert [rows[k]["verdict"] for k in (0, 2, 3)] == ["ok"] * 3

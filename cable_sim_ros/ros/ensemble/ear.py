@@ -31,6 +31,7 @@ class Ear(Watcher):
     def listen(self) -> None:
         """Subscribe; best effort holds no publisher up."""
         self._items: deque[Item] = deque(maxlen=KEPT)
+        self._overflowed = False
         self.plan_text: str | None = None
         kinds, _ = inputs_there()
         from sensor_msgs.msg import JointState
@@ -50,6 +51,7 @@ class Ear(Watcher):
 
     def _put(self, kind: str, data: bytes) -> None:
         with self.lock:
+            self._overflowed = self._overflowed or len(self._items) == KEPT
             self._items.append(Item(time.monotonic_ns(), kind, bytes(data)))
 
     def _put_plan(self, data: bytes) -> None:
@@ -63,6 +65,12 @@ class Ear(Watcher):
         with self.lock:
             found = list(self._items)
             self._items.clear()
+        return found
+
+    def overflowed(self) -> bool:
+        """Were messages lost since the last call, because more than KEPT waited?"""
+        with self.lock:
+            found, self._overflowed = self._overflowed, False
         return found
 
     def ordered(self) -> str | None:

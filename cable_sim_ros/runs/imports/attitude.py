@@ -54,8 +54,8 @@ def attitude(signals: dict[str, Signal]) -> tuple[dict[str, Signal], list[str]]:
             f"`sign: -1` for y and z"
         )
     cuts = [0, *(np.flatnonzero(steps > max(BRIDGED, PERIODS * step)) + 1).tolist(), len(t)]
-    spans = [(float(t[i]), float(t[j - 1])) for i, j in zip(cuts, cuts[1:]) if j - i >= SHORTEST / step]
-    spans = [(a, b) for a, b in spans if b - a <= SPARSE * step * float(((t >= a) & (t <= b)).sum())]
+    dense = [(i, j) for i, j in zip(cuts, cuts[1:]) if t[j - 1] - t[i] <= SPARSE * step * (j - i)]
+    spans = [(float(t[i]), float(t[j - 1])) for i, j in dense if j - i >= SHORTEST / step]
     if not spans:
         raise LogError(
             f"{signals[RATES[0]].source}: rates have no {SHORTEST:g} s without a gap, no attitude is made of them; "

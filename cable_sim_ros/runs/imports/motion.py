@@ -81,9 +81,11 @@ def motion_of_signals(signals: Mapping[str, Signal], choice: Choice) -> ShipMoti
     value[:, 5], rate[:, 5] = found.yaw, found.yaw_rate
     keep = np.ones(len(at), bool) if found.inside is None else found.inside
     if not keep.any():
-        less = f" less {EDGE:g} s at each end" if choice.track == "mean" else ""
+        mean = choice.track == "mean"
+        names = [*found.given, *(["yaw"] if mean and "yaw" in used else [])]
+        less = f" less {EDGE:g} s at each end" if mean else ""
         raise LogError(
-            f"{used[found.given[0]].source}: {' and '.join(found.given)}{less}, and height and attitude have no time "
+            f"{used[names[0]].source}: {' and '.join(names)}{less}, and height and attitude have no time "
             f"in common: nothing was imported. Give a longer log, or align their clocks"
         )
     if choice.track == "mean" and found.inside is not None:

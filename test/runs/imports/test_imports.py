@@ -71,6 +71,14 @@ def test_a_ship_that_turns_is_not_drawn_straight_but_by_choice(tmp_path):
         imported(turning(tmp_path), *ANGLES, track="mean")
 
 
+def test_a_height_that_is_there_at_the_ends_of_a_mean_track_alone_is_refused(tmp_path):
+    """What is taken off at the ends of the heading is all that there is of the heave."""
+    t = np.arange(0.0, 90.0, 0.5)
+    log = ship(tmp_path / "a.csv", t, h=90.0 + np.sin(t), z=np.where(t < 20.0, np.sin(0.5 * t), np.nan))
+    with pytest.raises(LogError, match="yaw less 30 s at each end, and height and attitude have no time in common"):
+        imported(log, "heading h deg", "heave z m", track="mean")
+
+
 def test_gaps_stay_gaps_for_height_and_for_position(tmp_path):
     """20 s without heave; 10 s later 5 s without a position, where a curve would run away."""
     t = np.arange(0.0, 120.0, 0.2)
