@@ -12,7 +12,16 @@ from hypothesis import strategies as st
 
 from cable_sim_ros.cli import commands
 from cable_sim_ros.verification import sheave
-from cable_sim_ros.verification.benchmarks import bench, features, haul_bench, haul_cost, sweep_cost, ticks, tow_bench, water_cost
+from cable_sim_ros.verification.benchmarks import (
+    bench,
+    features,
+    haul_bench,
+    haul_cost,
+    sweep_cost,
+    ticks,
+    tow_bench,
+    water_cost,
+)
 from cable_sim_ros.verification.benchmarks.bench import Row, front, series
 
 

@@ -91,9 +91,8 @@ def throughput(
 
 def _timed(todo: list[Case], workers: int) -> tuple[Timed, None]:
     begun, rows, at = time.perf_counter(), [], []
-    arriving = (
-        ((case, simulate(case)) for case in todo) if not workers else rows_of(todo, partial(processes, workers), workers)
-    )
+    here = ((case, simulate(case)) for case in todo)
+    arriving = rows_of(todo, partial(processes, workers), workers) if workers else here
     for _, row in arriving:
         rows.append(row)
         at.append(time.perf_counter())
