@@ -29,7 +29,6 @@ from .saved.savefile import SaveError
 from .scene import Scene
 from .static_equilibrium import settle, turn_bodies
 from .statics.route import StartError
-from .statics.static_shape import TowShape
 from .tables.current import declare_water
 from .tables.sensor_tables import declare_faults, keep_faults, pin_problem
 from .wake_tables import begin_wakes
@@ -100,21 +99,23 @@ class Simulator:
                 ring[...] = 0
         self._begun = True
         scene, yaw = self.scene, radians(self.scene.ship.heading_deg) if heading is None else float(heading)
-        shape = self.set_out(time_ns, position, yaw)
+        now = self.set_out(time_ns, position, yaw)
         if heading is None and self.inputs.motion_head[0] and not keep_inputs:
             first = self.inputs.motion[0]
             self._fits_start(float(first[YAW]), (float(first[0]), float(first[1])))
-        now = self.state.now
+        drum = self.model.settings[0].drum
+        shape = self.layout.shape(float(drum.payout_0 - drum.inboard), yaw)
+        turn_bodies(self, shape, yaw)
         self.start_report = settle(self, shape, yaw)
         now.health.iterations = now.health.substeps = 0
         take_rest(now, scene)
         if problem := pin_problem(self.state, scene):
             raise StartError(f"{scene.name}: {problem}", 0.0)
 
-    def set_out(self, time_ns: int, position: tuple[float, float], yaw: float) -> TowShape:
-        """All that a start knows before its nodes come to rest: ship, water, winch, mesh and bodies at the mean pose.
+    def set_out(self, time_ns: int, position: tuple[float, float], yaw: float) -> np.record:
+        """What a start knows before its nodes come to rest: ship, water, winch and mesh at the mean pose, see start().
 
-        See start(); yaw [rad]. Returns the static shape. The nodes are left at zero.
+        yaw [rad]. Returns the present memory. Nodes and the flow past the bodies are left at zero.
         """
         scene, state = self.scene, self.state
         now = self._clear()
@@ -131,9 +132,7 @@ class Simulator:
         lay_mesh(self.model.feed, drum, now.winch, state.nodes[NOW, ARC], self.model.line.elements)
         begin_wakes(state, scene.cable)
         declare_faults(self.state, scene)
-        shape = self.layout.shape(float(drum.payout_0 - drum.inboard), yaw)
-        turn_bodies(self, shape, yaw)
-        return shape
+        return now
 
     def _fits_start(self, yaw: float, place: tuple[float, ...]) -> None:
         problem = start_problem(self.state.now, yaw, place, self.scene.ship.start_blend)

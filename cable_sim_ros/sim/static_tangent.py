@@ -15,7 +15,7 @@ from ..physics.block_tridiagonal import RHS, solve, solve_again
 from ..physics.integrate import face
 from ..physics.jit import YES, driver
 from ..physics.line import residual
-from ..physics.state import AT_REST
+from ..physics.state import AT_REST, FLOW, NOW
 from ..physics.water_kinematics import STILL, stir
 from .mesh.mesh_kinds import FeedMesh
 from .scene import Scene
@@ -54,17 +54,22 @@ class Tangent(NamedTuple):
 
 
 class SetOut:
-    """A scene set out for a static start on a given mesh, None: that of its sections; no nodes come to rest."""
+    """A scene set out for a static start on a mesh of one's choice; its nodes do not come to rest by themselves.
 
-    def __init__(self, scene: Scene, mesh: FeedMesh | None):
+    mesh: None: that of the sections; flow [nodes, 6]: past the bodies at the start of another tow, which counts where
+    there is too little of it to turn them.
+    """
+
+    def __init__(self, scene: Scene, mesh: FeedMesh | None, flow: np.ndarray):
         self.sim = Simulator(scene, mesh)
         self.sim.set_out(0, (0.0, 0.0), radians(scene.ship.heading_deg))
+        self.flow = flow
 
     def at(self, q: np.ndarray) -> Balance:
         """The balance with the nodes at ``q`` [nodes, 6]; those that are held stay where they are held. Bodies face the
         flow where they are, strumming is that of this shape."""
         sim, state = self.sim, self.sim.state
-        state.q[:] = q
+        state.q[:], state.nodes[NOW, FLOW] = q, self.flow
         sim.bring_to_rest(0)
         face(sim.model.line, state)
         sim.bring_to_rest(0)
