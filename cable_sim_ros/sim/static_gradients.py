@@ -18,6 +18,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..errors import RunError
 from ..physics.parameter import Declared, declared
 from ..physics.state import FLOW, NOW
 from .layout import layout_of
@@ -26,15 +27,15 @@ from .scene import Scene
 from .simulator import Simulator
 from .static_tangent import Balance, SetOut, Tangent
 
-STEP = 1e-4  # of a number: 10 times less and the round-off of a tension counts, 10 times more and its curvature
+# of a number: with less the round-off of a tension counts, with more the curvature, above all of what presses; the
+# second where the first shows a kink
+STEPS = 1e-4, 1e-5
 PROBE = 1e-5  # of a number, of what K leaves out: beyond, the geometry of stiff cable that is moved straight counts
 LEFT_OUT, ROUNDS = 1e-6, 40  # of the nodes' answer, that K may leave out: less is the round-off of a correction
 TIGHT = 1e-12  # solver.tolerance of the start: its round-off
 SETTLED, CORRECTIONS = 1e-10, 40  # m: last correction of a tow at rest; at most so many
-# slopes to either side differ by more: of the larger, and of the figure for the number's whole value (round-off)
-KINK, ROUND_OFF = 0.01, 5e-5
+KINK, ROUND_OFF = 0.01, 5e-9  # slopes to either side differ by more: of the larger; of the figure, over the step
 HOW = ("solver.", "mesh.", "accuracy.")  # how a tow is computed, not what it is
-NOTHING_DONE = "it has no gradient"
 
 
 class Figure(NamedTuple):
@@ -51,14 +52,8 @@ FIGURES = (
     Figure("tension_drum_n", "N", "tension at the drum", lambda f: f.tension_drum),
     Figure("body_depth_m", "m", "depth of the towbody", lambda f: -f.body_position[2]),
     Figure("layback_m", "m", "horizontal distance from sheave to towbody", lambda f: f.layback),
-    Figure("departure_angle_deg", "deg", "departure angle from the downward vertical", lambda f: degrees(f.departure_angle)),
+    Figure("departure_angle_deg", "deg", "departure angle from the vertical", lambda f: degrees(f.departure_angle)),
 )
-NAMES = tuple(figure.name for figure in FIGURES)
-
-
-def figures_of(frame: np.record) -> np.ndarray:
-    """FIGURES of a tick output [figures]."""
-    return np.array([float(figure.of(frame)) for figure in FIGURES])
 
 
 class Slope(NamedTuple):
@@ -72,7 +67,7 @@ class Slope(NamedTuple):
 
 
 class Gradient(NamedTuple):
-    """Of one number: key, unit, value; slopes of FIGURES; note: what is to be known of them; refused: why there are
+    """Of one number: key, unit, value; slopes of FIGURES; note: what is to be known; refused: why there are
     none, "" where there are."""
 
     key: str
@@ -134,11 +129,14 @@ class StaticGradients:
         self._base = SetOut(self.scene, self.mesh, self._flow)
         self.q = sim.state.q.copy()
         self._balance = self._base.at(self.q)
-        self._tangent = self._base.tangent()
-        if self._tangent is not None:
-            self.q, self._balance = rested(self._base, self._tangent, self.q)
-            self._tangent = self._base.tangent()
-        self.values = figures_of(self._balance.frame)
+        self._tangent, self._why = self._base.tangent(), "the tangent of the tow is singular: a part of it is loose"
+        try:
+            if self._tangent is not None:
+                self.q, self._balance = rested(self._base, self._tangent, self.q)
+                self._tangent = self._base.tangent()
+        except NoGradient as why:
+            self._tangent, self._why = None, str(why)
+        self.values = values(self._balance)
 
     def __call__(self, key: str) -> Gradient:
         """The gradients of FIGURES to the number of a key. Raises LookupError, AttributeError or TypeError where the
@@ -147,49 +145,36 @@ class StaticGradients:
         unit = "" if known is None or known.unit == "1" else known.unit
         shown = None if isinstance(value, bool) or not isinstance(value, int | float) else float(value)
         try:
-            return Gradient(key, unit, shown, *self._along(key, self._step(key, value, known)))
-        except NoGradient as why:
+            check_number(key, value, known)
+            found = self._along(key, STEPS[0] * abs(value))
+            if any(slope.refused for slope in found.slopes):
+                again = self._along(key, STEPS[1] * abs(value))
+                pairs = zip(found.slopes, again.slopes, strict=True)
+                found = found._replace(slopes=tuple(b if a.refused else a for a, b in pairs))
+        except (NoGradient, RunError) as why:
             return Gradient(key, unit, shown, refused=str(why))
-
-    def _step(self, key: str, value: Any, known: Declared | None) -> float:
-        """The step to either side. Raises NoGradient."""
-        if key.startswith(HOW) or known is None:
-            raise NoGradient("says how the tow is computed, not what it is: the mesh is held")
-        if value is None:
-            raise NoGradient(f"has no value in the scene, what counts in its place is computed: give one, --set {key}=")
-        if isinstance(value, bool) or not isinstance(value, float):
-            raise NoGradient(f"= {value!r:.40} is no number that changes by a little")
-        if value == 0.0:
-            raise NoGradient("is 0: a step in proportion to it is none, and 1 % of it is nothing; give a value, --set")
-        step, low, high = STEP * abs(value), known.low, known.high
-        low = known.above if known.above is not None else low
-        if (low is not None and value - step <= low) or (high is not None and value + step > high):
-            raise NoGradient(f"is at the bound of its range {known.interval} {known.unit}: it has one side alone")
-        return step
+        return found._replace(unit=unit, value=shown)
 
     def beside(self, key: str, step: float) -> SetOut:
         """The scene with the number of a key larger by ``step``, set out on the mesh of the scene."""
         scene = with_number(self.scene, key, number_at(self.scene, key) + step)
         return SetOut(scene, self.mesh, self._flow)
 
-    def _along(self, key: str, step: float) -> tuple[tuple[Slope, ...], str]:
-        """Slopes to a number by a step [its unit], and what is to be known of them. Raises NoGradient."""
-        more, less = self.beside(key, step), self.beside(key, -step)
-        above, below = more.at(self.q), less.at(self.q)
-        same = np.array_equal(above.residual, below.residual) and np.array_equal(
-            figures_of(above.frame), figures_of(below.frame)
-        )
-        if same:
-            return tuple(Slope(name, 0.0, 0.0) for name in NAMES), "has no part in the static tow"
+    def _along(self, key: str, step: float) -> Gradient:
+        """Slopes to a number by a step [its unit]. Raises NoGradient."""
+        sides = self.beside(key, step), self.beside(key, -step)
+        above, below = (one.at(self.q) for one in sides)
+        if np.array_equal(above.residual, below.residual) and (values(above) == values(below)).all():
+            nothing = tuple(Slope(figure.name, 0.0, 0.0) for figure in FIGURES)
+            return Gradient(key, "", None, nothing, "has no part in the static tow")
         if self._tangent is None:
-            raise NoGradient("the tangent of the tow is singular: a part of it may move without a force")
-        answer = self._answer((above.residual - below.residual) / (2.0 * step), abs(step) * PROBE / STEP)
-        after = [figures_of(one.at(self.q + h * answer).frame) for one, h in ((more, step), (less, -step))]
-        slopes = (after[0] - after[1]) / (2.0 * step)
-        ends = [rested(one, self._tangent, self.q + h * answer) for one, h in ((more, step), (less, -step))]
-        return tuple(
-            self._slope(k, float(slope), [one for _, one in ends], step) for k, slope in enumerate(slopes)
-        ), ""
+            raise NoGradient(self._why)
+        answer = self._answer((above.residual - below.residual) / (2.0 * step), PROBE / STEPS[0] * step)
+        moved = self.q + step * answer, self.q - step * answer
+        more, less = (values(one.at(q)) for one, q in zip(sides, moved))
+        ends = [rested(one, self._tangent, q)[1] for one, q in zip(sides, moved)]
+        slopes = ((more - less) / (2.0 * step)).tolist()
+        return Gradient(key, "", None, tuple(self._slope(k, slope, ends, step) for k, slope in enumerate(slopes)))
 
     def _answer(self, load: np.ndarray, probe: float) -> np.ndarray:
         """du/dp [nodes, 6] for dr/dp = ``load``, with what K leaves out; probe: step of p for that. Raises
@@ -209,23 +194,38 @@ class StaticGradients:
         raise NoGradient("the balance of the tow does not follow its tangent: it has a kink there")
 
     def _slope(self, k: int, slope: float, ends: list[Balance], step: float) -> Slope:
-        """One figure, k, with the slopes to the tows at rest beside the scene."""
-        above, below = (float(FIGURES[k].of(one.frame)) for one in ends)
-        here, value = float(self.values[k]), step / STEP
+        """That of figure k, with the slopes to the tows at rest beside the scene."""
+        here, (above, below) = float(self.values[k]), (float(values(one)[k]) for one in ends)
         up, down = (above - here) / step, (here - below) / step
-        found = Slope(NAMES[k], slope, 0.5 * (up + down))
-        allowed = KINK * max(abs(up), abs(down)) + ROUND_OFF * abs(here) / value
-        if not (abs(up - down) <= allowed and abs(slope - found.beside) <= allowed):
-            moved = any(contact_of(one.frame) != contact_of(self._balance.frame) for one in ends)
-            print("DBG", NAMES[k], up, down, allowed)
-            why = "the contact points that are loaded change" if moved else "its slopes to either side differ"
-            return found._replace(refused=f"{why} within {100.0 * STEP:g} % of the number: {NOTHING_DONE}")
-        return found
+        found = Slope(FIGURES[k].name, slope, 0.5 * (up + down))
+        allowed = KINK * max(abs(up), abs(down)) + ROUND_OFF * abs(here) / step
+        if abs(up - down) <= allowed and abs(slope - found.beside) <= allowed:
+            return found
+        if any(one.loaded != self._balance.loaded for one in ends):
+            return found._replace(refused="steps: the contact points that are loaded change beside the scene")
+        return found._replace(refused=f"has a kink: {up:.4g} per unit upwards, {down:.4g} downwards")
 
 
-def contact_of(frame: np.record) -> tuple[float, ...]:
-    """What tells one set of loaded contact points on the sheave from another."""
-    return int(frame.contact_stations), round(float(frame.wrap_angle), 9)
+def values(balance: Balance) -> np.ndarray:
+    """FIGURES of a balance [figures]."""
+    return np.array([float(figure.of(balance.frame)) for figure in FIGURES])
+
+
+def check_number(key: str, value: Any, known: Declared | None) -> None:
+    """Raise NoGradient for what is no number of the tow that may change by a little to either side."""
+    if key.startswith(HOW):
+        raise NoGradient("says how the tow is computed, not what it is; the mesh is held")
+    if value is None:
+        raise NoGradient(f"has no value in the scene, and what counts in its place is computed: give --set {key}=VALUE")
+    if isinstance(value, bool) or not isinstance(value, float) or known is None:
+        raise NoGradient(f"= {value!r:.40} is no number that changes by a little")
+    if value == 0.0:
+        raise NoGradient(f"= 0, and steps are in proportion to it: give --set {key}=VALUE")
+    step, low, high = STEPS[0] * abs(value), known.low, known.high
+    if known.above is not None:
+        low = known.above
+    if (low is not None and value - step <= low) or (high is not None and value + step >= high):
+        raise NoGradient(f"= {value:g} {known.unit} is at the bound of its range {known.interval}: it has one side alone")
 
 
 def rested(out: SetOut, tangent: Tangent, q: np.ndarray) -> tuple[np.ndarray, Balance]:
@@ -239,4 +239,4 @@ def rested(out: SetOut, tangent: Tangent, q: np.ndarray) -> tuple[np.ndarray, Ba
             break
         if np.abs(correction[:, :3]).max() <= SETTLED:
             return q, out.at(q)
-    raise NoGradient(f"the tow beside the scene does not come to rest within {CORRECTIONS} corrections")
+    raise NoGradient(f"the tow at the scene or beside it does not come to rest within {CORRECTIONS} corrections")

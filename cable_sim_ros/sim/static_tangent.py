@@ -12,6 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..physics.block_tridiagonal import RHS, solve, solve_again
+from ..physics.contact import LOADED
 from ..physics.integrate import face
 from ..physics.jit import YES, driver
 from ..physics.line import residual
@@ -20,6 +21,8 @@ from ..physics.water_kinematics import STILL, stir
 from .mesh.mesh_kinds import FeedMesh
 from .scene import Scene
 from .simulator import Simulator
+
+FLANKS = slice(4, 6)  # columns of the contact table: line loads
 
 
 @driver
@@ -32,10 +35,12 @@ def factorise(line, state):
 
 
 class Balance(NamedTuple):
-    """A tow at rest with given nodes: residual [nodes, 6] (N, N m per slope; 0 where held), and the tick output."""
+    """A tow at rest with given nodes: residual [nodes, 6] (N, N m per slope; 0 where held), tick output, and which of
+    the contact points on the sheave are loaded."""
 
     residual: np.ndarray
     frame: np.record
+    loaded: tuple[bool, ...]
 
 
 class Tangent(NamedTuple):
@@ -73,7 +78,8 @@ class SetOut:
         sim.bring_to_rest(0)
         face(sim.model.line, state)
         sim.bring_to_rest(0)
-        return Balance(-state.work.band[:, :, RHS].copy(), sim.frame.copy())
+        loaded = sim.contact[:, FLANKS].sum(axis=1) > LOADED
+        return Balance(-state.work.band[:, :, RHS], sim.frame.copy(), tuple(loaded.tolist()))
 
     def tangent(self) -> Tangent | None:
         """K of the last balance; None where it is singular."""
