@@ -83,20 +83,21 @@ def gradients(scene, keys, settings, as_json) -> None:
 
 
 def checked(scene: Scene, key: str) -> str:
-    """The key. Raises GradientError where the scene has no such component, SceneError where it has no such key."""
+    """The key. Raises GradientError where it is not one component, SceneError where the scene has no such key."""
     from ..io.scenes.load import override
     from ..sim.static_gradients import number_at, split
 
+    plain, place = split(key)
     try:
-        value = number_at(scene, key)
+        whole = number_at(scene, plain)
     except (LookupError, AttributeError, TypeError):
-        plain, place = split(key)
-        override(scene, {plain: 0 if place is None else [0]})  # says which key is near
-        raise GradientError(
-            f"--key {key}: {plain} has no such component; nothing was computed. Count from 0, as in towbody.drag_area[0]"
-        ) from None
-    if isinstance(value, tuple):
-        raise GradientError(f"--key {key}: is a vector; nothing was computed. Give a component, {key}[0]")
+        override(scene, {plain: 0})  # says which key is near
+        raise
+    count = len(whole) if isinstance(whole, tuple) else 0
+    if place is not None and place >= count:
+        raise GradientError(f"--key {key}: {plain} has {count} components; nothing was computed. Count from 0")
+    if place is None and count:
+        raise GradientError(f"--key {key}: has {count} components; nothing was computed. Give one, as {key}[0]")
     return key
 
 
