@@ -2,8 +2,8 @@
 
 A number p of the scene moves the nodes at rest by du/dp = -K^-1 dr/dp (static_tangent.py), and a figure f(u, p) by
 df/dp = df/du du/dp + direct part. dr/dp and f are differenced between two scenes that differ in p alone, set out on the
-mesh of the scene: no tow is brought to rest for it. K is that of Newton's method, which leaves out how a body turns with
-the flow at its depth and how strumming follows the shape; what it leaves out is put in by corrections with the same K.
+mesh of the scene: no tow is brought to rest for it. K is that of Newton's method, which leaves out how a body turns
+with the flow at its depth and how strumming follows the shape: that is put in by corrections with the same K.
 
 Each gradient is held against the difference of the two static tows beside the scene, brought to rest from the tangent
 on. Where that fails, or its slopes to either side differ, the figure has no gradient there and the reason is given.
@@ -225,7 +225,9 @@ def check_number(key: str, value: Any, known: Declared | None) -> None:
     if known.above is not None:
         low = known.above
     if (low is not None and value - step <= low) or (high is not None and value + step >= high):
-        raise NoGradient(f"= {value:g} {known.unit} is at the bound of its range {known.interval}: it has one side alone")
+        raise NoGradient(
+            f"= {value:g} {known.unit} is at the bound of its range {known.interval}: it has one side alone"
+        )
 
 
 def rested(out: SetOut, tangent: Tangent, q: np.ndarray) -> tuple[np.ndarray, Balance]:

@@ -54,15 +54,15 @@ class GradientError(CableSimError, ValueError):
     "keys",
     multiple=True,
     metavar="KEY",
-    help="A number of the scene by its key, as towbody.drag_area[0]; may be repeated. Default: those that usually count.",
+    help="A number of the scene by its key, as towbody.drag_area[0]; may be repeated. Default: the usual ones.",
 )
 @click.option("--set", "settings", multiple=True, metavar="KEY=VALUE", help="A value of the scene by its key.")
 @click.option("--json", "as_json", is_flag=True, help="Print the figures as JSON, nothing else.")
 def gradients(scene, keys, settings, as_json) -> None:
     """Gradients of the static tow of SCENE: what a unit, and 1 %, of each number changes.
 
-    By the tangent of its balance, on its mesh; each is held against static tows to either side. Leaves with code 4 where
-    a key that was given has no gradient.
+    By the tangent of its balance, on its mesh; each is held against static tows to either side. Leaves with code 4
+    where a key that was given has no gradient.
     """
     from ..io.scenes.load import load_scene
     from ..runs.settings import apply_to_scene, settings_of
