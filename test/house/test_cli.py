@@ -55,6 +55,7 @@ COMMANDS = {
     "table",
     "envelope",
     "sensitivity",
+    "gradients",
     "ensemble",
 }
 
