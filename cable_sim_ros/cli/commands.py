@@ -50,6 +50,7 @@ LATER = {
     "fmu": "fmu.command",
     "film": "cli.view",
     "envelope": "sweeps.analyses",
+    "gradients": "sweeps.gradients",
     "sensitivity": "sweeps.analyses",
     "soak": "verification.soak.command",
     "stress": "verification.commands",

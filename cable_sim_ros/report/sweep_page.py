@@ -158,7 +158,7 @@ def _varied(many: Many) -> list[Part]:
             span = f"{number(min(found))} to {number(max(found))}"
         else:
             span = ", ".join(list(dict.fromkeys(str(value) for value in found))[:8]) + (", ..." if count > 8 else "")
-        rows.append((_named(key), str(count), span))
+        rows.append((named(key), str(count), span))
     parts: list[Part] = []
     if rows:
         parts.append(
@@ -215,7 +215,7 @@ def _drawn(many: Many) -> list[Part]:
                     axes.plot(x[at], y[at], marker, color=colour, mfc=fill, ms=4.5, label="" if odd else group)
             what = TITLES[name]
             axes.set_title(f"{what[0].upper()}{what[1:]}", size=10)
-            axes.set_xlabel(_named(over))
+            axes.set_xlabel(named(over))
             axes.set_ylabel(f"[{unit(many.units[name])}]")
             axes.margins(y=0.12)
             axes.locator_params(nbins=6)
@@ -223,7 +223,7 @@ def _drawn(many: Many) -> list[Part]:
             axes.set_visible(False)
         if by:
             handles, labels = panels[0].get_legend_handles_labels()
-            figure.legend(handles, labels, title=_named(by), loc="outside lower center", ncols=len(labels))
+            figure.legend(handles, labels, title=named(by), loc="outside lower center", ncols=len(labels))
 
     height = 2.7 * -(-len(names) // 2) + 0.4
     return [Figure(svg("runs", (WIDTH, height), draw), words, words)]
@@ -254,7 +254,7 @@ def _runs(many: Many) -> list[Part]:
         rows.append((str(k + 1), *(number(varied.get(key)) for key in keys), *figures, str(row["verdict"])))
     heads = [f"{TITLES[name]} [{unit(many.units[name])}]" for name in names]
     right = range(0, 1 + len(keys) + len(names))
-    parts: list[Part] = [Table("Runs", ("run", *map(_named, keys), *heads, "verdict"), rows, right=right, bad=bad)]
+    parts: list[Part] = [Table("Runs", ("run", *map(named, keys), *heads, "verdict"), rows, right=right, bad=bad)]
     if len(many.rows) > MOST_RUNS:
         parts.append(Text([f"{len(many.rows) - MOST_RUNS} more runs stand in the table of the sweep (sweep.csv)."]))
     return parts
@@ -264,7 +264,7 @@ def _float(value: Any) -> float:
     return float(value) if isinstance(value, (int, float)) else float("nan")
 
 
-def _named(key: str) -> str:
+def named(key: str) -> str:
     """A key of the scene with its unit; other names as they are."""
     table = next((one for one in TABLES if key.startswith(f"{one}.")), None)
     pattern = key if table is None else f"{table}.<name>.{key[len(table) + 1 :].partition('.')[2]}"

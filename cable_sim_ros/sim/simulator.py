@@ -94,12 +94,30 @@ class Simulator:
         StartError with the residual where it does not settle, or settles beside its sheave;
         nothing is simulated then.
         """
-        scene, state = self.scene, self.state
         if self._begun and not keep_inputs:
             for ring in self.inputs:
                 ring[...] = 0
         self._begun = True
-        yaw = radians(scene.ship.heading_deg) if heading is None else float(heading)
+        scene, yaw = self.scene, radians(self.scene.ship.heading_deg) if heading is None else float(heading)
+        now = self.set_out(time_ns, position, yaw)
+        if heading is None and self.inputs.motion_head[0] and not keep_inputs:
+            first = self.inputs.motion[0]
+            self._fits_start(float(first[YAW]), (float(first[0]), float(first[1])))
+        drum = self.model.settings[0].drum
+        shape = self.layout.shape(float(drum.payout_0 - drum.inboard), yaw)
+        turn_bodies(self, shape, yaw)
+        self.start_report = settle(self, shape, yaw)
+        now.health.iterations = now.health.substeps = 0
+        take_rest(now, scene)
+        if problem := pin_problem(self.state, scene):
+            raise StartError(f"{scene.name}: {problem}", 0.0)
+
+    def set_out(self, time_ns: int, position: tuple[float, float], yaw: float) -> np.record:
+        """What a start knows before its nodes come to rest: ship, water, winch and mesh at the mean pose, see start().
+
+        yaw [rad]. Returns the present memory. Nodes and the flow past the bodies are left at zero.
+        """
+        scene, state = self.scene, self.state
         now = self._clear()
         now.time.now = now.time.start = now.time.blend = time_ns
         speed = scene.ship.tow_speed
@@ -109,21 +127,12 @@ class Simulator:
         now.ship.mean_coord[:] = (0.0, 0.0, scene.ship.reference_height, 0.0, 0.0, yaw)
         now.ship.motion.coord[:] = now.ship.mean_coord
         now.ship.epoch = NO_EPOCH
-        if heading is None and self.inputs.motion_head[0] and not keep_inputs:
-            first = self.inputs.motion[0]
-            self._fits_start(float(first[YAW]), (float(first[0]), float(first[1])))
         declare(now.setpoint, scene, self._algorithm, yaw)
         drum = self.model.settings[0].drum
         lay_mesh(self.model.feed, drum, now.winch, state.nodes[NOW, ARC], self.model.line.elements)
         begin_wakes(state, scene.cable)
         declare_faults(self.state, scene)
-        shape = self.layout.shape(float(drum.payout_0 - drum.inboard), yaw)
-        turn_bodies(self, shape, yaw)
-        self.start_report = settle(self, shape, yaw)
-        now.health.iterations = now.health.substeps = 0
-        take_rest(now, scene)
-        if problem := pin_problem(self.state, scene):
-            raise StartError(f"{scene.name}: {problem}", 0.0)
+        return now
 
     def _fits_start(self, yaw: float, place: tuple[float, ...]) -> None:
         problem = start_problem(self.state.now, yaw, place, self.scene.ship.start_blend)

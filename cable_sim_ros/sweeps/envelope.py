@@ -21,6 +21,7 @@ from scipy.stats import binomtest
 from scipy.stats import t as student
 
 from ..errors import CableSimError
+from ..report.sweep_page import named
 from .dataset import names_of
 from .figures import BROKEN, RULE
 from .sweep import Swept
@@ -40,10 +41,12 @@ EXTREMES = (  # figure, its end, words
 )
 KEPT = "allowed"
 PANELS = (
-    (KEPT, "share of runs within the rules"),
+    (KEPT, "runs within the rules"),
     ("tension_max_n", "most tension [N]"),
     ("tension_min_n", "least tension [N]"),
+    ("body_depth_min_m", "least depth [m]"),
 )
+LINES = 6  # of panels in the picture
 
 
 class EnvelopeError(CableSimError, ValueError):
@@ -182,36 +185,49 @@ def _text(one: Extreme | None) -> str:
 
 
 def draw(title: str, cells: list[Cell], path: Path) -> Path:
-    """Runs within the rules, most and least tension over the first two keys that vary; of others the first value."""
+    """Runs within the rules, tensions and depth over the first two keys that vary, a line of panels for each value of a
+    third; of others the first value."""
     from ..plots.canvas import canvas
 
     keys = [key for key in cells[0].varied if len({str(cell.varied[key]) for cell in cells}) > 1]
-    x, y = keys[0] if keys else "", keys[1] if len(keys) > 1 else ""
-    rest = {key: cells[0].varied[key] for key in keys[2:]}
+    x, y, third = (*keys[:3], "", "", "")[:3]
+    rest = {key: cells[0].varied[key] for key in keys[3:]}
     kept = [cell for cell in cells if all(cell.varied[key] == value for key, value in rest.items())]
+    lines = list(dict.fromkeys(cell.varied.get(third, "") for cell in kept))[:LINES]
     heading = f"{title}{''.join(f', {key} = {value}' for key, value in rest.items())}"
-    with canvas(path, (13.0, 5.0), heading, "`cable-sim envelope`: docs/sweeps.md") as figure:
-        for axes, (name, words) in zip(figure.subplots(1, len(PANELS)), PANELS):
-            _panel(axes, kept, name, x, y)
-            axes.set_title(words)
+    size = (16.0, 1.6 + 3.2 * len(lines))
+    with canvas(path, size, heading, "`cable-sim envelope`: docs/sweeps.md") as figure:
+        grid = figure.subplots(len(lines), len(PANELS), squeeze=False, sharex=True, sharey=True)
+        for k, (name, words) in enumerate(PANELS):
+            known = [value for cell in kept if np.isfinite(value := _value(cell, name))]
+            ends = (0.0, 1.0) if name == KEPT or not known else (min(known), max(known))
+            for axes, line in zip(grid[:, k], lines):
+                _panel(axes, [cell for cell in kept if cell.varied.get(third, "") == line], name, (x, y), ends)
+                axes.set_ylabel((f"{third} = {line}\n\n" if third and k == 0 else "") + (named(y) if k == 0 else ""))
+            grid[0, k].set_title(words)
+            grid[-1, k].set_xlabel(named(x))
     return path
 
 
-def _panel(axes: Any, cells: list[Cell], name: str, x: str, y: str) -> None:
-    xs, ys = (list(dict.fromkeys(cell.varied.get(key, "") for cell in cells)) for key in (x, y))
+def _panel(axes: Any, cells: list[Cell], name: str, keys: tuple[str, str], ends: tuple[float, float]) -> None:
+    """One map of a figure over two keys, a number a cell; ends: of the colours, the same for all maps of a figure."""
+    xs, ys = (list(dict.fromkeys(cell.varied.get(key, "") for cell in cells)) for key in keys)
     grid = np.full((len(ys), len(xs)), np.nan)
     for cell in cells:
-        grid[ys.index(cell.varied.get(y, "")), xs.index(cell.varied.get(x, ""))] = _value(cell, name)
-    ends = (0.0, 1.0) if name == KEPT else (None, None)
+        grid[ys.index(cell.varied.get(keys[1], "")), xs.index(cell.varied.get(keys[0], ""))] = _value(cell, name)
     image = axes.imshow(grid, origin="lower", aspect="auto", cmap="cividis", vmin=ends[0], vmax=ends[1])
     for (j, i), value in np.ndenumerate(grid):
         color = "white" if np.isfinite(value) and image.norm(value) < 0.5 else "black"
-        axes.text(i, j, "-" if np.isnan(value) else f"{value:.3g}", ha="center", va="center", color=color)
+        axes.text(i, j, _shown(value, name), ha="center", va="center", color=color)
     axes.set_xticks(range(len(xs)), [str(value) for value in xs])
     axes.set_yticks(range(len(ys)), [str(value) for value in ys])
-    axes.set_xlabel(x)
-    axes.set_ylabel(y)
     axes.grid(False)
+
+
+def _shown(value: float, name: str) -> str:
+    if np.isnan(value):
+        return "-"
+    return f"{100.0 * value:.0f} %" if name == KEPT else f"{value:.0f}" if abs(value) >= 100.0 else f"{value:#.3g}"
 
 
 def _value(cell: Cell, name: str) -> float:

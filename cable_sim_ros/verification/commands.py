@@ -141,6 +141,7 @@ BENCH_IDS, TICK_IDS = [f"P{i}" for i in range(1, 10)], ["full_scale", "side_scan
 @click.option("--haul", is_flag=True, help="In place of scenes: what cable on the drum, cable out and elements cost.")
 @click.option("--ticks", is_flag=True, help="In place of scenes: the longest tick in real time, a minute at 2 m/s.")
 @click.option("--water", is_flag=True, help="In place of scenes: what each option of the water costs a tick.")
+@click.option("--sweep", is_flag=True, help="In place of scenes: throughput of a sweep, per worker beside single runs.")
 @click.option(
     "--against",
     metavar="COMMIT",
@@ -151,11 +152,11 @@ BENCH_IDS, TICK_IDS = [f"P{i}" for i in range(1, 10)], ["full_scale", "side_scan
 @click.option("--out", type=click.Path(file_okay=False, path_type=Path), help="Folder for table, JSON and plots.")
 @json_option
 def bench(
-    scenes, peers, repeats, features, sheave_mesh, promises, haul, ticks, water, against, rounds, out, as_json
+    scenes, peers, repeats, features, sheave_mesh, promises, haul, ticks, water, sweep, against, rounds, out, as_json
 ) -> None:
     """Run time against error on the benchmark scenes (default: all), medians of runs that take turns."""
     asked = {"features": features, "sheave_mesh": sheave_mesh, "mesh": promises, "haul": haul}
-    studies = [name for name, on in (asked | {"ticks": ticks, "water": water}).items() if on]
+    studies = [name for name, on in (asked | {"ticks": ticks, "water": water, "sweep": sweep}).items() if on]
     if against is not None:
         if studies or peers or repeats:
             raise click.UsageError(
@@ -175,10 +176,10 @@ def bench(
     if studies:
         if len(studies) > 1 or scenes or peers:
             raise click.UsageError(
-                "--features, --sheave-mesh, --mesh, --haul, --ticks and --water each stand alone: no scene and no "
-                "--peers beside them"
+                "--features, --sheave-mesh, --mesh, --haul, --ticks, --water and --sweep each stand alone: no scene "
+                "and no --peers beside them"
             )
-        if repeats and studies[0] not in ("features", "haul", "water"):
+        if repeats and studies[0] not in ("features", "haul", "water", "sweep"):
             option = "--" + studies[0].replace("_", "-")
             raise click.UsageError(f"{option} repeats nothing; leave --repeats out")
         ready(out)
@@ -274,6 +275,12 @@ def _study(name: str, repeats: int | None, out: Path | None, as_json: bool) -> N
         with progress_bar(as_json) as progress:
             found = water_cost.costs(repeats or water_cost.TURNS, progress)
         data, text = [row._asdict() | {"off": row.off, "on": row.on} for row in found], water_cost.markdown(found)
+    elif name == "sweep":
+        from .benchmarks import sweep_cost
+
+        with progress_bar(as_json) as progress:
+            found = sweep_cost.throughput(turns=repeats or sweep_cost.TURNS, progress=progress)
+        data, text = [row._asdict() for row in found], sweep_cost.markdown(found)
     else:
         from . import sheave
 

@@ -38,7 +38,7 @@ def test_what_the_page_calls_is_there():
     for name in set(re.findall(r"\b(?:sim|Simulator)\.(\w+)", block)):
         assert hasattr(Simulator, name) or name in ("inputs", "model", "state", "output"), name
     missing = {n for n, _ in inspect.getmembers(Simulator) if not n.startswith("_")} - set(re.findall(r"\w+", block))
-    assert missing == {"bring_to_rest", "chunk_tables", "stiffness", "tolerance"}  # of the product itself
+    assert missing == {"bring_to_rest", "chunk_tables", "set_out", "stiffness", "tolerance"}  # of the product itself
     for name in re.findall(r"keep_inputs|time_ns|position|heading", block):
         assert name in inspect.signature(Simulator.start).parameters
 

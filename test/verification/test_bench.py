@@ -12,7 +12,16 @@ from hypothesis import strategies as st
 
 from cable_sim_ros.cli import commands
 from cable_sim_ros.verification import sheave
-from cable_sim_ros.verification.benchmarks import bench, features, haul_bench, haul_cost, ticks, tow_bench, water_cost
+from cable_sim_ros.verification.benchmarks import (
+    bench,
+    features,
+    haul_bench,
+    haul_cost,
+    sweep_cost,
+    ticks,
+    tow_bench,
+    water_cost,
+)
 from cable_sim_ros.verification.benchmarks.bench import Row, front, series
 
 
@@ -57,6 +66,31 @@ def test_the_cost_of_the_water_is_a_command(monkeypatch, tmp_path):
     assert [row["option"] for row in rows] == list(water_cost.OPTIONS)
     assert all(row["absent_us"] > 0.0 and row["on_us"] > 0.0 for row in rows)
     assert len((tmp_path / "water.md").read_text().splitlines()) == 2 + len(rows)
+
+
+def test_a_worker_is_counted_while_all_of_them_have_work(monkeypatch):
+    def rows(cases, make, workers):  # a row every second from the third on: starts; the last three: nothing to hand out
+        for number, case in enumerate(cases):
+            now[0] += 3.0 if number < 2 or number >= len(cases) - 2 else 1.0
+            yield case, {"error": "", "simulated_s": 10.0, "cpu_s": 2.0}
+
+    now = [0.0]
+    monkeypatch.setattr(sweep_cost, "rows_of", rows)
+    monkeypatch.setattr(sweep_cost.time, "perf_counter", lambda: now[0])
+    timed, _ = sweep_cost._timed(list(range(12)), 2)
+    assert timed.busy == pytest.approx(10.0) and timed.cpu == pytest.approx(0.2)
+    assert timed.whole == pytest.approx(120.0 / 20.0)
+
+
+@pytest.mark.nightly  # 20 s: workers of four sweeps
+def test_the_throughput_of_a_sweep_is_a_command(monkeypatch, tmp_path):
+    monkeypatch.setattr(sweep_cost, "SECONDS", 1.0)
+    done = CliRunner().invoke(commands.main, ["bench", "--sweep", "--repeats", "1", "--out", str(tmp_path)])
+    assert done.exit_code == 0, done.output
+    rows = json.loads((tmp_path / "sweep.json").read_text())
+    assert [row["workers"] for row in rows] == list(range(len(rows))) and rows[0]["share"] == 1.0
+    assert all(row["simulated_per_wall_s"] > 0.0 for row in rows)
+    assert len((tmp_path / "sweep.md").read_text().splitlines()) == 2 + len(rows)
 
 
 def test_the_cost_of_each_feature_is_a_command(monkeypatch, tmp_path):

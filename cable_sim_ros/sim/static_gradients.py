@@ -1,0 +1,244 @@
+"""Gradients of the figures of a static tow with respect to numbers of its scene.
+
+A number p of the scene moves the nodes at rest by du/dp = -K^-1 dr/dp (static_tangent.py), and a figure f(u, p) by
+df/dp = df/du du/dp + direct part. dr/dp and f are differenced between two scenes that differ in p alone, set out on the
+mesh of the scene: no tow is brought to rest for it. K is that of Newton's method, which leaves out how a body turns
+with the flow at its depth and how strumming follows the shape: that is put in by corrections with the same K.
+
+Each gradient is held against the difference of the two static tows beside the scene, brought to rest from the tangent
+on. Where that fails, or its slopes to either side differ, the figure has no gradient there and the reason is given.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from math import degrees
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ..errors import RunError
+from ..physics.parameter import Declared, declared
+from ..physics.state import FLOW, NOW
+from .layout import layout_of
+from .live_parameters import changed, value_of
+from .scene import Scene
+from .simulator import Simulator
+from .static_tangent import Balance, SetOut, Tangent
+
+# of a number: with less the round-off of a tension counts, with more the curvature, above all of what presses; the
+# second where the first shows a kink
+STEPS = 1e-4, 1e-5
+PROBE = 1e-5  # of a number, of what K leaves out: beyond, the geometry of stiff cable that is moved straight counts
+LEFT_OUT, ROUNDS = 1e-6, 40  # of the nodes' answer, that K may leave out: less is the round-off of a correction
+TIGHT = 1e-12  # solver.tolerance of the start: its round-off
+SETTLED, CORRECTIONS = 1e-10, 40  # m: last correction of a tow at rest; at most so many
+KINK, ROUND_OFF = 0.01, 5e-9  # slopes to either side differ by more: of the larger; of the figure, over the step
+HOW = ("solver.", "mesh.", "accuracy.")  # how a tow is computed, not what it is
+
+
+class Figure(NamedTuple):
+    """A published figure of a static tow."""
+
+    name: str
+    unit: str
+    meaning: str
+    of: Callable[[np.record], float]
+
+
+FIGURES = (
+    Figure("tension_n", "N", "tension where the cable leaves the sheave", lambda f: f.tension),
+    Figure("tension_drum_n", "N", "tension at the drum", lambda f: f.tension_drum),
+    Figure("body_depth_m", "m", "depth of the towbody", lambda f: -f.body_position[2]),
+    Figure("layback_m", "m", "horizontal distance from sheave to towbody", lambda f: f.layback),
+    Figure("departure_angle_deg", "deg", "departure angle from the vertical", lambda f: degrees(f.departure_angle)),
+)
+
+
+class Slope(NamedTuple):
+    """Gradient of one figure to one number, per unit of it; beside: the difference of the static tows beside the scene
+    for the same; refused: why there is no gradient, ""."""
+
+    figure: str
+    slope: float
+    beside: float
+    refused: str = ""
+
+
+class Gradient(NamedTuple):
+    """Of one number: key, unit, value; slopes of FIGURES; note: what is to be known; refused: why there are
+    none, "" where there are."""
+
+    key: str
+    unit: str
+    value: float | None
+    slopes: tuple[Slope, ...] = ()
+    note: str = ""
+    refused: str = ""
+
+
+class NoGradient(Exception):
+    """Why a number has no gradient."""
+
+
+def split(key: str) -> tuple[str, int | None]:
+    """A key without its component, and that: ``towbody.drag_area[0]``."""
+    found = re.fullmatch(r"(.+)\[(\d+)\]", key)
+    return (found[1], int(found[2])) if found else (key, None)
+
+
+def number_at(scene: Scene, key: str) -> Any:
+    """What a scene has under a key. Raises LookupError, AttributeError or TypeError where there is no such key."""
+    plain, place = split(key)
+    value = value_of(scene, plain)
+    return value if place is None else value[place]
+
+
+def with_number(scene: Scene, key: str, value: float) -> Scene:
+    """The scene with another number under a key."""
+    plain, place = split(key)
+    if place is None:
+        return changed(scene, plain, value)
+    whole = list(value_of(scene, plain))
+    whole[place] = value
+    return changed(scene, plain, tuple(whole))
+
+
+def declaration(key: str) -> Declared | None:
+    """How a number of a scene is declared, by its key."""
+    plain, _ = split(key)
+    for one in declared(Scene):
+        if re.fullmatch(re.escape(one.key).replace("<name>", r"[^.]+"), plain):
+            return one
+    return None
+
+
+class StaticGradients:
+    """A scene at rest, of which gradients are asked. Raises StartError where it has no static tow.
+
+    values [figures]: FIGURES of the static tow.
+    """
+
+    def __init__(self, scene: Scene):
+        self.scene = changed(scene, "solver.tolerance", TIGHT)
+        self.mesh = layout_of(scene).mesh
+        sim = Simulator(self.scene, self.mesh)
+        sim.start()
+        self._flow = sim.state.nodes[NOW, FLOW].copy()
+        self._base = SetOut(self.scene, self.mesh, self._flow)
+        self.q = sim.state.q.copy()
+        self._balance = self._base.at(self.q)
+        self._tangent, self._why = self._base.tangent(), "the tangent of the tow is singular: a part of it is loose"
+        try:
+            if self._tangent is not None:
+                self.q, self._balance = rested(self._base, self._tangent, self.q)
+                self._tangent = self._base.tangent()
+        except NoGradient as why:
+            self._tangent, self._why = None, str(why)
+        self.values = values(self._balance)
+
+    def __call__(self, key: str) -> Gradient:
+        """The gradients of FIGURES to the number of a key. Raises LookupError, AttributeError or TypeError where the
+        scene has no such key."""
+        value, known = number_at(self.scene, key), declaration(key)
+        unit = "" if known is None or known.unit == "1" else known.unit
+        shown = None if isinstance(value, bool) or not isinstance(value, int | float) else float(value)
+        try:
+            check_number(key, value, known)
+            found = self._along(key, STEPS[0] * abs(value))
+            if any(slope.refused for slope in found.slopes):
+                again = self._along(key, STEPS[1] * abs(value))
+                pairs = zip(found.slopes, again.slopes, strict=True)
+                found = found._replace(slopes=tuple(b if a.refused else a for a, b in pairs))
+        except (NoGradient, RunError) as why:
+            return Gradient(key, unit, shown, refused=str(why))
+        return found._replace(unit=unit, value=shown)
+
+    def beside(self, key: str, step: float) -> SetOut:
+        """The scene with the number of a key larger by ``step``, set out on the mesh of the scene."""
+        scene = with_number(self.scene, key, number_at(self.scene, key) + step)
+        return SetOut(scene, self.mesh, self._flow)
+
+    def _along(self, key: str, step: float) -> Gradient:
+        """Slopes to a number by a step [its unit]. Raises NoGradient."""
+        sides = self.beside(key, step), self.beside(key, -step)
+        above, below = (one.at(self.q) for one in sides)
+        if np.array_equal(above.residual, below.residual) and (values(above) == values(below)).all():
+            nothing = tuple(Slope(figure.name, 0.0, 0.0) for figure in FIGURES)
+            return Gradient(key, "", None, nothing, "has no part in the static tow")
+        if self._tangent is None:
+            raise NoGradient(self._why)
+        answer = self._answer((above.residual - below.residual) / (2.0 * step), PROBE / STEPS[0] * step)
+        moved = self.q + step * answer, self.q - step * answer
+        more, less = (values(one.at(q)) for one, q in zip(sides, moved))
+        ends = [rested(one, self._tangent, q)[1] for one, q in zip(sides, moved)]
+        slopes = ((more - less) / (2.0 * step)).tolist()
+        return Gradient(key, "", None, tuple(self._slope(k, slope, ends, step) for k, slope in enumerate(slopes)))
+
+    def _answer(self, load: np.ndarray, probe: float) -> np.ndarray:
+        """du/dp [nodes, 6] for dr/dp = ``load``, with what K leaves out; probe: step of p for that. Raises
+        NoGradient."""
+        tangent = self._tangent
+        assert tangent is not None
+        answer = -tangent.solve(load)
+        for _ in range(ROUNDS):
+            above, below = (self._base.at(self.q + h * answer).residual for h in (probe, -probe))
+            left = tangent.solve(load + (above - below) / (2.0 * probe))
+            size = float(np.abs(left).max())
+            if size <= LEFT_OUT * np.abs(answer).max():
+                return answer
+            if not size < 1e300:
+                break
+            answer = answer - left
+        raise NoGradient("the balance of the tow does not follow its tangent: it has a kink there")
+
+    def _slope(self, k: int, slope: float, ends: list[Balance], step: float) -> Slope:
+        """That of figure k, with the slopes to the tows at rest beside the scene."""
+        here, (above, below) = float(self.values[k]), (float(values(one)[k]) for one in ends)
+        up, down = (above - here) / step, (here - below) / step
+        found = Slope(FIGURES[k].name, slope, 0.5 * (up + down))
+        allowed = KINK * max(abs(up), abs(down)) + ROUND_OFF * abs(here) / step
+        if abs(up - down) <= allowed and abs(slope - found.beside) <= allowed:
+            return found
+        if any(one.loaded != self._balance.loaded for one in ends):
+            return found._replace(refused="steps: the contact points that are loaded change beside the scene")
+        return found._replace(refused=f"has a kink: {up:.4g} per unit upwards, {down:.4g} downwards")
+
+
+def values(balance: Balance) -> np.ndarray:
+    """FIGURES of a balance [figures]."""
+    return np.array([float(figure.of(balance.frame)) for figure in FIGURES])
+
+
+def check_number(key: str, value: Any, known: Declared | None) -> None:
+    """Raise NoGradient for what is no number of the tow that may change by a little to either side."""
+    if key.startswith(HOW):
+        raise NoGradient("says how the tow is computed, not what it is; the mesh is held")
+    if value is None:
+        raise NoGradient(f"has no value in the scene, and what counts in its place is computed: give --set {key}=VALUE")
+    if isinstance(value, bool) or not isinstance(value, float) or known is None:
+        raise NoGradient(f"= {value!r:.40} is no number that changes by a little")
+    if value == 0.0:
+        raise NoGradient(f"= 0, and steps are in proportion to it: give --set {key}=VALUE")
+    step, low, high = STEPS[0] * abs(value), known.low, known.high
+    if known.above is not None:
+        low = known.above
+    if (low is not None and value - step <= low) or (high is not None and value + step >= high):
+        raise NoGradient(
+            f"= {value:g} {known.unit} is at the bound of its range {known.interval}: it has one side alone"
+        )
+
+
+def rested(out: SetOut, tangent: Tangent, q: np.ndarray) -> tuple[np.ndarray, Balance]:
+    """The nodes at rest [nodes, 6] by corrections with a tangent, from ``q`` on, and their balance. Raises
+    NoGradient."""
+    for _ in range(CORRECTIONS):
+        balance = out.at(q)
+        correction = tangent.solve(balance.residual)
+        q = q - correction
+        if not np.isfinite(q).all():
+            break
+        if np.abs(correction[:, :3]).max() <= SETTLED:
+            return q, out.at(q)
+    raise NoGradient(f"the tow at the scene or beside it does not come to rest within {CORRECTIONS} corrections")
