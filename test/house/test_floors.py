@@ -27,7 +27,8 @@ MAY = {  # floor: what it may import of ours; nothing of the product imports ver
     "api": {"physics", "sim", "io"},
     "cli": {"physics", "sim", "io", "runs", "spans", "plots", "report", "ros", "view", "fmu", "start", "cli"},
     "ahc": {"physics", "sim", "io", "runs", "plots", "report", "testing", "cli", "ahc"},
-    "verification": {"physics", "sim", "io", "runs", "spans", "plots", "report", "ros", "cli", "verification"},
+    "verification": {"physics", "sim", "io", "runs", "spans", "plots", "report", "ros", "sweeps"}
+    | {"cli", "verification"},
     "limits": set(),
     "errors": set(),
     "start": {"cli", "ros"},
