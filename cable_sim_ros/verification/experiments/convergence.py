@@ -17,10 +17,11 @@ import numpy as np
 
 from ...io.scenes.load import SceneWarning
 from ...sim.inputs import ShipMotion
+from ...sim.scene import Scene
 from ...sim.simulator import Simulator
 from . import Comparison, Result
 from .flume import CHOSEN as WINCH
-from .flume import moved, scene_of
+from .flume import moved, scene_of, started
 from .full_scale import quiet, running
 from .pulley import CHOSEN, ROPE, swing
 from .workers import Over, here, warm
@@ -52,21 +53,17 @@ class Family(NamedTuple):
     curves: dict[str, Curve]
 
 
-def timed(run: Callable[[], tuple[np.ndarray, int]]) -> Curve:
-    """Samples, elements and the CPU time of a run, kernels loaded before."""
+def timed(elements: int, run: Callable[[], np.ndarray]) -> Curve:
+    """Samples and CPU time of a run, kernels loaded before; the static start of a tow lies before it."""
     warm()
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", SceneWarning)
-        start = time.process_time()
-        samples, elements = run()
-        return Curve(samples, elements, time.process_time() - start)
+    begun = time.process_time()
+    samples = run()
+    return Curve(samples, elements, time.process_time() - begun)
 
 
-def heaved(scene, seconds: float) -> tuple[np.ndarray, int]:
+def heaved(sim: Simulator, seconds: float) -> np.ndarray:
     """Depth of the towbody [m] and tension [N] each 0.1 s, the ship heaving by a sinus after a start of a period."""
-    sim = Simulator(scene)
-    sim.start()
-    tick, speed = scene.solver.tick, scene.ship.tow_speed
+    tick, speed = sim.scene.solver.tick, sim.scene.ship.tow_speed
     count, block = round(seconds / tick), max(round(0.5 / tick), 1)
     w, frames, pushed, level = 2.0 * np.pi / PERIOD, [], 0, (0.0, 0.0, 0.0)
     for k in range(0, count, block):
@@ -82,23 +79,23 @@ def heaved(scene, seconds: float) -> tuple[np.ndarray, int]:
     f = np.concatenate(frames).view(np.recarray)
     every = max(round(0.1 / tick), 1)
     kept = slice(every - 1, None, every)
-    return np.column_stack([-f.body_position[kept, 2], f.tension[kept]]), sim.nodes - 1
+    return np.column_stack([-f.body_position[kept, 2], f.tension[kept]])
 
 
 def tow(elements: dict[str, int] | None, seconds: float, tick: float = 0.02) -> Curve:
     """His tow with the cable running through the mesh, so that bare and faired elements alone are varied."""
-    scene = running(elements, tick)
-    return timed(lambda: heaved(scene, seconds))
+    sim = _still(running(elements, tick))
+    return timed(sim.nodes - 1, lambda: heaved(sim, seconds))
 
 
 def rope(elements: int, seconds: float) -> Curve:
     """Wrap angle [deg] and tension [N] of the fixed pulley, with that many elements on its rope."""
 
-    def swung() -> tuple[np.ndarray, int]:
+    def swung() -> np.ndarray:
         found = swing(1, min(seconds, LONGEST_SWING), CHOSEN._replace(element=ROPE / elements))
-        return np.column_stack([found.wrap, found.smooth]), elements
+        return np.column_stack([found.wrap, found.smooth])
 
-    return timed(swung)
+    return timed(elements, swung)
 
 
 def sphere(position: float, seconds: float) -> Curve:
@@ -106,11 +103,19 @@ def sphere(position: float, seconds: float) -> Curve:
     made for an accuracy of position [m]."""
     scene = quiet(scene_of("simplified_sheave", None, WINCH), {"accuracy.position": position})
 
-    def drifted() -> tuple[np.ndarray, int]:
-        f, sim = moved(scene, seconds, WINCH)
-        return np.column_stack([1e3 * f.departure_angle, 1e3 * f.body_position[:, 2]]), sim.nodes - 1
+    sim = _still(scene)
 
-    return timed(drifted)
+    def drifted() -> np.ndarray:
+        f = moved(sim, seconds, WINCH)
+        return np.column_stack([1e3 * f.departure_angle, 1e3 * f.body_position[:, 2]])
+
+    return timed(sim.nodes - 1, drifted)
+
+
+def _still(scene: Scene) -> Simulator:
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", SceneWarning)
+        return started(scene)
 
 
 def families(seconds: float, progress, over: Over = here) -> list[Family]:

@@ -59,7 +59,7 @@ OTHERWISE = {
     "motion divided by 70": {"smaller": 70.0},
     "time of the motion divided by 10": {"faster": 10.0},
     "turbulence of 0.25 s": {"time_scale": 0.25},
-    "turbulence of 0.03 s": {"time_scale": 0.03},
+    "turbulence of 0.03 s, steps of 5 ms": {"time_scale": 0.03, "step": 0.005},
     "step of 20 ms": {"step": 0.02},
     "step of 5 ms": {"step": 0.005},
 }
@@ -121,11 +121,16 @@ def scene_of(algorithm: str, seed: int | None, choice: Choice) -> Scene:
         return override(load_scene("flume"), values)
 
 
-def moved(scene: Scene, seconds: float, choice: Choice | None) -> tuple[np.recarray, Simulator]:
-    """Tick outputs after the settling of a scene whose winch moves, None: stands, and the simulator at the end."""
+def started(scene: Scene) -> Simulator:
+    """A scene at its static start."""
     sim = Simulator(scene)
     sim.start()
-    tick, frames, pushed, level = scene.solver.tick, [], 0, (0.0, 0.0, 0.0)
+    return sim
+
+
+def moved(sim: Simulator, seconds: float, choice: Choice | None) -> np.recarray:
+    """Tick outputs after the settling, the winch moved; choice None: it stands."""
+    tick, frames, pushed, level = sim.scene.solver.tick, [], 0, (0.0, 0.0, 0.0)
     if choice is not None:
         times, curve = winch_motion(choice)
         seconds = min(seconds, times[-1] - times[0] - SETTLING - 2.0)  # there is no more motion
@@ -144,13 +149,13 @@ def moved(scene: Scene, seconds: float, choice: Choice | None) -> tuple[np.recar
             pushed += 1
         frames.append(sim.run(min(block, count - k)).copy())
     f = np.concatenate(frames).view(np.recarray)
-    return f[f.time > min(SETTLING, 0.2 * f.time[-1] * 1e-9) * 1e9], sim
+    return f[f.time > min(SETTLING, 0.2 * f.time[-1] * 1e-9) * 1e9]
 
 
 def trace(case: str, seconds: float, seed: int = 1, choice: Choice = CHOSEN) -> Trace:
     """The sphere in one of the four cases."""
     scene = scene_of(CASES[case][0], seed, choice)
-    f, _ = moved(scene, seconds, None if case == "no motion" else choice)
+    f = moved(started(scene), seconds, None if case == "no motion" else choice)
     path = f.body_position - (np.asarray(scene.sheave.position) + (0.0, 0.0, scene.sheave.radius))
     deviations = 100.0 * np.sqrt(np.linalg.eigvalsh(np.cov(path.T))[::-1])
     track = 1e3 * float(np.std(f.payout_setpoint - f.payout))
