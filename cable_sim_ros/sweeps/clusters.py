@@ -10,7 +10,7 @@ from typing import Any
 from .dask_executor import ClusterError, DaskExecutor
 from .engine import Make, processes, workers_of
 from .store import EXTRA
-from .worker import ONE_THREAD
+from .threads import ONE_THREAD
 
 SETTINGS = {  # of Dask
     "distributed.scheduler.allowed-failures": 0,  # the engine runs alone what was lost with a worker

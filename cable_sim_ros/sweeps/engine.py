@@ -17,7 +17,8 @@ from typing import Any
 from ..errors import CableSimError
 from ..sim.flag_rules import FAILED
 from .cases import Case
-from .worker import one_thread, simulate
+from .threads import one_thread
+from .worker import simulate
 
 AHEAD = 2  # cases a worker has in hand, the one that it runs counted
 TRIES = 2

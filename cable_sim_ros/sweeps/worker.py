@@ -6,7 +6,6 @@ COSTS.
 
 from __future__ import annotations
 
-import os
 import time
 import warnings
 from functools import lru_cache
@@ -19,13 +18,6 @@ from .figures import OWN, RULE, numbers_of
 from .sweep_file import seeds_of
 
 COSTS = ("cpu_s", "simulated_s")  # cpu_s: of the machine; left out of comparisons
-ONE_THREAD = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
-
-
-def one_thread() -> None:
-    """Before anything else in a worker: the libraries of linear algebra take one thread."""
-    for name in ONE_THREAD:
-        os.environ[name] = "1"
 
 
 def simulate(case: Case) -> dict[str, Any]:

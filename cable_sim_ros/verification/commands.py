@@ -14,6 +14,7 @@ from ..cli.out_folder import ready
 from ..cli.progress import progress_bar
 from ..cli.report_option import report_option, said, typed
 from ..limits import LONGEST_RUN
+from ..sweeps.command import WORKERS
 from .experiments import EXPERIMENTS
 
 FAILED = 1  # exit code where a value is missing or a limit is not kept
@@ -62,18 +63,24 @@ def case(files, fidelity, as_json) -> None:
     metavar="S",
     help="Seconds of each experiment in time; default: 10 of pulley, 300 of turbulence.",
 )
-@click.option("--quick", is_flag=True, help="Shorter runs and fewer choices: all in one to three minutes.")
+@click.option("--quick", is_flag=True, help="Shorter runs and fewer choices; what was left out is said beside them.")
+@WORKERS
 @click.option("--out", type=click.Path(file_okay=False, path_type=Path), help="Folder for plots and figures.")
 @report_option
 @json_option
-def validate(names, duration, quick, out, report, as_json) -> None:
-    """Repeat experiments of the source documents (default: all): measured, ours, allowed and who says so."""
-    ready(out)
-    from .experiments import run as run_experiment
-    from .experiments.table import as_data, page, print_result
+def validate(names, duration, quick, workers, out, report, as_json) -> None:
+    """Repeat experiments of the source documents (default: all): measured, ours, allowed and who says so.
 
-    with progress_bar(as_json) as progress:
-        results = [run_experiment(name, duration, progress, quick) for name in names or EXPERIMENTS]
+    Figures are the same for any number of workers, but for CPU times.
+    """
+    ready(out)
+    from ..sweeps.engine import workers_of
+    from .experiments.table import as_data, page, print_result
+    from .experiments.together import repeat
+
+    drawn = out is not None or report is not None
+    with progress_bar(as_json, "runs") as progress:
+        results = repeat(names or EXPERIMENTS, duration, progress, quick, workers_of(workers), drawn)
     data = [as_data(result) for result in results]
     if report is not None:
         from .experiments.report import write_report

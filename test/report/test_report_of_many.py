@@ -19,8 +19,7 @@ from cable_sim_ros.runs.result import Run
 from cable_sim_ros.sweeps.reported import write_report as write_sweep
 from cable_sim_ros.sweeps.sweep import sweep
 from cable_sim_ros.sweeps.sweep_file import checked
-from cable_sim_ros.verification import experiments
-from cable_sim_ros.verification.experiments import Comparison, Result
+from cable_sim_ros.verification.experiments import Comparison, Result, together
 from cable_sim_ros.verification.experiments import report as of_experiments
 
 pytest.importorskip("matplotlib")
@@ -135,7 +134,7 @@ def experiment(folder_seen):
 
 def test_experiments_have_a_verdict_each_and_misses_are_red(tmp_path, monkeypatch):
     seen = []
-    monkeypatch.setattr(experiments, "run", lambda name, duration, progress, quick: experiment(seen))
+    monkeypatch.setattr(together, "run", lambda name, *_: experiment(seen))
     made = tmp_path / "v.html"
     result = CliRunner().invoke(commands.main, ["validate", "pulley", "--json", "--report", str(made)])
     assert result.exit_code == 0 and json.loads(result.stdout)[0]["experiment"] == "pulley", result.output

@@ -6,7 +6,10 @@ from collections.abc import Callable
 from importlib import import_module
 from inspect import signature
 from pathlib import Path
+from types import ModuleType
 from typing import NamedTuple
+
+from .workers import Over, here
 
 
 class Comparison(NamedTuple):
@@ -39,9 +42,11 @@ class Result(NamedTuple):
     plot: Callable[[Path], Path]
     chosen: str = "chosen otherwise: what changes"  # heading of the choices
     tables: Callable[[], list[str]] | None = None  # Markdown in place of the table of all rows
+    shortened: str = ""  # what --quick left out
 
 
-# each a module of this folder with experiment(duration, progress); duration: s, None: its own
+# each a module of this folder with experiment(duration, progress); duration: s, None: its own. One that can be quick
+# takes `quick` and says in QUICK what that leaves out; one that hands out its runs takes `over` (workers.py)
 EXPERIMENTS = (
     "pulley",
     "moving_pulley",
@@ -61,16 +66,36 @@ EXPERIMENTS = (
 )
 
 
-def run(name: str, duration: float | None, progress=lambda *_: None, quick: bool = False) -> Result:
+def hands_out(name: str) -> bool:
+    """Does an experiment hand out its runs itself? Else it is run whole."""
+    return "over" in signature(module_of(name).experiment).parameters
+
+
+def run(
+    name: str,
+    duration: float | None,
+    progress: Callable[[str, float, float], None] = lambda *_: None,
+    quick: bool = False,
+    over: Over = here,
+) -> Result:
     """Run one experiment.
 
-    duration: s, None: its own; quick: shorter runs, fewer choices where it takes long.
+    duration: s, None: its own; quick: shorter runs, fewer choices where it takes long; over: what runs are handed to.
 
     Raises KeyError for an unknown name.
     """
+    module = module_of(name)
+    takes = signature(module.experiment).parameters
+    options = {key: value for key, value in (("quick", quick), ("over", over)) if key in takes}
+    result = module.experiment(duration, progress, **options)
+    if not quick or "quick" not in takes:
+        return result
+    longer = "" if duration is None else f"; runs of {duration:g} s where it has any"
+    return result._replace(shortened=module.QUICK + longer)
+
+
+def module_of(name: str) -> ModuleType:
+    """Module of an experiment. Raises KeyError."""
     if name not in EXPERIMENTS:
         raise KeyError(name)
-    experiment = import_module(f".{name}", __name__).experiment
-    if quick and "quick" in signature(experiment).parameters:
-        return experiment(duration, progress, quick=True)
-    return experiment(duration, progress)
+    return import_module(f".{name}", __name__)

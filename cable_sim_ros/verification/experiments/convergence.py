@@ -17,16 +17,20 @@ import numpy as np
 
 from ...io.scenes.load import SceneWarning
 from ...sim.inputs import ShipMotion
+from ...sim.scene import Scene
 from ...sim.simulator import Simulator
 from . import Comparison, Result
 from .flume import CHOSEN as WINCH
-from .flume import moved, scene_of
+from .flume import moved, scene_of, started
 from .full_scale import quiet, running
 from .pulley import CHOSEN, ROPE, swing
+from .workers import Over, here, warm
 
 SOURCE = "Westin (2018)"
 HEAVE, PERIOD, SAMPLE = 1.0, 8.0, 0.02  # m, s, s: of the sheave at full scale; his motion is only plotted
-SECONDS = 20.0  # his, of figures 33 to 45
+SECONDS, QUICK_SECONDS = 20.0, 4.0  # his, of figures 33 to 45
+LONGEST_SWING = 1.0  # s, of the pulley: its runs part later by what they began with
+QUICK = f"{QUICK_SECONDS:g} s of {SECONDS:g} s"
 ROPES, POSITIONS, STEPS = (10, 20, 40, 80), (1e-2, 3e-3, 1e-3, 3e-4), (0.1, 0.05, 0.02, 0.01, 0.005)
 BARES, FAIREDS = (4, 6, 8, 10, 20), (4, 6, 8, 16)
 
@@ -49,18 +53,17 @@ class Family(NamedTuple):
     curves: dict[str, Curve]
 
 
-def timed(run: Callable[[], tuple[np.ndarray, int]]) -> Curve:
-    """Samples, elements and the CPU time of a run."""
-    start = time.process_time()
-    samples, elements = run()
-    return Curve(samples, elements, time.process_time() - start)
+def timed(elements: int, run: Callable[[], np.ndarray]) -> Curve:
+    """Samples and CPU time of a run, kernels loaded before; the static start of a tow lies before it."""
+    warm()
+    begun = time.process_time()
+    samples = run()
+    return Curve(samples, elements, time.process_time() - begun)
 
 
-def heaved(scene, seconds: float) -> tuple[np.ndarray, int]:
+def heaved(sim: Simulator, seconds: float) -> np.ndarray:
     """Depth of the towbody [m] and tension [N] each 0.1 s, the ship heaving by a sinus after a start of a period."""
-    sim = Simulator(scene)
-    sim.start()
-    tick, speed = scene.solver.tick, scene.ship.tow_speed
+    tick, speed = sim.scene.solver.tick, sim.scene.ship.tow_speed
     count, block = round(seconds / tick), max(round(0.5 / tick), 1)
     w, frames, pushed, level = 2.0 * np.pi / PERIOD, [], 0, (0.0, 0.0, 0.0)
     for k in range(0, count, block):
@@ -76,70 +79,97 @@ def heaved(scene, seconds: float) -> tuple[np.ndarray, int]:
     f = np.concatenate(frames).view(np.recarray)
     every = max(round(0.1 / tick), 1)
     kept = slice(every - 1, None, every)
-    return np.column_stack([-f.body_position[kept, 2], f.tension[kept]]), sim.nodes - 1
+    return np.column_stack([-f.body_position[kept, 2], f.tension[kept]])
 
 
 def tow(elements: dict[str, int] | None, seconds: float, tick: float = 0.02) -> Curve:
     """His tow with the cable running through the mesh, so that bare and faired elements alone are varied."""
-    scene = running(elements, tick)
-    return timed(lambda: heaved(scene, seconds))
+    sim = _still(running(elements, tick))
+    return timed(sim.nodes - 1, lambda: heaved(sim, seconds))
 
 
-def families(seconds: float, progress) -> list[Family]:
-    """All of them."""
-    names = "ropes", "flume", "faired", "bare", "steps"
+def rope(elements: int, seconds: float) -> Curve:
+    """Wrap angle [deg] and tension [N] of the fixed pulley, with that many elements on its rope."""
 
-    def said(k: int) -> None:
-        progress(names[k], k, len(names))
+    def swung() -> np.ndarray:
+        found = swing(1, min(seconds, LONGEST_SWING), CHOSEN._replace(element=ROPE / elements))
+        return np.column_stack([found.wrap, found.smooth])
 
+    return timed(elements, swung)
+
+
+def sphere(position: float, seconds: float) -> Curve:
+    """Departure angle [mrad] and height [mm] in the flume under the simplified set-point, without turbulence; the mesh
+    made for an accuracy of position [m]."""
+    scene = quiet(scene_of("simplified_sheave", None, WINCH), {"accuracy.position": position})
+
+    sim = _still(scene)
+
+    def drifted() -> np.ndarray:
+        f = moved(sim, seconds, WINCH)
+        return np.column_stack([1e3 * f.departure_angle, 1e3 * f.body_position[:, 2]])
+
+    return timed(sim.nodes - 1, drifted)
+
+
+def _still(scene: Scene) -> Simulator:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", SceneWarning)
-        said(0)
-        tow_of = (("depth of the towbody", "m"), ("tension", "N"))
-        ropes = {}
-        for n in ROPES:
-            one = timed(lambda n=n: (_swing(n, min(seconds, 1.0)), n))
-            ropes[f"{n} elements on the rope"] = one
-        said(1)
-        sphere = {f"position within {1e3 * p:g} mm": timed(lambda p=p: _flume(p, seconds)) for p in POSITIONS}
-        said(2)
-        faired = {f"{n} faired elements": tow({"bare": BARES[-1], "faired": n}, seconds) for n in FAIREDS}
-        said(3)
-        bare = {f"{n} bare elements": tow({"bare": n, "faired": FAIREDS[-1]}, seconds) for n in BARES}
-        said(4)
-        steps = {f"steps of {1e3 * h:g} ms": tow(None, seconds, h) for h in STEPS}
-    none = "no other figure of his says it"
-    return [
-        Family(
-            "fig. 20, pulley",
-            (("wrap angle", "deg"), ("tension below 10 Hz", "N")),
-            f"{SOURCE} 4.1: 10 are enough",
-            "",
-            ropes,
+        return started(scene)
+
+
+def families(seconds: float, progress, over: Over = here) -> list[Family]:
+    """All of them; over: what runs are handed to."""
+    tow_of = (("depth of the towbody", "m"), ("tension", "N"))
+    asked = (
+        (
+            Family(
+                "fig. 20, pulley",
+                (("wrap angle", "deg"), ("tension below 10 Hz", "N")),
+                f"{SOURCE} 4.1: 10 are enough",
+                "",
+                {},
+            ),
+            rope,
+            {f"{n} elements on the rope": (n, seconds) for n in ROPES},
         ),
-        Family(
-            "figs. 33, 34, flume",
-            (("departure angle", "mrad"), ("height of the sphere", "mm")),
-            f"{SOURCE} 4.3.2: 12 against 16 elements leave 0.27 mrad, 0.05 mm",
-            "",
+        (
+            Family(
+                "figs. 33, 34, flume",
+                (("departure angle", "mrad"), ("height of the sphere", "mm")),
+                f"{SOURCE} 4.3.2: 12 against 16 elements leave 0.27 mrad, 0.05 mm",
+                "",
+                {},
+            ),
             sphere,
+            {f"position within {1e3 * p:g} mm": (p, seconds) for p in POSITIONS},
         ),
-        Family("fig. 44, full scale", tow_of, f"{SOURCE} 5.4: six are enough", "", faired),
-        Family("fig. 45, full scale", tow_of, f"{SOURCE} 5.4: eight are enough", "", bare),
-        Family("step, full scale", tow_of, none, "", steps),
-    ]
-
-
-def _swing(elements: int, seconds: float) -> np.ndarray:
-    found = swing(1, seconds, CHOSEN._replace(element=ROPE / elements))
-    return np.column_stack([found.wrap, found.smooth])
-
-
-def _flume(position: float, seconds: float) -> tuple[np.ndarray, int]:
-    """Departure angle [mrad] and height [mm] under the simplified set-point, without turbulence."""
-    scene = quiet(scene_of("simplified_sheave", 1, WINCH), {"accuracy.position": position})
-    f, sim = moved(scene, seconds, WINCH)
-    return np.column_stack([1e3 * f.departure_angle, 1e3 * f.body_position[:, 2]]), sim.nodes - 1
+        (
+            Family("fig. 44, full scale", tow_of, f"{SOURCE} 5.4: six are enough", "", {}),
+            tow,
+            {f"{n} faired elements": ({"bare": BARES[-1], "faired": n}, seconds) for n in FAIREDS},
+        ),
+        (
+            Family("fig. 45, full scale", tow_of, f"{SOURCE} 5.4: eight are enough", "", {}),
+            tow,
+            {f"{n} bare elements": ({"bare": n, "faired": FAIREDS[-1]}, seconds) for n in BARES},
+        ),
+        (
+            Family("step, full scale", tow_of, "no figure of his varies the step here", "", {}),
+            tow,
+            {f"steps of {1e3 * h:g} ms": (None, seconds, h) for h in STEPS},
+        ),
+    )
+    # the finest of each last in its family, and first to be run: what takes longest is begun first
+    handed = [iter(over(run, list(runs.values())[::-1])) for _, run, runs in asked]
+    found, total = [], sum(len(runs) for _, _, runs in asked)
+    for (family, _, runs), curves in zip(asked, handed, strict=True):
+        kept = {}
+        for name in list(runs)[::-1]:
+            progress(f"{family.name}, {name}", sum(len(one.curves) for one in found) + len(kept), total)
+            kept[name] = next(curves)
+        found.append(family._replace(curves={name: kept[name] for name in runs}))
+    return found
 
 
 def rows_of(family: Family) -> list[Comparison]:
@@ -156,14 +186,16 @@ def rows_of(family: Family) -> list[Comparison]:
     return rows
 
 
-def experiment(duration: float | None, progress, quick: bool = False) -> Result:
-    """Every family; duration [s]: of each run, of the pulley at most 1 s; quick: 4 s."""
-    seconds = (4.0 if quick else SECONDS) if duration is None else duration
-    found = families(seconds, progress)
+def experiment(duration: float | None, progress, quick: bool = False, over: Over = here) -> Result:
+    """Every family; duration [s]: of each run, of the pulley at most 1 s; quick: 4 s; over: what runs are handed to."""
+    seconds = (QUICK_SECONDS if quick else SECONDS) if duration is None else duration
+    found = families(seconds, progress, over)
     rows = [row for family in found for row in rows_of(family)]
 
     def tables() -> list[str]:
-        parts = [f"Largest difference to the finest of each family in {seconds:g} s (pulley: at most 1 s)."]
+        parts = [
+            f"Largest difference to the finest of each family in {seconds:g} s (pulley: at most {LONGEST_SWING:g} s)."
+        ]
         for family in found:
             finest = list(family.curves.values())[-1].samples
             heads = [f"{what} [{unit}]" for what, unit in family.quantities]

@@ -54,6 +54,8 @@ PHASES = 8
 LIGHT = 20.0  # kg: stops within a small part of the way of a wave to the body and back
 SOON, BACK = (0.03, 0.12), 0.24  # s after the stop: looked at; the wave is back from the body
 SET_PULL = 3300.0  # N
+QUICK_PARTS = "pendulum", "overhauling load", "heat", "dead time"
+QUICK = f"of all parts {', '.join(QUICK_PARTS)} alone"
 
 
 class Free(NamedTuple):
@@ -348,7 +350,7 @@ def experiment(duration: float | None, progress=lambda *_: None, quick: bool = F
         ("render", lambda: [render_row()]),
     )
     if quick:
-        parts = tuple(part for part in parts if part[0] in ("pendulum", "overhauling load", "heat", "dead time"))
+        parts = tuple(part for part in parts if part[0] in QUICK_PARTS)
     rows: list[Comparison] = []
     for k, (what, make) in enumerate(parts):
         progress(what, k, len(parts))

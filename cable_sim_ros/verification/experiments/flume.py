@@ -3,7 +3,7 @@
 Printed are means, deviations and volumes; the winch motion of figure 27, its length and the corner of the turbulence
 filter are not. Chosen in their place: the motion of NBP1406 at the sheave of `full_scale` made smaller and faster,
 40 s of it, and the time scale of `turbulence`. What another choice changes stands in the table; nothing is fitted to
-Tables 4 to 7.
+Tables 4 to 7. Turbulence is a sum of sinusoids in time: one seed is the same water in steps of any length.
 """
 
 from __future__ import annotations
@@ -25,12 +25,14 @@ from ...sim.simulator import Simulator
 from . import Comparison, Result
 from .flume_line import EI, RANGE_EI, SOURCE, bend_rows, bent, parameter_rows, photograph
 from .turbulence import AXES, CENTRE, DEVIATION, LINE, TIME, TIME_SCALE
+from .workers import Over, here
 
 MEASURED_CENTRE = (CENTRE[0], -0.008, CENTRE[1])
 ROUNDING = 0.01  # of the printed figures, where his simulation is as measured
 MOTION = "nbp1406_6dof_derived_1hz.csv"
 LEVER = (-36.8, 0.0, 3.7)  # m, of the sheave of full_scale from base_link
-SECONDS, SETTLING, RAMP, SEEDS = 40.0, 20.0, 5.0, 20
+SECONDS, QUICK_SECONDS, SETTLING, RAMP, SEEDS = 40.0, 15.0, 20.0, 5.0, 20
+SETS, QUICK_SETS = 5, 2  # of points of the bend test
 CASES = {  # set-point; experiment's and Westin's volume [cm^3] and deviations [cm]; how far off his centroid was [cm]
     "no motion": ("hold", (4.82, 1.19, 0.78, 0.13), (7.76, 1.56, 1.23, 0.07), 0.48),
     "uncompensated": ("hold", (182.84, 2.73, 1.36, 0.88), (185.96, 2.14, 1.55, 0.97), 2.15),
@@ -57,9 +59,15 @@ OTHERWISE = {
     "motion divided by 70": {"smaller": 70.0},
     "time of the motion divided by 10": {"faster": 10.0},
     "turbulence of 0.25 s": {"time_scale": 0.25},
-    "turbulence of 0.03 s": {"time_scale": 0.03},
+    "turbulence of 0.03 s, steps of 5 ms": {"time_scale": 0.03, "step": 0.005},
     "step of 20 ms": {"step": 0.02},
+    "step of 5 ms": {"step": 0.005},
 }
+CHANGED = ("no motion", "uncompensated", "simplified")  # cases in which choices are made otherwise
+QUICK = (
+    f"{QUICK_SECONDS:g} s of {SECONDS:g} s, one seed of {SEEDS}, {QUICK_SETS} sets of points of {SETS}, "
+    "no choice made otherwise"
+)
 
 
 class Trace(NamedTuple):
@@ -94,27 +102,35 @@ def winch_motion(choice: Choice) -> tuple[np.ndarray, Any]:
     return t, CubicSpline(t, place)
 
 
-def scene_of(algorithm: str, seed: int, choice: Choice) -> Scene:
-    """Scene `flume` with a set-point and the turbulence of a seed."""
+def scene_of(algorithm: str, seed: int | None, choice: Choice) -> Scene:
+    """Scene `flume` with a set-point and the turbulence of a seed; None: without turbulence."""
     values = {
-        "water.turbulence.deviation": DEVIATION,
-        "water.turbulence.seed": seed,
-        TIME: choice.time_scale,
-        "water.ramp": 5.0,
         "setpoint.algorithm": algorithm,
         f"{LINE}.drag_amplification": choice.drag_factor,
         "solver.tick": choice.step,
     }
+    if seed is not None:
+        values |= {
+            "water.turbulence.deviation": DEVIATION,
+            "water.turbulence.seed": seed,
+            TIME: choice.time_scale,
+            "water.ramp": 5.0,
+        }
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", SceneWarning)
         return override(load_scene("flume"), values)
 
 
-def moved(scene: Scene, seconds: float, choice: Choice | None) -> tuple[np.recarray, Simulator]:
-    """Tick outputs after the settling of a scene whose winch moves, None: stands, and the simulator at the end."""
+def started(scene: Scene) -> Simulator:
+    """A scene at its static start."""
     sim = Simulator(scene)
     sim.start()
-    tick, frames, pushed, level = scene.solver.tick, [], 0, (0.0, 0.0, 0.0)
+    return sim
+
+
+def moved(sim: Simulator, seconds: float, choice: Choice | None) -> np.recarray:
+    """Tick outputs after the settling, the winch moved; choice None: it stands."""
+    tick, frames, pushed, level = sim.scene.solver.tick, [], 0, (0.0, 0.0, 0.0)
     if choice is not None:
         times, curve = winch_motion(choice)
         seconds = min(seconds, times[-1] - times[0] - SETTLING - 2.0)  # there is no more motion
@@ -133,26 +149,21 @@ def moved(scene: Scene, seconds: float, choice: Choice | None) -> tuple[np.recar
             pushed += 1
         frames.append(sim.run(min(block, count - k)).copy())
     f = np.concatenate(frames).view(np.recarray)
-    return f[f.time > min(SETTLING, 0.2 * f.time[-1] * 1e-9) * 1e9], sim
+    return f[f.time > min(SETTLING, 0.2 * f.time[-1] * 1e-9) * 1e9]
 
 
 def trace(case: str, seconds: float, seed: int = 1, choice: Choice = CHOSEN) -> Trace:
     """The sphere in one of the four cases."""
     scene = scene_of(CASES[case][0], seed, choice)
-    f, _ = moved(scene, seconds, None if case == "no motion" else choice)
+    f = moved(started(scene), seconds, None if case == "no motion" else choice)
     path = f.body_position - (np.asarray(scene.sheave.position) + (0.0, 0.0, scene.sheave.radius))
     deviations = 100.0 * np.sqrt(np.linalg.eigvalsh(np.cov(path.T))[::-1])
     track = 1e3 * float(np.std(f.payout_setpoint - f.payout))
     return Trace(path, 1e6 * ellipsoid_volume(f.time * 1e-9, path)[1], deviations, track)
 
 
-def spread(case: str, seconds: float, seeds: int, choice: Choice = CHOSEN) -> list[Trace]:
-    """One case under that many seeds of the turbulence."""
-    return [trace(case, seconds, seed, choice) for seed in range(1, seeds + 1)]
-
-
 def case_rows(found: dict[str, list[Trace]]) -> list[Comparison]:
-    """Tables 4 to 7: mean over the seeds, with the spread in the name of nobody's judgement below it."""
+    """Tables 4 to 7: the mean over the seeds is judged, their spread and the centroid stand below it."""
     rows, means = [], {}
     for case, traces in found.items():
         _, measured, his, away = CASES[case]
@@ -212,28 +223,28 @@ def case_rows(found: dict[str, list[Trace]]) -> list[Comparison]:
     return rows
 
 
-def experiment(duration: float | None, progress, quick: bool = False) -> Result:
+def experiment(duration: float | None, progress, quick: bool = False, over: Over = here) -> Result:
     """Bend test, damping, drag factor, the four cases over seeds, and every choice made otherwise.
 
-    duration [s]: of each run; quick: one seed, no choices.
+    duration [s]: of each run; quick: one seed, no choices; over: what runs the cases.
     """
-    seconds = (15.0 if quick else SECONDS) if duration is None else duration
-    seeds, total = 1 if quick else SEEDS, len(CASES) + 1 + len(OTHERWISE)
-    progress("stiffness, damping, drag factor", 0, total)
-    rows = bend_rows(2 if quick else 5) + parameter_rows()
-    found = {}
-    for k, case in enumerate(CASES):
-        progress(case, 1 + k, total)
-        found[case] = spread(case, seconds, seeds)
+    seconds = (QUICK_SECONDS if quick else SECONDS) if duration is None else duration
+    seeds, changes = (1, {}) if quick else (SEEDS, OTHERWISE)
+    runs = [(case, seconds, seed, CHOSEN) for case in CASES for seed in range(1, seeds + 1)]
+    runs += [(case, seconds, 1, CHOSEN._replace(**change)) for change in changes.values() for case in CHANGED]
+    traces = iter(over(trace, runs))
+    progress("stiffness, damping, drag factor", 0, len(runs))
+    rows = bend_rows(QUICK_SETS if quick else SETS) + parameter_rows()
+    done: list[Trace] = []
+    for case, _, seed, _ in runs:
+        progress(f"{case}, seed {seed}", len(done), len(runs))
+        done.append(next(traces))
+    found = {case: done[k * seeds : (k + 1) * seeds] for k, case in enumerate(CASES)}
     rows += case_rows(found)
-    choices = []
-    for k, (name, change) in enumerate({} if quick else OTHERWISE.items()):
-        progress(name, 1 + len(CASES) + k, total)
-        row = {"choice": name}
-        for case in ("no motion", "uncompensated", "simplified"):
-            other = trace(case, seconds, 1, CHOSEN._replace(**change))
-            row[f"{case} [cm^3]"] = other.volume - found[case][0].volume
-        choices.append(row)
+    choices, rest = [], iter(done[len(CASES) * seeds :])
+    for name in changes:
+        others = {f"{case} [cm^3]": next(rest).volume - found[case][0].volume for case in CHANGED}
+        choices.append({"choice": name, **others})
     chosen = "chosen otherwise: what changes in the volume, first seed"
     return Result("flume", rows, choices, lambda folder: draw(found, folder / "flume.png"), chosen)
 

@@ -30,6 +30,8 @@ CROSS = 0.5  # m/s
 HAULED, HAUL = 0.25, 0.5  # of the cable out; m/s
 AFTER = 3.0  # times the time in which the ship goes the length of the cable
 BEFORE = 60.0  # s of a steady tow
+QUICK_SITUATION = "turn"
+QUICK = f"the {QUICK_SITUATION} of the shorter tow alone"
 SITUATIONS = {
     "straight": "steady, straight, still water",
     "turn": f"90 deg to starboard on {RADIUS:g} cable lengths",
@@ -112,7 +114,7 @@ def experiment(duration: float | None, progress: Any = lambda *_: None, quick: b
     """All situations of both tows; ``duration`` has no effect; quick: the turn of the shorter tow."""
     found, all_of = [], [(tow, scene, name) for tow, scene in tows().items() for name in SITUATIONS]
     if quick:
-        all_of = [one for one in all_of if one[2] == "turn"][:1]
+        all_of = [one for one in all_of if one[2] == QUICK_SITUATION][:1]
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", SceneWarning)
         for k, (tow, scene, name) in enumerate(all_of):

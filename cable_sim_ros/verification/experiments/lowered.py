@@ -25,6 +25,7 @@ RECORD, SOURCE = "meteor_ctd_2hz.csv", "RV Meteor, 2011-04-01"
 BAND, WINDOW = (0.05, 0.3), 150.0  # Hz, s
 CONSTANT = 0.15  # m/s: a window counts where the 20 s mean of the depth rate stays that near to its own mean
 LENGTHS = (100.0, 400.0, 700.0, 1000.0)  # m of cable out
+QUICK = f"two lengths of cable of {len(LENGTHS)}"
 HEAVE, PERIOD = 0.35, 7.8  # m, s: makes 0.29 m/s of swing, as recorded; its spectral peak
 SECONDS = 80.0
 SOFT = 0.1  # of the axial stiffness

@@ -27,8 +27,11 @@ FREQUENCY, PASS_BAND = 1.0, 3.0  # Hz
 GRAVITY = 9.81
 MEASURED, LARGEST_ERROR, DEVIATION = (36.9, 51.5), 6.40, 1.79  # N
 SOURCE = "Westin (2018) 4.2"
-SECONDS, RAMP = 10.0, 3.0  # s: Westin's, and until the arm has its amplitude
-FAMILY = (0.5, 1.0, 2.0, 3.0, 4.0)  # deg
+SECONDS, QUICK_SECONDS, RAMP = 10.0, 2.0, 3.0  # s: Westin's; of --quick; until the arm has its amplitude
+FAMILY, QUICK_FAMILY = (0.5, 1.0, 2.0, 3.0, 4.0), (1.0, 3.0, 4.0)  # deg
+QUICK = (
+    f"{QUICK_SECONDS:g} s of {SECONDS:g} s, {len(QUICK_FAMILY)} amplitudes of {len(FAMILY)}, no choice made otherwise"
+)
 
 
 class Choice(NamedTuple):
@@ -180,10 +183,10 @@ def low_pass(choice: Choice) -> np.ndarray:
 def experiment(duration: float | None, progress, quick: bool = False) -> Result:
     """The family over amplitude, each end of the measured range predicted from the other, and the choices.
 
-    quick: 2 s, a smaller family, no choices.
+    quick: shorter, a smaller family, no choices.
     """
-    seconds = (2.0 if quick else SECONDS) if duration is None else duration
-    family = FAMILY[1::2] + FAMILY[4:] if quick else FAMILY
+    seconds = (QUICK_SECONDS if quick else SECONDS) if duration is None else duration
+    family = QUICK_FAMILY if quick else FAMILY
     runs, total = {}, len(FAMILY) + 3 + len(OTHERWISE)
     for n, amplitude in enumerate(family):
         progress(f"{amplitude:g} deg", n, total)

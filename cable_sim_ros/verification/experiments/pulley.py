@@ -30,7 +30,8 @@ CONFIGURATIONS = {  # m_L [kg], L_PI [m], L_PG [m], first wrap angle [deg]
 MEASURED = {1: {"wrap": (36.7, 146.0), "tension": (49.2, 162.0)}, 3: {"wrap": (52.4, 129.0)}}
 ALLOWED = {1: {"wrap": 2.77, "tension": 21.2}, 3: {"wrap": 4.30}}  # Westin's own largest errors
 SOURCE = "Westin (2018) 4.1"
-SECONDS = 10.0
+SECONDS, QUICK_SECONDS = 10.0, 4.0
+QUICK = f"{QUICK_SECONDS:g} s of {SECONDS:g} s, no loss, no choice made otherwise"
 
 
 class Choice(NamedTuple):
@@ -202,8 +203,8 @@ def lossy(seconds: float = SECONDS) -> list[Comparison]:
 
 
 def experiment(duration: float | None, progress, quick: bool = False) -> Result:
-    """All three configurations, and configuration 1 with every choice made otherwise; quick: 4 s, no choices."""
-    duration = (4.0 if quick else SECONDS) if duration is None else duration
+    """All three configurations, and configuration 1 with every choice made otherwise; quick: shorter, no choices."""
+    duration = (QUICK_SECONDS if quick else SECONDS) if duration is None else duration
     swings, rows, choices = {}, [], []
     for n in CONFIGURATIONS:
         progress(f"configuration {n}", n - 1, 3 + len(OTHERWISE))

@@ -98,6 +98,8 @@ def _section(result: Result) -> Section:
     head, rows = tuple(head[k] for k in kept), [tuple(row[k] for k in kept) for row in rows]
     right = [k for k, of in enumerate(kept) if of in NUMBERS]
     found = Section(result.experiment, f"Experiment {result.experiment}")
+    if result.shortened:
+        found.parts.append(Text([f"Shortened by --quick: {result.shortened}."]))
     with tempfile.TemporaryDirectory(prefix="cable_sim_plot_") as folder:
         drawn = result.plot(Path(folder))
         if drawn.suffix == ".png":

@@ -18,7 +18,12 @@ NUMBERS = ("measured", "their simulation", "ours", "allowed")  # measured: or pr
 
 def as_data(result: Result) -> dict[str, Any]:
     """What ``--json`` prints."""
-    return {"experiment": result.experiment, "rows": [row._asdict() for row in result.rows], "choices": result.choices}
+    return {
+        "experiment": result.experiment,
+        "rows": [row._asdict() for row in result.rows],
+        "choices": result.choices,
+        "shortened": result.shortened,
+    }
 
 
 def text(x: float | None, row: Comparison | None = None) -> str:
@@ -91,7 +96,10 @@ def page(results: Iterable[Result]) -> str:
         "a share of it. `-`: nobody measured it, or nobody says what is allowed.",
     ]
     for result in results:
-        parts += [f"## {result.experiment}", *(result.tables() if result.tables else [markdown(result)])]
+        parts.append(f"## {result.experiment}")
+        if result.shortened:
+            parts.append(f"Shortened by `--quick`: {result.shortened}.")
+        parts += result.tables() if result.tables else [markdown(result)]
     return "\n\n".join(parts) + "\n"
 
 
@@ -99,7 +107,8 @@ def print_result(result: Result) -> None:
     """Comparison and choices."""
     console = Console(width=None if sys.stdout.isatty() else 120)
     heads, rows = _columns(result)
-    table = Table(title=result.experiment, title_justify="left")
+    title = f"{result.experiment}, shortened: {result.shortened}" if result.shortened else result.experiment
+    table = Table(title=title, title_justify="left")
     for name in heads:
         table.add_column(name, justify="right" if name in NUMBERS else "left")
     for row in rows:

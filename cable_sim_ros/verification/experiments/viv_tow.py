@@ -29,7 +29,8 @@ FLUME = {"viv.law": LAW, "viv.damping_ratio": 0.02, "cable.sections.line.drag_am
 FULL = {"viv.law": LAW, "viv.damping_ratio": 0.01, "cable.sections.bare.drag_amplification": 1.0,
         "cable.sections.faired.drag_amplification": 1.0}  # fmt: skip
 FRESH = {"towbody.lift_area": -722.0 / (0.5 * 1026.0 * 2.2**2)}  # the wing's 722 N, as printed for fresh water
-SECONDS = 60.0  # of the tow that is drawn
+SECONDS, QUICK_SECONDS = 60.0, 10.0  # of the tow that is drawn
+QUICK = f"no assumption made otherwise, {QUICK_SECONDS:g} s of {SECONDS:g} s drawn"
 SMALL = 0.005  # m, the least sheave: next to a point, from which the statics have the line hang
 POINT = {"sheave.radius": SMALL, "sheave.position": [0.0, 0.0, 0.46 - SMALL], "cable.bending_stiffness": 0.0,
          "cable.bending_damping": 0.0}  # fmt: skip
@@ -237,7 +238,7 @@ def full_rows(progress) -> list[Comparison]:
 def experiment(duration: float | None, progress, quick: bool = False) -> Result:
     """Both tows, and every assumption made otherwise; ``duration`` [s] is that of the tow drawn by the plot.
 
-    quick: no assumption made otherwise, 10 s drawn.
+    quick: no assumption made otherwise, less drawn.
     """
     progress("flume", 0, 4)
     rows = flume_rows(progress)
@@ -262,7 +263,7 @@ def experiment(duration: float | None, progress, quick: bool = False) -> Result:
                 }
             )
     chosen = "chosen otherwise: what changes; flume in mm and mN, full scale in m and N"
-    shown = (10.0 if quick else SECONDS) if duration is None else duration
+    shown = (QUICK_SECONDS if quick else SECONDS) if duration is None else duration
     return Result("viv_tow", rows, choices, lambda folder: draw(folder / "strumming.png", shown), chosen)
 
 

@@ -36,6 +36,7 @@ WHY_END = "place not said; half of the middle's, as printed, takes sheaves that 
 WATER, RATIOS = SpanFluid(density=1000.0, viscosity=1e-3), (0.6, 0.7, 0.8, 0.9, 1.0, 1.1, 1.2, 1.3, 1.4, 1.5, 1.7, 2.0)
 NEAR = (0.97, 0.98, 0.99, 0.995, 1.0, 1.005, 1.01, 1.02, 1.03)
 DRY, DAMPED, LIGHTLY = 2.0, 0.1, 0.005
+QUICK = "table A3 alone: no sum of modes, no choice made otherwise, lock-in in water only drawn"
 
 
 class Lock(NamedTuple):

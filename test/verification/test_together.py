@@ -1,0 +1,86 @@
+"""Experiments over processes: the same as in one, named by what --quick left out; a process that ends is said."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from inspect import signature
+
+import numpy as np
+import pytest
+
+from cable_sim_ros.errors import RunError
+from cable_sim_ros.verification.experiments import EXPERIMENTS, module_of, run, together
+from cable_sim_ros.verification.experiments.flume import CHOSEN, trace
+from cable_sim_ros.verification.experiments.table import as_data, page
+from cable_sim_ros.verification.experiments.together import repeat, sendable
+from cable_sim_ros.verification.experiments.workers import here, workers
+
+
+def ended(code: int) -> None:
+    """A run whose process is gone before it returns."""
+    os._exit(code)
+
+
+def test_runs_are_the_same_bit_for_bit_in_processes_and_in_their_order():
+    """Two seeds and two steps of the flume, half a second each: 5 s."""
+    asked = [("simplified", 0.5, 2, CHOSEN), ("no motion", 0.5, 1, CHOSEN._replace(step=0.02))]
+    with workers(2) as over:
+        apart = list(over(trace, asked))
+    for one, other in zip(apart, here(trace, asked), strict=True):
+        assert np.array_equal(one.path, other.path) and one.volume == other.volume and one.track == other.track
+    assert len(apart[0].path) == pytest.approx(2 * len(apart[1].path), abs=2)
+    assert not np.array_equal(apart[0].path[::2], apart[1].path), "the test compares nothing"
+
+
+def test_a_process_that_ends_is_said_with_a_remedy():
+    with workers(2) as over, pytest.raises(RunError, match=r"process .* ended .* no result was written.* --workers 1"):
+        list(over(ended, [(3,)]))
+
+
+def test_workers_take_one_thread_before_anything_is_loaded():
+    """OpenBLAS looks at its environment once, when numpy loads it: what the worker begins with must not load it."""
+    code = "import sys, cable_sim_ros.sweeps.threads; sys.exit('numpy' in sys.modules)"
+    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
+
+
+def test_an_experiment_sent_by_a_process_has_its_rows_page_and_picture(tmp_path):
+    """Drag and the sheave of one moving pulley would do; drag is the shortest with tables of its own: 3 s."""
+    whole, sent = run("drag", None), sendable("drag", None, False, True)
+    assert as_data(sent) == as_data(whole) and page([sent]) == page([whole])
+    assert sent.plot(tmp_path / "new").read_bytes()[:4] == b"\x89PNG"
+    with pytest.raises(RuntimeError, match="no picture was asked for"):
+        sendable("drag", None, False, False).plot(tmp_path)
+
+
+def test_results_come_in_the_order_of_their_names(monkeypatch):
+    handed = []
+    monkeypatch.setattr(together, "hands_out", lambda name: name == "flume")
+    monkeypatch.setattr(together, "run", lambda name, *_: handed.append(name) or name)
+    monkeypatch.setattr(together, "sendable", lambda name, *_: name)
+    monkeypatch.setattr(together, "workers", _in_line)
+    assert repeat(("drag", "flume", "viv"), None, count=2) == ["drag", "flume", "viv"] and handed == ["flume"]
+    assert repeat(("viv",), None, count=2) == ["viv"] and handed == ["flume", "viv"], "alone: in this process"
+
+
+class _in_line:
+    def __init__(self, count: int) -> None: ...
+
+    def __enter__(self):
+        return here
+
+    def __exit__(self, *_) -> None: ...
+
+
+@pytest.mark.parametrize("name", EXPERIMENTS)
+def test_what_quick_leaves_out_is_said(name):
+    module = module_of(name)
+    assert ("quick" in signature(module.experiment).parameters) == bool(getattr(module, "QUICK", ""))
+
+
+def test_a_quick_result_says_so_on_its_page_and_in_its_data():
+    result = run("wake", None, quick=True)
+    assert "table A3 alone" in as_data(result)["shortened"]
+    assert "\n\nShortened by `--quick`: table A3 alone" in page([result])
+    assert as_data(run("load_cell", None, quick=True))["shortened"] == "", "it has no shorter form"
