@@ -15,7 +15,8 @@ from typing import Any, ParamSpec, TypeVar
 
 from ..errors import CableSimError
 
-P, T = ParamSpec("P"), TypeVar("T")
+P = ParamSpec("P")
+T = TypeVar("T")
 FETCH, LOOK, WITHOUT = 10.0, 1.0, 60.0  # s: for a row, between looks at the cluster, that a local one may lack a worker
 
 

@@ -126,7 +126,7 @@ def _axis(figures: list[dict[str, Any]], key: str) -> list[float]:
 
 def _others(row: dict[str, Any]) -> str:
     fixed = {SCOPE, SPEED, "verdict", "error", *(name for name, *_ in SHOWN)}
-    return ", ".join(f"{key} = {value:g}" for key, value in row.items() if key not in fixed)
+    return ", ".join(f"{key} = {value:.12g}" for key, value in row.items() if key not in fixed)
 
 
 def _find(figures: list[dict[str, Any]], scope: float, speed: float, other: str) -> dict[str, Any]:
