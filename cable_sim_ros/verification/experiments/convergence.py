@@ -31,7 +31,7 @@ HEAVE, PERIOD, SAMPLE = 1.0, 8.0, 0.02  # m, s, s: of the sheave at full scale; 
 SECONDS, QUICK_SECONDS = 20.0, 4.0  # his, of figures 33 to 45
 LONGEST_SWING = 1.0  # s, of the pulley: its runs part later by what they began with
 QUICK = f"{QUICK_SECONDS:g} s of {SECONDS:g} s"
-ROPES, POSITIONS, STEPS = (10, 20, 40, 80), (1e-2, 3e-3, 1e-3, 3e-4), (0.1, 0.05, 0.02, 0.01, 0.005)
+ROPES, LINES, STEPS = (10, 20, 40, 80), (4, 8, 12, 16, 32), (0.1, 0.05, 0.02, 0.01, 0.005)
 BARES, FAIREDS = (4, 6, 8, 10, 20), (4, 6, 8, 16)
 
 
@@ -83,8 +83,9 @@ def heaved(sim: Simulator, seconds: float) -> np.ndarray:
 
 
 def tow(elements: dict[str, int] | None, seconds: float, tick: float = 0.02) -> Curve:
-    """His tow with the cable running through the mesh, so that bare and faired elements alone are varied."""
-    sim = _still(running(elements, tick))
+    """His tow with the cable running through the mesh, so that bare and faired elements alone are varied; the winch
+    held, for a compensated towbody hardly moves."""
+    sim = _still(quiet(running(elements, tick), {"setpoint.algorithm": "hold"}))
     return timed(sim.nodes - 1, lambda: heaved(sim, seconds))
 
 
@@ -98,12 +99,10 @@ def rope(elements: int, seconds: float) -> Curve:
     return timed(elements, swung)
 
 
-def sphere(position: float, seconds: float) -> Curve:
-    """Departure angle [mrad] and height [mm] in the flume under the simplified set-point, without turbulence; the mesh
-    made for an accuracy of position [m]."""
-    scene = quiet(scene_of("simplified_sheave", None, WINCH), {"accuracy.position": position})
-
-    sim = _still(scene)
+def sphere(elements: int, seconds: float) -> Curve:
+    """Departure angle [mrad] and height [mm] in the flume under the simplified set-point, without turbulence; that many
+    elements on the line out of the sheave."""
+    sim = _still(quiet(scene_of("simplified_sheave", None, WINCH), {"mesh.sections": {"line": {"elements": elements}}}))
 
     def drifted() -> np.ndarray:
         f = moved(sim, seconds, WINCH)
@@ -142,7 +141,7 @@ def families(seconds: float, progress, over: Over = here) -> list[Family]:
                 {},
             ),
             sphere,
-            {f"position within {1e3 * p:g} mm": (p, seconds) for p in POSITIONS},
+            {f"{n} elements of the line": (n, seconds) for n in LINES},
         ),
         (
             Family("fig. 44, full scale", tow_of, f"{SOURCE} 5.4: six are enough", "", {}),
@@ -229,7 +228,7 @@ def draw(found: list[Family], path: Path) -> Path:
             for k, colour in enumerate((BLUE, ORANGE)):
                 what, unit = family.quantities[k]
                 axis.plot(range(len(apart)), apart[:, k], "o-", color=colour, label=f"{what} [{unit}]")
-            names = [name.removeprefix("position within ").removeprefix("steps of ") for name in family.curves]
+            names = [name.removeprefix("steps of ").removesuffix(" of the line") for name in family.curves]
             names = [name.replace(" elements on the rope", "").replace(" elements", "") for name in names]
             axis.set_xticks(range(len(apart)), names[:-1], fontsize="small")
             axis.set_yscale("log")
