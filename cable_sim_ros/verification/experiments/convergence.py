@@ -1,6 +1,6 @@
 """Convergence of mesh and step in the manner of Westin's figures 20, 33, 34 and 44 to 46, with CPU times.
 
-He reads convergence off curves that lie on each other; here it is the largest difference to the finest of each family.
+He reads convergence off curves that lie on each other; here it is the difference to the finest of each family.
 Figure 46, the load over the sheave, is in `full_scale`. CPU times are of this machine and of one core; his, in the
 legends of his figures, are not legible.
 """
@@ -137,7 +137,7 @@ def families(seconds: float, progress, over: Over = here) -> list[Family]:
                 "figs. 33, 34, flume",
                 (("departure angle", "mrad"), ("height of the sphere", "mm")),
                 f"{SOURCE} 4.3.2: 12 against 16 elements leave 0.27 mrad, 0.05 mm",
-                "",
+                "The angle goes from one contact point to the next, 1 mrad: largest is one such step a tick apart",
                 {},
             ),
             sphere,
@@ -154,7 +154,7 @@ def families(seconds: float, progress, over: Over = here) -> list[Family]:
             {f"{n} bare elements": ({"bare": n, "faired": FAIREDS[-1]}, seconds) for n in BARES},
         ),
         (
-            Family("step, full scale", tow_of, "no figure of his varies the step here", "", {}),
+            Family("step, full scale", tow_of, "No figure of his varies the step", "", {}),
             tow,
             {f"steps of {1e3 * h:g} ms": (None, seconds, h) for h in STEPS},
         ),
@@ -171,18 +171,24 @@ def families(seconds: float, progress, over: Over = here) -> list[Family]:
     return found
 
 
-def rows_of(family: Family) -> list[Comparison]:
-    """Largest difference of every run to the finest, of every quantity."""
-    finest = list(family.curves.values())[-1]
-    rows = []
+def apart(family: Family) -> dict[str, np.ndarray]:
+    """Largest and rms difference to the finest [2, quantities] of every other run of a family."""
+    finest, found = list(family.curves.values())[-1], {}
     for name, curve in list(family.curves.items())[:-1]:
         n = min(len(curve.samples), len(finest.samples))
-        apart = np.abs(curve.samples[:n] - finest.samples[:n]).max(axis=0)
-        for (what, unit), value in zip(family.quantities, apart.tolist(), strict=True):
-            rows.append(
-                Comparison(f"{family.name}, {name}: {what}", unit, value, None, None, family.source, family.why)
-            )
-    return rows
+        off = np.abs(curve.samples[:n] - finest.samples[:n])
+        found[name] = np.stack([off.max(axis=0), np.sqrt(np.mean(off**2, axis=0))])
+    return found
+
+
+def rows_of(family: Family) -> list[Comparison]:
+    """Largest and rms difference of every run to the finest, of every quantity."""
+    return [
+        Comparison(f"{family.name}, {name}: {what}, {how}", unit, value, None, None, family.source, family.why)
+        for name, off in apart(family).items()
+        for (what, unit), pair in zip(family.quantities, off.T.tolist(), strict=True)
+        for how, value in zip(("largest", "rms"), pair, strict=True)
+    ]
 
 
 def experiment(duration: float | None, progress, quick: bool = False, over: Over = here) -> Result:
@@ -193,21 +199,20 @@ def experiment(duration: float | None, progress, quick: bool = False, over: Over
 
     def tables() -> list[str]:
         parts = [
-            f"Largest difference to the finest of each family in {seconds:g} s (pulley: at most {LONGEST_SWING:g} s)."
+            f"Largest difference to the finest of each family in {seconds:g} s (pulley: at most {LONGEST_SWING:g} s),\n"
+            "in brackets its rms; CPU time of the steps alone, of the pulley with its start."
         ]
         for family in found:
-            finest = list(family.curves.values())[-1].samples
+            off = apart(family)
             heads = [f"{what} [{unit}]" for what, unit in family.quantities]
             lines = [
                 "| " + " | ".join((family.name, "elements", *heads, "CPU [s]")) + " |",
                 "|---" * (3 + len(heads)) + "|",
             ]
             for name, curve in family.curves.items():
-                n = min(len(curve.samples), len(finest))
-                apart = np.abs(curve.samples[:n] - finest[:n]).max(axis=0)
-                cells = ["-" if curve.samples is finest else f"{x:.2g}" for x in apart]
+                cells = [f"{a:.2g} ({b:.2g})" for a, b in off[name].T] if name in off else ["-"] * len(heads)
                 lines.append("| " + " | ".join((name, str(curve.elements), *cells, f"{curve.cpu:.2f}")) + " |")
-            parts += ["\n".join(lines), f"{family.source}."]
+            parts += ["\n".join(lines), f"{family.source}{f'. {family.why}' if family.why else ''}."]
         return parts
 
     return Result("convergence", rows, [], lambda folder: draw(found, folder / "convergence.png"), tables=tables)
@@ -218,19 +223,22 @@ def draw(found: list[Family], path: Path) -> Path:
     from ...plots.canvas import canvas
     from ...plots.run import BLUE, ORANGE
 
-    with canvas(path, (14.0, 8.0), "Convergence of mesh and step", "to the finest of each family") as figure:
+    with canvas(
+        path,
+        (14.0, 8.0),
+        "Convergence of mesh and step",
+        "difference to the finest of each family: largest (solid) and rms (dashed)",
+    ) as figure:
         axes = figure.subplots(2, 3).ravel()
         for axis, family in zip(axes, found):
-            curves = list(family.curves.values())
-            finest = curves[-1].samples
-            n = min(len(c.samples) for c in curves)
-            apart = np.array([np.abs(c.samples[:n] - finest[:n]).max(axis=0) for c in curves[:-1]])
+            off = np.array(list(apart(family).values()))
             for k, colour in enumerate((BLUE, ORANGE)):
                 what, unit = family.quantities[k]
-                axis.plot(range(len(apart)), apart[:, k], "o-", color=colour, label=f"{what} [{unit}]")
+                axis.plot(range(len(off)), off[:, 0, k], "o-", color=colour, label=f"{what} [{unit}]")
+                axis.plot(range(len(off)), off[:, 1, k], "--", color=colour)
             names = [name.removeprefix("steps of ").removesuffix(" of the line") for name in family.curves]
             names = [name.replace(" elements on the rope", "").replace(" elements", "") for name in names]
-            axis.set_xticks(range(len(apart)), names[:-1], fontsize="small")
+            axis.set_xticks(range(len(off)), names[:-1], fontsize="small")
             axis.set_yscale("log")
             axis.set_title(family.name)
             axis.legend(fontsize="small")
