@@ -16,8 +16,10 @@ def test_difference_is_the_largest_to_the_finest():
     family = Family("fig. 1", (("depth", "m"), ("tension", "N")), "x", "", curves)
     rows = rows_of(family)
     assert [(row.name, row.ours) for row in rows] == [
-        ("fig. 1, two: depth", pytest.approx(2.0)),
-        ("fig. 1, two: tension", pytest.approx(0.5)),
+        ("fig. 1, two: depth, largest", pytest.approx(2.0)),
+        ("fig. 1, two: depth, rms", pytest.approx(2.125**0.5)),
+        ("fig. 1, two: tension, largest", pytest.approx(0.5)),
+        ("fig. 1, two: tension, rms", pytest.approx(0.125**0.5)),
     ]
 
 
