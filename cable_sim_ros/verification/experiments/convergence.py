@@ -7,6 +7,7 @@ legends of his figures, are not legible.
 
 from __future__ import annotations
 
+import textwrap
 import time
 import warnings
 from collections.abc import Callable
@@ -212,7 +213,8 @@ def experiment(duration: float | None, progress, quick: bool = False, over: Over
             for name, curve in family.curves.items():
                 cells = [f"{a:.2g} ({b:.2g})" for a, b in off[name].T] if name in off else ["-"] * len(heads)
                 lines.append("| " + " | ".join((name, str(curve.elements), *cells, f"{curve.cpu:.2f}")) + " |")
-            parts += ["\n".join(lines), f"{family.source}{f'. {family.why}' if family.why else ''}."]
+            said = f"{family.source}{f'. {family.why}' if family.why else ''}."
+            parts += ["\n".join(lines), textwrap.fill(said, 100)]
         return parts
 
     return Result("convergence", rows, [], lambda folder: draw(found, folder / "convergence.png"), tables=tables)
