@@ -16,7 +16,7 @@ from ...sim.flag_rules import DOUBTFUL, FAILED, OK
 from ...sim.scene import Scene
 from ...sim.verdict import Reason, Verdict
 from ..scores.pairing import SECOND
-from .confidence import Confidence, Interval, confidence, linear_intervals, minuit, profile
+from .confidence import APART, Confidence, Interval, confidence, linear_intervals, minuit, profile
 from .free import CONSEQUENCE, CalibrateError, flat, free_of
 from .least_squares import MAX_GAIN, Fit, Nuisance, Problem, fit
 from .observed import Observed, chosen, observed
@@ -204,6 +204,11 @@ def calibrate(
     out.fitted_s = window[0], window[1] - options.hold_out * (window[1] - window[0])
     out.held_s = (out.fitted_s[1], window[1]) if options.hold_out > 0.0 else None
     _judge(out, problem, found, known, model, signals)
+    for name, interval in zip(problem.names, intervals):
+        if interval.linear:
+            out.reasons.append(
+                _reason("INTERVAL", f"{name}: Minuit found no profile, its interval is linear and may be rough", name)
+            )
     out.values = flat(scene, dict(zip((one.key for one in numbers), problem.values(found.x))))
     out.runs, out.cpu_s = model.runs, clock.process_time() - begun
     return out
@@ -331,7 +336,7 @@ def _judge(
         tell(
             _reason(
                 "NOT_APART",
-                f"the data cannot tell {' and '.join(group)} apart (correlation above {0.95:g}): other pairs fit as "
+                f"the data cannot tell {' and '.join(group)} apart (correlation above {APART:g}): other pairs fit as "
                 "well; fix one, give it a prior, or record a tow that separates them",
                 *group,
             )
@@ -364,10 +369,8 @@ def _judge(
                 )
             )
     if not model.steady:
-        model(problem.values(found.x))
-        problem_run = model.verdict
-        for reason in problem_run.reasons:
-            tell(reason._replace(text=f"the last run: {reason.text}"))
+        for reason in model.verdict(problem.values(found.x)).reasons:
+            tell(reason._replace(text=f"the calibrated run: {reason.text}"))
     speed = next((one for one in signals if one.quantity in ("water_speed", "speed")), None)
     if model.steady and speed is not None and len(speed.value):
         mean = float(np.nanmean(speed.value))

@@ -39,11 +39,12 @@ NEEDS = (
 
 class Interval(NamedTuple):
     """95 % interval of a parameter in the units of x; None: it ends at a bound. rise: of the likelihood ratio at either
-    end, simulated, over what was asked for; None: not simulated."""
+    end, simulated, over what was asked for; None: not simulated. linear: Minuit found none."""
 
     low: float | None
     high: float | None
     rise: tuple[float | None, float | None] = (None, None)
+    linear: bool = False
 
 
 class Confidence(NamedTuple):
@@ -161,9 +162,7 @@ class Surface:
         return gain * value + bias - one.value[one.fitted]
 
 
-def profile(
-    problem: Problem, found: Fit, known: Confidence, progress: Callable[[str], None] = lambda name: None
-) -> list[Interval]:
+def profile(problem: Problem, found: Fit, known: Confidence) -> list[Interval]:
     """95 % intervals by profile likelihood, of each parameter over all others. CalibrateError without iminuit."""
     make = minuit()
     half = QUANTILE**0.5 * known.deviation
@@ -187,13 +186,12 @@ def profile(
     best = np.array(fitter.values)
     out = []
     for k, name in enumerate(names):
-        progress(problem.names[k])
         fitter.errordef = float(known.inflation[k])
         try:
             fitter.minos(name, cl=LEVEL)
             error = fitter.merrors[name]
         except (RuntimeError, ValueError, KeyError):  # no minimum that Minuit takes for one
-            out.append(linear_intervals(problem, found, known)[k])
+            out.append(linear_intervals(problem, found, known)[k]._replace(linear=True))
             continue
         ends: list[float | None] = []
         rises: list[float | None] = []

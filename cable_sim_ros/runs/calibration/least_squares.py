@@ -28,6 +28,8 @@ FTOL, XTOL = 1e-5, 1e-4  # a twentieth of a standard deviation of 300 samples; o
 MAX_TRIALS = 40  # of a pass
 NO_EFFECT = 1e-6  # of the signal, by a step to both sides: less is what a static start leaves
 FLOOR = 1e-6  # of the spread of a signal: no instrument is better
+SHORTEST = 8  # samples of which a correlation is looked for
+CLEAR = 1.645  # of a correlation, in standard deviations of that of white noise: 95 %
 KINDS = ("bias", "gain", "lag")
 MAX_GAIN = (0.2, 5.0)
 
@@ -189,6 +191,20 @@ class Problem:
                 )
 
 
+def lasting(rest: np.ndarray) -> float:
+    """Samples that count as one. The autocorrelations of a short record are too small: where neighbours are clearly
+    alike, at least what noise of the first order has, its correlation corrected for the length (Marriott and Pope 1954,
+    Biometrika 41, 390)."""
+    found, n = correlation_time(rest), len(rest)
+    y = rest - rest.mean()
+    total = float((y**2).sum())
+    alike = float((y[1:] * y[:-1]).sum()) / total if total > 0.0 else 0.0
+    if n < SHORTEST or alike * n**0.5 < CLEAR:
+        return found
+    alike = min((n * alike + 1.0) / (n - 3.0), 1.0 - 1.0 / n)
+    return min(float(n), max(found, (1.0 + alike) / (1.0 - alike)))
+
+
 def noise_of(problem: Problem, x: np.ndarray) -> tuple[dict[str, float], dict[str, float]]:
     """Noise and correlation time [samples] of each signal, of what is left at x. Noise that is stated stands."""
     curves = problem.simulate(problem.values(x))
@@ -197,7 +213,7 @@ def noise_of(problem: Problem, x: np.ndarray) -> tuple[dict[str, float], dict[st
         rest = problem.rest(x, one, curves, one.fitted)
         floor = FLOOR * max(float(np.std(one.value)), 1e-6 * float(np.abs(one.value).max()), 1e-12)
         noise[one.quantity] = one.noise or max(float(np.sqrt(np.mean(rest**2))), floor)
-        correlated[one.quantity] = correlation_time(rest)
+        correlated[one.quantity] = lasting(rest)
     return noise, correlated
 
 

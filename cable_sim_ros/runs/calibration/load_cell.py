@@ -16,9 +16,9 @@ from typing import NamedTuple
 
 import numpy as np
 from scipy.optimize import minimize_scalar
-from scipy.stats import t as student
 
 from ...errors import CableSimError
+from ..scores.intervals import jackknife
 
 MAX_LAG = 5.0  # s, either way
 COARSE = 0.1  # s between the lags that are tried first
@@ -26,7 +26,6 @@ NEAR = 0.5  # s: so far about the lag of the whole record that of a part is look
 MIN_EXPLAINED = 0.5  # of the variance: below it the model is not what the cell shows
 BLOCKS = 10  # of the jackknife
 LEAST_BLOCK = 8.0  # s, about one wave: shorter blocks are not independent
-LEVEL = 0.95
 Curve = Callable[..., np.ndarray]  # of times [s] and the order of the derivative
 
 
@@ -104,8 +103,7 @@ def fit(t: np.ndarray, force: np.ndarray, motion: Moved, *, levers: int = 2) -> 
     edges = np.linspace(t[0], t[-1], BLOCKS + 1)
     block = np.clip(np.searchsorted(edges, t, side="right") - 1, 0, BLOCKS - 1)
     parts = np.array([_fit(t[block != k], force[block != k], motion, levers, whole.lag) for k in range(BLOCKS)])
-    spread = np.sqrt((BLOCKS - 1) / BLOCKS * ((parts - parts.mean(axis=0)) ** 2).sum(axis=0))
-    half = LoadCell(*(float(student.ppf(0.5 + 0.5 * LEVEL, BLOCKS - 1)) * spread).tolist())
+    half = LoadCell(*jackknife(np.array(whole), parts).tolist())
     return Fitted(whole, half, judgement.explained, judgement.rms)
 
 

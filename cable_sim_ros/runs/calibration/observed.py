@@ -86,6 +86,11 @@ def observed(
         time, value = time[inside], value[inside]
         fitted = time <= split
         _enough(name, series, fitted, window, hold_out, steady)
+        if noise.get(name) is None and np.ptp(value[fitted]) == 0.0:
+            raise CalibrateError(
+                f"{name}: shows {value[0]:g} {QUANTITIES[name].unit} throughout; {CONSEQUENCE}. Give a channel that "
+                f"has a sensor, or state its noise: --signal {name}~NOISE"
+            )
         out.append(Observed(name, QUANTITIES[name].unit, time, value, noise.get(name), fitted))
     return out
 
@@ -98,11 +103,11 @@ def _slower(series: Cleaned, tick: float) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _means(time: np.ndarray, value: np.ndarray, first: float, last: float) -> tuple[np.ndarray, np.ndarray]:
-    count = int((last - first) / WINDOW)
     centre, mean = [], []
+    number = np.floor((time - first) / WINDOW).astype(np.int64)
     least = 0.5 * WINDOW / max(float(np.median(np.diff(time))), SECOND) if len(time) > 1 else np.inf
-    for k in range(count):
-        part = (time >= first + k * WINDOW) & (time < first + (k + 1) * WINDOW)
+    for k in np.unique(number[(number >= 0) & (first + (number + 1) * WINDOW <= last)]):
+        part = number == k
         if part.sum() >= least:  # a window that is half empty is no mean of it
             centre.append(first + (k + 0.5) * WINDOW)
             mean.append(float(value[part].mean()))

@@ -17,21 +17,22 @@ from scipy.interpolate import CubicSpline
 
 from ...errors import CableSimError, RunError
 from ...io.logs.own_signals import signals_of_frames
-from ...io.logs.signals import QUANTITIES
 from ...io.scenes.load import SceneError, scene_from_dict
 from ...io.scenes.winch_plan import WinchPlan
 from ...io.sources.recorded_tow import RecordedTow
 from ...sim.layout import layout_of
 from ...sim.scene import Scene
 from ...sim.simulator import Simulator
-from ...sim.verdict import Verdict
+from ...sim.verdict import Reason, Verdict
 from ..message_run import MessageRun
 from ..scores.pairing import SECOND
 from ..transient import start_up
 from ..verdict import judge
 from .free import CalibrateError, Free, data_with
+from .observed import USABLE
 
 KEPT = 64  # sets of curves
+KEPT_QUANTITIES = {*USABLE, "payout", "speed"}
 
 
 class TrialError(RunError):
@@ -49,7 +50,7 @@ Curves = Mapping[str, Curve]
 
 
 class TowModel:
-    """A scene under a motion. `runs` and `cpu_s`: what was simulated; `window`: s from `origin` [ns] that count."""
+    """A scene under a motion. `runs`, `cpu_s`: what was simulated; `window`: s from `origin` [ns] that count."""
 
     def __init__(
         self,
@@ -66,8 +67,7 @@ class TowModel:
         self.mesh_plan = layout_of(scene).plan
         self.runs, self.cpu_s = 0, 0.0
         self.origin, self.window = 0, (0.0, 0.0)
-        self.verdict = Verdict()  # of the last run
-        self._kept: dict[tuple[float, ...], dict[str, Curve]] = {}
+        self._kept: dict[tuple[float, ...], tuple[dict[str, Curve], Verdict]] = {}
 
     def scene_at(self, values: tuple[float, ...]) -> Scene:
         """The scene with these numbers; CalibrateError where it does not allow them."""
@@ -95,18 +95,18 @@ class TowModel:
     def __call__(self, values: tuple[float, ...]) -> Curves:
         """Signals of the tow with these numbers, by quantity. Raises TrialError where it cannot be simulated."""
         if values in self._kept:
-            return self._kept[values]
+            self._kept[values] = self._kept.pop(values)  # the newest again
+            return self._kept[values][0]
         begun = clock.process_time()
         scene = self.scene_at(values)
         try:
-            frames, problem = self._frames(scene)
+            frames, problem, doubts = self._frames(scene)
         except CableSimError as error:
             raise TrialError(f"{self._told(values)}: {error}; narrow the ranges of --free") from None
         self.runs, self.cpu_s = self.runs + 1, self.cpu_s + clock.process_time() - begun
         self.progress(self.runs)
         if problem:
             raise TrialError(f"{self._told(values)}: the run ended early ({problem}); narrow the ranges of --free")
-        self.verdict = judge(frames, scene) if not self.steady else Verdict()
         if not self._kept:
             self.origin = int(frames["time"][0])
             skip = start_up(scene, self.tow is not None)
@@ -115,21 +115,26 @@ class TowModel:
             del self._kept[next(iter(self._kept))]
         curves = {}
         for one in signals_of_frames(frames, ""):
-            if one.quantity in QUANTITIES:
+            if one.quantity in KEPT_QUANTITIES:
                 curves[one.quantity] = _curve((one.time - self.origin) * SECOND, one.value)
-        self._kept[values] = curves
+        self._kept[values] = curves, Verdict() if self.steady else judge(frames, scene, doubts)
         return curves
 
-    def _frames(self, scene: Scene) -> tuple[np.recarray, str]:
+    def verdict(self, values: tuple[float, ...]) -> Verdict:
+        """What the run with these numbers says of itself."""
+        self(values)
+        return self._kept[values][1]
+
+    def _frames(self, scene: Scene) -> tuple[np.recarray, str, list[Reason]]:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
             if self.steady:
                 sim = Simulator(scene)
                 sim.start()
-                return np.array([sim.frame]).view(np.recarray), ""
+                return np.array([sim.frame]).view(np.recarray), "", []
             one = MessageRun(scene, self.tow, winch=self.plan)
             stepped = one.run(self.duration, None)
-            return stepped.frames, stepped.problem
+            return stepped.frames, stepped.problem, [*one.doubts, *(self.tow.doubts if self.tow else ())]
 
     def _told(self, values: tuple[float, ...]) -> str:
         return ", ".join(f"{one.key} = {value:.6g} {one.unit}".strip() for one, value in zip(self.free, values))
@@ -140,6 +145,5 @@ def _curve(time: np.ndarray, value: np.ndarray) -> Curve:
         mean = float(np.mean(value))
         return Curve(lambda at: np.full(len(at), mean), lambda at: np.zeros(len(at)))
     spline = CubicSpline(time, value)
-    rate = spline.derivative()
     first, last = float(time[0]), float(time[-1])
-    return Curve(lambda at: spline(np.clip(at, first, last)), lambda at: rate(np.clip(at, first, last)))
+    return Curve(lambda at: spline(np.clip(at, first, last)), lambda at: spline(np.clip(at, first, last), 1))
