@@ -72,6 +72,7 @@ ALONE = {  # of the rest: several processes in real time, which other work on th
     "view/test_view_page.py",
 }
 NIGHTLY = {  # long, and beside what the rest has of them already
+    "verification/test_bench.py::test_the_throughput_of_a_sweep_is_a_command",
     "calibrate/test_calibrate_command.py::test_a_run_with_another_drag_is_found_with_noise_and_latency",
     "ensemble/test_ensemble_follow.py::test_twins_of_the_same_ranges_are_inside_and_a_drag_half_as_large_again_is_seen",
     "verification/test_bench.py::test_the_whole_tow_has_both_drums_and_says_what_feeding_brings",

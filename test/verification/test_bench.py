@@ -82,9 +82,10 @@ def test_a_worker_is_counted_while_all_of_them_have_work(monkeypatch):
     assert timed.whole == pytest.approx(120.0 / 20.0)
 
 
-@pytest.mark.nightly  # 20 s: workers of four sweeps
 def test_the_throughput_of_a_sweep_is_a_command(monkeypatch, tmp_path):
     monkeypatch.setattr(sweep_cost, "SECONDS", 1.0)
+    monkeypatch.setattr(sweep_cost, "CASES", 4)
+    monkeypatch.setattr(sweep_cost, "workers_of", lambda asked: 1)
     done = CliRunner().invoke(commands.main, ["bench", "--sweep", "--repeats", "1", "--out", str(tmp_path)])
     assert done.exit_code == 0, done.output
     rows = json.loads((tmp_path / "sweep.json").read_text())
