@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import json
 import sys
+from math import floor, log10
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
 from ..limits import LONGEST_RUN
+from ..runs.calibration.limits import HOLD_OUT, MAX_LAG
 from .number import Number
 from .options import SET_HELP, Heave
 from .progress import progress_bar
@@ -51,12 +53,12 @@ def _instrument(name: str, text: str) -> Any:
 @_instrument("bias", "Fit a bias of this instrument too.")
 @_instrument("gain", "Fit a gain of this instrument too.")
 @_instrument("lag", "Fit a lag of this instrument too, in s behind the simulation.")
-@click.option("--max-lag", type=Number(0.0, 60.0, "s", above=True), default=2.0, show_default=True, metavar="S",
+@click.option("--max-lag", type=Number(0.0, 60.0, "s", above=True), default=MAX_LAG, show_default=True, metavar="S",
               help="Largest lag, either way.")  # fmt: skip
 @click.option(
     "--hold-out",
     type=Number(0.0, 0.9),
-    default=0.333,
+    default=HOLD_OUT,
     show_default=True,
     metavar="SHARE",
     help="Last share of the record that is not fitted, but judges.",
@@ -88,8 +90,10 @@ def calibrate(bag, scene, free, mapping, motion, heave, winch, duration, signals
     for path in (out, picture):
         if path is not None and not path.parent.is_dir():
             raise click.UsageError(f"{path}: there is no folder {path.parent}; nothing was simulated. Make it first")
-    if steady and (heave is not None or motion not in (None, "none") or winch is not None):
-        raise click.UsageError("--steady has no motion; nothing was simulated. Leave --motion, --heave, --winch out")
+    if steady and (motion not in (None, "none") or any(one is not None for one in (heave, winch, duration, every))):
+        raise click.UsageError(
+            "--steady has no motion; nothing was simulated. Leave --motion, --heave, --winch, --duration, --every out"
+        )
     if heave is not None and motion is not None:
         raise click.UsageError("--heave and --motion contradict each other; nothing was simulated. Leave one out")
     from ..io.scenes.load import load_scene
@@ -146,6 +150,8 @@ def _named(option: str, texts: tuple[str, ...]) -> dict[str, float | None]:
                 f"--{option} {text}: {name} is no signal of a calibration; nothing was simulated. Give one of "
                 f"{', '.join(USABLE)}"
             )
+        if name in found:
+            raise CalibrateError(f"--{option} {text}: {name} was given before; nothing was simulated. Give it once")
         found[name] = number_of(number, f"--{option} {text}", "standard deviation") if sign else None
         if sign and not (found[name] or 0.0) > 0.0:
             raise CalibrateError(f"--{option} {text}: is not above 0; nothing was simulated. Give a deviation above 0")
@@ -193,13 +199,22 @@ def _head(result: Calibration) -> list[str]:
     lines = [f"Calibrated by cable-sim calibrate on {Path(result.name).name}, verdict {result.verdict.state}:"]
     for one in result.parameters:
         if one.number:
-            lines.append(f"  {one.name} = {one.value:.5g} {_interval(one)} (95 %), was {one.start:.5g}")
+            lines.append(f"  {one.name} = {_fine(one, one.value)} {_interval(one)} (95 %), was {one.start:.5g}")
     return lines
 
 
 def _interval(one: Parameter) -> str:
-    low, high = ("open" if end is None else f"{end:.4g}" for end in one.interval)
+    low, high = ("open" if end is None else _fine(one, end) for end in one.interval)
     return f"[{low}, {high}]"
+
+
+def _fine(one: Parameter, number: float) -> str:
+    """A number with digits enough for two of the half width of its interval; five where that is open."""
+    ends = [end for end in one.interval if end is not None]
+    half = max(abs(end - one.value) for end in ends) if ends else 0.0
+    if half <= 0.0 or number == 0.0:
+        return f"{number:.5g}"
+    return f"{number:.{min(max(2 + floor(log10(abs(number))) - floor(log10(half)), 4), 12)}g}"
 
 
 def tell(result: Calibration) -> None:
@@ -216,7 +231,7 @@ def tell(result: Calibration) -> None:
         table.add_column(name, justify="right")
     for one in result.parameters:
         limits = f"{one.limits[0]:.4g} to {one.limits[1]:.4g}"
-        table.add_row(one.name, one.unit, f"{one.start:.5g}", f"{one.value:.5g}", _interval(one), limits)
+        table.add_row(one.name, one.unit, f"{one.start:.5g}", _fine(one, one.value), _interval(one), limits)
     console.print(table)
     held = "not held out" if result.held_s is None else f"{result.held_s[0]:.4g} to {result.held_s[1]:.4g} s"
     rests = Table(

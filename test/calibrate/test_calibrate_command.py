@@ -1,6 +1,7 @@
 """`cable-sim calibrate` on a log made from a run of the product with other numbers; what it refuses; what it writes."""
 
 import json
+import re
 import warnings
 
 import numpy as np
@@ -20,6 +21,8 @@ TRUE = 2.0
 ENTRIES = {
     "tension": "  tension: {source: table, field: tension, unit: N}",
     "depth": "  body_depth: {source: table, field: depth, unit: m}",
+    "payout": "  payout: {source: table, field: payout, unit: m}",
+    "speed": "  speed: {source: table, field: speed, unit: m/s}",
 }
 
 
@@ -91,6 +94,45 @@ def test_a_steady_tow_and_the_scene_that_is_written(steady, tmp_path):
 
 
 @pytest.mark.parametrize(
+    "off, more, flags",
+    [
+        ({}, (), set()),
+        ({"payout": 5.0}, (), {"PAYOUT"}),
+        ({"speed": 0.3}, (), {"SPEED"}),
+        ({"late": 200.0}, (), {"HOLD_OUT"}),
+        ({}, ("--signal", "tension~0.1"), {"NOISE"}),
+        ({"tension": 500.0}, ("--signal", "tension"), {"AT_BOUND"}),
+    ],
+)
+def test_a_doubt_is_told_and_leaves_with_its_code(tmp_path, shown, off, more, flags):
+    """Each with its own reason; the intervals of short records have one of theirs."""
+    rng, t = np.random.default_rng(5), np.arange(0.0, 1800.0, 0.5)
+    tension = shown["tension"] + off.get("tension", 0.0) + 8.0 * rng.standard_normal(len(t))
+    tension[t > 1200.0] += off.get("late", 0.0)
+    given = write(
+        tmp_path,
+        t,
+        tension=tension,
+        depth=shown["body_depth"] + 0.5 * rng.standard_normal(len(t)),
+        payout=np.full(len(t), shown["payout"] + off.get("payout", 0.0)) + 1e-3 * rng.standard_normal(len(t)),
+        speed=np.full(len(t), load_scene("side_scan").ship.tow_speed + off.get("speed", 0.0)),
+    )
+    result = call(*given, "--steady", "--free", f"{DRAG}=1.5:2.5", "--intervals", "linear", "--json", *more)
+    told = json.loads(result.stdout)["verdict"]
+    found = {reason["flag"] for reason in told["reasons"]} - {"FEW_SAMPLES"}
+    assert found >= flags and (flags or not found), told
+    assert result.exit_code == (4 if told["reasons"] else 0)
+
+
+def test_numbers_have_the_digits_of_their_interval(steady):
+    result = call(*steady, "--steady", "--free", f"{DRAG}=1.5:2.5", "--intervals", "linear", "--json")
+    low, high = json.loads(result.stdout)["parameters"][0]["interval"]
+    shown = call(*steady, "--steady", "--free", f"{DRAG}=1.5:2.5", "--intervals", "linear").output
+    ends = [float(text) for text in re.search(r"\[([\d.]+), ([\d.]+)\]", shown).groups()]
+    assert ends[0] < ends[1] and ends[1] - ends[0] == pytest.approx(high - low, rel=0.15)
+
+
+@pytest.mark.parametrize(
     "free, text",
     [
         (("cable.sections.armoured.drag_amplificaton",), f"Did you mean {DRAG}?"),
@@ -122,6 +164,8 @@ def test_what_is_not_free_is_said_in_a_line(steady, free, text):
         (("--bias", "layback"), "--bias layback: is no signal that is fitted"),
         (("--lag", "tension"), "a steady tow has no lag"),
         (("--heave", "1,8"), "--steady has no motion"),
+        (("--duration", "60"), "--steady has no motion"),
+        (("--signal", "tension", "--signal", "tension~5"), "tension was given before; nothing was simulated"),
         (("--out", "/no/such/folder/x.yaml"), "there is no folder /no/such/folder"),
         (("--signal", "tension~-3"), "is not above 0"),
         (("--hold-out", "0.9"), "Too short"),

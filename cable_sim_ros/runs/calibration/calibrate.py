@@ -16,19 +16,15 @@ from ...sim.flag_rules import DOUBTFUL, FAILED, OK
 from ...sim.scene import Scene
 from ...sim.verdict import Reason, Verdict
 from ..scores.pairing import SECOND
-from .confidence import APART, Confidence, Interval, confidence, linear_intervals, minuit, profile
+from .confidence import Confidence, Interval, confidence, linear_intervals, minuit, profile
 from .free import CONSEQUENCE, CalibrateError, flat, free_of
 from .least_squares import MAX_GAIN, Fit, Nuisance, Problem, fit
+from .limits import HOLD_OUT, MAX_LAG
 from .observed import Observed, chosen, observed
+from .reasons import judge
 from .tow_model import TowModel
 
-HOLD_OUT = 1.0 / 3.0
-MAX_LAG = 2.0  # s
-NEAR = 1e-3  # of its range: so near a bound it is at it
-RISE = 0.2  # of what was asked for, that the likelihood at the end of an interval may be beside it
-WORSE = 1.05  # times the rms on what was held out: more is no calibration
 BIASES = 10.0  # spreads of a signal, that a bias may be
-SPEED = 0.05  # of the scene's, that the measured one may be beside it
 Progress = Callable[[str, int], None]
 
 
@@ -203,12 +199,7 @@ def calibrate(
     _fill(out, problem, found, known, intervals)
     out.fitted_s = window[0], window[1] - options.hold_out * (window[1] - window[0])
     out.held_s = (out.fitted_s[1], window[1]) if options.hold_out > 0.0 else None
-    _judge(out, problem, found, known, model, signals)
-    for name, interval in zip(problem.names, intervals):
-        if interval.linear:
-            out.reasons.append(
-                _reason("INTERVAL", f"{name}: Minuit found no profile, its interval is linear and may be rough", name)
-            )
+    judge(out, problem, found, known, model, signals, intervals)
     out.values = flat(scene, dict(zip((one.key for one in numbers), problem.values(found.x))))
     out.runs, out.cpu_s = model.runs, clock.process_time() - begun
     return out
@@ -309,76 +300,3 @@ def _fill(out: Calibration, problem: Problem, found: Fit, known: Confidence, int
                 problem.shown(found.x, one, after, one.time),
             )
         )
-
-
-def _reason(flag: str, text: str, *names: str) -> Reason:
-    return Reason(flag, 0.0, 0.0, names, text)
-
-
-def _judge(
-    out: Calibration, problem: Problem, found: Fit, known: Confidence, model: TowModel, signals: Sequence[Signal]
-) -> None:
-    """Reasons that the numbers cannot be taken as they are."""
-    tell = out.reasons.append
-    if not found.converged:
-        tell(_reason("UNCONVERGED", f"the fit has not converged ({found.said}): its numbers are where it stopped"))
-    for one in out.parameters:
-        low, high = one.limits
-        edge = (
-            low if one.value - low < NEAR * (high - low) else high if high - one.value < NEAR * (high - low) else None
-        )
-        if edge is not None:
-            text = f"{one.name} = {one.value:.6g} {one.unit} is at the end of its range, {edge:g}: the best lies beyond"
-            tell(_reason("AT_BOUND", text.replace("  ", " "), one.name))
-        elif one.number and None in one.interval:
-            out.notes.append(f"the interval of {one.name} ends at its range: the data give no bound on that side")
-    for group in known.apart:
-        tell(
-            _reason(
-                "NOT_APART",
-                f"the data cannot tell {' and '.join(group)} apart (correlation above {APART:g}): other pairs fit as "
-                "well; fix one, give it a prior, or record a tow that separates them",
-                *group,
-            )
-        )
-    if known.few:
-        told = ", ".join(f"{name} {count:.0f}" for name, count in known.independent.items())
-        tell(_reason("FEW_SAMPLES", f"independent samples are few ({told}): the intervals themselves are uncertain"))
-    for one in out.parameters:
-        beside = [rise for rise in one.rise if rise is not None and abs(rise - 1.0) > RISE]
-        if beside:
-            tell(
-                _reason(
-                    "INTERVAL",
-                    f"{one.name}: at an end of its interval the likelihood rises {beside[0]:.2g} times what it should: "
-                    "the tow bends more than second order over it, and the interval is rough",
-                    one.name,
-                )
-            )
-    for shown in out.signals:
-        alone = shown.instrument or shown.given
-        if shown.calibrated.held is None or alone.held is None:
-            continue
-        if shown.calibrated.held[1] > WORSE * alone.held[1]:
-            tell(
-                _reason(
-                    "HOLD_OUT",
-                    f"{shown.quantity}: calibrated, the scene leaves {shown.calibrated.held[1]:.4g} {shown.unit} rms "
-                    f"on the part held out, as given {alone.held[1]:.4g}: what was fitted does not hold there",
-                    shown.quantity,
-                )
-            )
-    if not model.steady:
-        for reason in model.verdict(problem.values(found.x)).reasons:
-            tell(reason._replace(text=f"the calibrated run: {reason.text}"))
-    speed = next((one for one in signals if one.quantity in ("water_speed", "speed")), None)
-    if model.steady and speed is not None and len(speed.value):
-        mean = float(np.nanmean(speed.value))
-        if abs(mean - abs(model.scene.ship.tow_speed)) > SPEED * abs(model.scene.ship.tow_speed):
-            tell(
-                _reason(
-                    "SPEED",
-                    f"measured {speed.quantity} {mean:.3g} m/s, ship.tow_speed {model.scene.ship.tow_speed:g} m/s: a "
-                    "steady tow is simulated at that of the scene (--set ship.tow_speed)",
-                )
-            )

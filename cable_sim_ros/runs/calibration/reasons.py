@@ -1,0 +1,140 @@
+"""Why calibrated numbers cannot be taken as they are: bounds, correlations, what was held out or measured beside."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ...io.logs.signals import Signal
+from ...sim.verdict import Reason
+from ..scores.pairing import clean
+from .confidence import APART, Confidence, Interval
+from .least_squares import Fit, Problem
+from .tow_model import TowModel
+
+if TYPE_CHECKING:
+    from .calibrate import Calibration
+
+NEAR = 1e-3  # of its range: so near a bound it is at it
+RISE = 0.2  # of what was asked for, that the likelihood at the end of an interval may be beside it
+WORSE = 1.05  # times the rms on what was held out: more is no calibration
+MISFIT = 2.0  # times the stated noise, that a calibrated scene may leave
+SPEED, PAYOUT = 0.05, 0.01  # of what is simulated, that the measured one may be beside it
+
+
+def _reason(flag: str, text: str, *names: str) -> Reason:
+    return Reason(flag, 0.0, 0.0, names, text)
+
+
+def judge(
+    out: Calibration,
+    problem: Problem,
+    found: Fit,
+    known: Confidence,
+    model: TowModel,
+    signals: Sequence[Signal],
+    intervals: Sequence[Interval],
+) -> None:
+    """Put into ``out`` the reasons that its numbers cannot be taken as they are; signals: all of the recording;
+    intervals: of the parameters, in the order of the problem."""
+    tell = out.reasons.append
+    if not found.converged:
+        tell(_reason("UNCONVERGED", f"the fit has not converged ({found.said}): its numbers are where it stopped"))
+    for one in out.parameters:
+        low, high = one.limits
+        edge = (
+            low if one.value - low < NEAR * (high - low) else high if high - one.value < NEAR * (high - low) else None
+        )
+        if edge is not None:
+            text = f"{one.name} = {one.value:.6g} {one.unit} is at the end of its range, {edge:g}: the best lies beyond"
+            tell(_reason("AT_BOUND", text.replace("  ", " "), one.name))
+        elif one.number and None in one.interval:
+            out.notes.append(f"the interval of {one.name} ends at its range: the data give no bound on that side")
+    for group in known.apart:
+        tell(
+            _reason(
+                "NOT_APART",
+                f"the data cannot tell {' and '.join(group)} apart (correlation above {APART:g}): along a line "
+                "of them, as long as their intervals, all fit nearly as well; fix one, give it a prior, or record a "
+                "tow that separates them",
+                *group,
+            )
+        )
+    if known.few:
+        told = ", ".join(f"{name} {count:.0f}" for name, count in known.independent.items())
+        tell(_reason("FEW_SAMPLES", f"independent samples are few ({told}): the intervals themselves are uncertain"))
+    for one in out.parameters:
+        beside = [rise for rise in one.rise if rise is not None and abs(rise - 1.0) > RISE]
+        if beside:
+            tell(
+                _reason(
+                    "INTERVAL",
+                    f"{one.name}: at an end of its interval the likelihood rises {beside[0]:.2g} times what it should: "
+                    "the tow bends more than second order over it, and the interval is rough",
+                    one.name,
+                )
+            )
+    for name, interval in zip(problem.names, intervals, strict=True):
+        if interval.linear:
+            text = f"{name}: Minuit found no profile, its interval is linear and may be rough"
+            tell(_reason("INTERVAL", text, name))
+    for shown in out.signals:
+        left = shown.calibrated.fitted[1]
+        if shown.noise_stated and left > MISFIT * shown.noise:
+            text = (
+                f"{shown.quantity}: calibrated, the scene leaves {left:.4g} {shown.unit} rms, stated is a noise of "
+                f"{shown.noise:.4g}: the model is not within it, and what it lacks may have moved the numbers"
+            )
+            tell(_reason("NOISE", text, shown.quantity))
+    for shown in out.signals:
+        alone = shown.instrument or shown.given
+        if shown.calibrated.held is None or alone.held is None:
+            continue
+        if shown.calibrated.held[1] > WORSE * alone.held[1]:
+            tell(
+                _reason(
+                    "HOLD_OUT",
+                    f"{shown.quantity}: calibrated, the scene leaves {shown.calibrated.held[1]:.4g} {shown.unit} rms "
+                    f"on the part held out, as given {alone.held[1]:.4g}: what was fitted does not hold there",
+                    shown.quantity,
+                )
+            )
+    if not model.steady:
+        for reason in model.verdict(problem.values(found.x)).reasons:
+            tell(reason._replace(text=f"the calibrated run: {reason.text}"))
+    _beside(out, problem, found, model, signals)
+
+
+def _beside(out: Calibration, problem: Problem, found: Fit, model: TowModel, signals: Sequence[Signal]) -> None:
+    """Reasons where the recording shows another winch or another speed than what was simulated."""
+    curves = model(problem.values(found.x))
+
+    def pair(quantity: str, simulated: str) -> tuple[np.ndarray, np.ndarray] | None:
+        """Measured and simulated, of what is fitted; None where either is missing."""
+        measured = next((one for one in signals if one.quantity == quantity and len(one.time)), None)
+        if measured is None or simulated not in curves:
+            return None
+        series = clean(measured, model.origin)
+        first, last = (-np.inf, np.inf) if model.steady else out.fitted_s
+        inside = (series.time >= first) & (series.time <= last)
+        return (series.value[inside], curves[simulated].value(series.time[inside])) if inside.any() else None
+
+    if (both := pair("payout", "payout")) is not None:
+        off, mean = float(np.sqrt(np.mean((both[0] - both[1]) ** 2))), float(np.mean(both[1]))
+        if off > PAYOUT * abs(mean):
+            text = (
+                f"measured pay-out is {off:.3g} m rms beside that simulated, {mean:.4g} m in the mean: the winch moved "
+                "otherwise, or winch.scope is another (--winch PLAN, --set winch.scope)"
+            )
+            out.reasons.append(_reason("PAYOUT", text))
+    over_ground = pair("speed", "speed")
+    if (both := (pair("water_speed", "speed") if model.steady else None) or over_ground) is not None:
+        measured, simulated = float(np.mean(both[0])), abs(float(np.mean(both[1])))
+        if abs(measured - simulated) > SPEED * simulated:
+            text = (
+                f"measured speed {measured:.3g} m/s, simulated {simulated:.3g} m/s: a tow without the motion of the "
+                "record has that of the scene (--set ship.tow_speed)"
+            )
+            out.reasons.append(_reason("SPEED", text))
