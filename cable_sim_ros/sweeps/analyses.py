@@ -11,11 +11,14 @@ from typing import TYPE_CHECKING
 import click
 
 from ..cli.report_option import said, typed
-from ..errors import CODE_FAILED, CODE_OK
-from .command import bar, of_a_file, place_of
+from ..errors import CODE_DOUBTFUL, CODE_FAILED, CODE_OK
+from ..sim.flag_rules import OK
+from .command import bar, of_a_file, place_of, summary, tell_rows
 
 if TYPE_CHECKING:
     from .sweep import Swept
+
+ROWS = ("verdicts", "errors", "reasons", "warnings")  # of `summary`
 
 
 @click.command()
@@ -44,6 +47,7 @@ def envelope(file, out, workers, cluster, report, as_json) -> None:
         "wall_s": swept.wall,
         "cpu_s": sum(row["cpu_s"] for row in swept.rows),
         "simulated_s": sum(row["simulated_s"] for row in swept.rows),
+        **{name: summary(swept)[name] for name in ROWS},
         "cells": [cells_of.as_dict(cell) for cell in cells],
     }
     (folder / "envelope.json").write_text(json.dumps(figures, indent=1) + "\n", "utf-8")
@@ -55,7 +59,7 @@ def envelope(file, out, workers, cluster, report, as_json) -> None:
     else:
         cells_of.tell(swept, cells)
         click.echo(f"figures:   {folder / 'envelope.json'}\npicture:   {picture}")
-    sys.exit(CODE_FAILED if swept.faults else CODE_OK)
+    _leave(swept, as_json)
 
 
 @click.command()
@@ -75,6 +79,7 @@ def sensitivity(file, out, workers, cluster, report, as_json) -> None:
         "sweep": plan.sweep,
         "runs": len(found.swept.rows),
         "cpu_s": sum(row["cpu_s"] for row in found.swept.rows),
+        **{name: summary(found.swept)[name] for name in ROWS},
         "ranges": {key: [one.low, one.high] for key, one in plan.samples.ranges.items()},
         "indices": [index._asdict() for index in found.indices],
         "constant": found.constant,
@@ -87,7 +92,16 @@ def sensitivity(file, out, workers, cluster, report, as_json) -> None:
         click.echo(json.dumps(figures, indent=1))
     else:
         indices.tell(found)
-    sys.exit(CODE_FAILED if found.swept.faults else CODE_OK)
+    _leave(found.swept, as_json)
+
+
+def _leave(swept: Swept, as_json: bool) -> None:
+    """Say what is wrong with rows, and leave with the code of it: a run that failed is a part of the answer."""
+    told = summary(swept)
+    if not as_json:
+        tell_rows(told)
+    doubtful = sum(told["verdicts"].values()) > told["verdicts"].get(OK, 0)
+    sys.exit(CODE_FAILED if swept.faults else CODE_DOUBTFUL if doubtful else CODE_OK)
 
 
 def _report(

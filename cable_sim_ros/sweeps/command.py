@@ -90,6 +90,7 @@ def summary(swept: Swept) -> dict[str, Any]:
     """What is said of a sweep: cases by verdict, reasons of failures with their number, cost."""
     states = Counter(row["verdict"] for row in swept.rows)
     errors = Counter(row["error"] for row in swept.rows if row["error"])
+    reasons = Counter(row["reasons"] for row in swept.rows if row["reasons"])
     warnings = Counter(row["warnings"] for row in swept.rows if row["warnings"])
     simulated = sum(row["simulated_s"] for row in swept.rows)
     code = CODE_FAILED if states["failed"] else CODE_DOUBTFUL if states["doubtful"] else CODE_OK
@@ -99,6 +100,7 @@ def summary(swept: Swept) -> dict[str, Any]:
         "computed": swept.computed,
         "verdicts": dict(states),
         "errors": dict(errors.most_common(20)),
+        "reasons": dict(reasons.most_common(20)),
         "warnings": dict(warnings.most_common(20)),
         "faults": len(swept.faults),
         "damaged_parts": swept.damaged,
@@ -118,14 +120,18 @@ def _tell(figures: dict[str, Any]) -> None:
             f"{figures['simulated_s']:.0f} s simulated in {figures['cpu_s']:.0f} s of CPU; {figures['wall_s']:.1f} s "
             f"of wall time on {figures['workers']} workers"
         )
-    for error, count in figures["errors"].items():
-        click.echo(f"failed {count} x: {error}", err=True)
-    for text, count in figures["warnings"].items():
-        click.echo(f"warning in {count} runs: {text}", err=True)
+    tell_rows(figures)
     for name in figures["damaged_parts"]:
         click.echo(f"warning: rows/{name} cannot be read: set aside, its cases were computed again", err=True)
     for path in figures["files"]:
         click.echo(f"table:     {path}")
+
+
+def tell_rows(figures: dict[str, Any]) -> None:
+    """Say why rows failed or are doubtful, and of what they warn; figures: of `summary`."""
+    for words, name in (("failed {} x", "errors"), ("doubtful {} x", "reasons"), ("warning in {} runs", "warnings")):
+        for text, count in figures[name].items():
+            click.echo(f"{words.format(count)}: {text}", err=True)
 
 
 @contextmanager

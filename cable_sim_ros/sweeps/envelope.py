@@ -151,12 +151,12 @@ def rows_of(cells: list[Cell]) -> tuple[list[str], list[list[str]]]:
     rows = []
     for cell in cells:
         broken = ", ".join(f"{name} {s.broken}/{s.runs}" for name, s in cell.rules.items() if s.broken)
-        failed = f"{cell.failed} failed" if cell.failed else ""
+        bad = [f"{n} {word}" for n, word in ((cell.failed, "failed"), (cell.doubtful, "doubtful")) if n]
         ends = [_text(cell.extremes.get(f"tension_{end}_n")) for end in ("max", "min")]
         depth = [cell.extremes.get(f"body_depth_{end}_m") for end in ("min", "max")]
         band = " to ".join("-" if one is None else f"{one.worst:.1f}" for one in depth)
         values = [f"{v:g}" if isinstance(v, int | float) else str(v) for v in cell.varied.values()]
-        rows.append([*values, str(cell.runs), *ends, band, "; ".join(filter(None, (broken, failed))) or "none"])
+        rows.append([*values, str(cell.runs), *ends, band, "; ".join(filter(None, (broken, *bad))) or "none"])
     return head, rows
 
 
@@ -186,15 +186,17 @@ def _text(one: Extreme | None) -> str:
 
 def draw(title: str, cells: list[Cell], path: Path) -> Path:
     """Runs within the rules, tensions and depth over the first two keys that vary, a line of panels for each value of a
-    third; of others the first value."""
+    third, LINES at most; of others the first value. The heading says what is left out."""
     from ..plots.canvas import canvas
 
     keys = [key for key in cells[0].varied if len({str(cell.varied[key]) for cell in cells}) > 1]
     x, y, third = (*keys[:3], "", "", "")[:3]
     rest = {key: cells[0].varied[key] for key in keys[3:]}
     kept = [cell for cell in cells if all(cell.varied[key] == value for key, value in rest.items())]
-    lines = list(dict.fromkeys(cell.varied.get(third, "") for cell in kept))[:LINES]
-    heading = f"{title}{''.join(f', {key} = {value}' for key, value in rest.items())}"
+    every = list(dict.fromkeys(cell.varied.get(third, "") for cell in kept))
+    lines = every[:LINES]
+    less = f", the first {LINES} of {len(every)} values of {third}" if len(every) > LINES else ""
+    heading = f"{title}{''.join(f', {key} = {value}' for key, value in rest.items())}{less}"
     size = (16.0, 1.6 + 3.2 * len(lines))
     with canvas(path, size, heading, "`cable-sim envelope`: docs/sweeps.md") as figure:
         grid = figure.subplots(len(lines), len(PANELS), squeeze=False, sharex=True, sharey=True)
@@ -203,7 +205,9 @@ def draw(title: str, cells: list[Cell], path: Path) -> Path:
             ends = (0.0, 1.0) if name == KEPT or not known else (min(known), max(known))
             for axes, line in zip(grid[:, k], lines):
                 _panel(axes, [cell for cell in kept if cell.varied.get(third, "") == line], name, (x, y), ends)
-                axes.set_ylabel((f"{third} = {line}\n\n" if third and k == 0 else "") + (named(y) if k == 0 else ""))
+                axes.set_ylabel(
+                    (f"{named(third)} = {line}\n\n" if third and k == 0 else "") + (named(y) if k == 0 else "")
+                )
             grid[0, k].set_title(words)
             grid[-1, k].set_xlabel(named(x))
     return path

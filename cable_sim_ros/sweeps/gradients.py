@@ -157,7 +157,8 @@ def _tell(static: StaticGradients, found: list[Gradient]) -> None:
     from ..sim.static_gradients import FIGURES
 
     console = Console(width=None if sys.stdout.isatty() else 120)
-    for k, (figure, value) in enumerate(zip(FIGURES, static.values.tolist(), strict=True)):
+    there = any(one.slopes for one in found)
+    for k, (figure, value) in enumerate(zip(FIGURES, static.values.tolist(), strict=True) if there else ()):
         title = f"{static.scene.name}: {figure.meaning}, {value:.6g} {figure.unit}"
         shown = Table(title=escape(title), title_justify="left")
         for name in ("key", "value", "unit", f"{figure.unit} per unit", f"{figure.unit} per 1 %", "agreement"):
@@ -167,7 +168,8 @@ def _tell(static: StaticGradients, found: list[Gradient]) -> None:
             row = (f"{slope.slope:.4g}", f"{0.01 * slope.slope * abs(held):.4g}", agreement(slope))
             shown.add_row(escape(one.key), f"{held:g}", one.unit, *(("-", "-", "-") if slope.refused else row))
         console.print(shown)
-    click.echo(CAPTION)
+    if there:
+        click.echo(CAPTION)
     for one in found:
         for text in filter(None, (one.note, one.refused)):
             click.echo(f"{one.key}: {text}")

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from ..errors import CODE_FAILED, CODE_OK, CableSimError
+from ..errors import CODE_DOUBTFUL, CODE_FAILED, CODE_OK, CableSimError
 from .command import WORKERS
 
 if TYPE_CHECKING:
@@ -91,7 +91,8 @@ def table(scene, scope, speed, vary, settings, out, workers, as_json) -> None:
         _tell(base.name, swept, figures)
         if out is not None:
             click.echo(f"table:     {out / 'table.csv'}\npicture:   {out / 'table.png'}")
-    sys.exit(CODE_FAILED if any(row["verdict"] == "failed" for row in figures) else CODE_OK)
+    verdicts = {row["verdict"] for row in figures}
+    sys.exit(CODE_FAILED if "failed" in verdicts else CODE_DOUBTFUL if "doubtful" in verdicts else CODE_OK)
 
 
 def _tell(name: str, swept: Swept, figures: list[dict[str, Any]]) -> None:

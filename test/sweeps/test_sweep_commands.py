@@ -55,8 +55,11 @@ def test_a_sweep_says_what_it_did(swept):
 def test_an_envelope_of_rows_that_are_there_simulates_nothing(swept):
     folder, _ = swept
     report = folder / "a.html"
-    result = command("envelope", folder / "a.yaml", "--out", folder, "--workers", 1, "--report", report, "--json")
-    told = json.loads(result.stdout)
+    given = "envelope", folder / "a.yaml", "--out", folder, "--workers", 1
+    told = json.loads(command(*given, "--report", report, "--json", code=4).stdout)
+    assert told["verdicts"] == {"doubtful": 4} and sum(told["reasons"].values()) == 4
+    shown = command(*given, code=4)
+    assert "2 doubtful" in shown.stdout and f"doubtful 4 x: {next(iter(told['reasons']))}" in shown.stderr
     assert told["computed"] == 0 and [cell["varied"] for cell in told["cells"]] == [
         {"winch.scope": 0.9},
         {"winch.scope": 1.0},
@@ -68,6 +71,28 @@ def test_an_envelope_of_rows_that_are_there_simulates_nothing(swept):
     text = report.read_text("utf-8")
     assert "envelope; 4 runs" in text and "What was found" in text and "most tension [N]" in text
     assert "http://" not in text.replace("http://www.w3.org", "")
+
+
+def test_a_picture_of_many_values_says_which_are_left_out(tmp_path, monkeypatch):
+    from cable_sim_ros.plots import canvas
+    from cable_sim_ros.sweeps import envelope
+
+    drawn, titles = canvas.canvas, []
+
+    def titled(path, size, title, source):
+        titles.append(title)
+        return drawn(path, size, title, source)
+
+    monkeypatch.setattr(canvas, "canvas", titled)
+    depth = {"body_depth_min_m": envelope.Extreme(9.0, 9.0, 9.0, 9.0, 9.0)}
+    values = [(s, h, v) for s in (50, 100) for h in (1.0, 2.0) for v in range(1, 9)]
+    cells = [
+        envelope.Cell({"winch.scope": s, "water.waves.height": h, "ship.tow_speed": v}, 1, 0, 0, depth, {})
+        for s, h, v in values
+    ]
+    assert envelope.draw("tow", cells, tmp_path / "a.png").stat().st_size > 5000
+    assert envelope.draw("tow", cells[:8], tmp_path / "b.png").stat().st_size > 5000
+    assert titles == ["tow, the first 6 of 8 values of ship.tow_speed", "tow"]
 
 
 def test_indices_of_a_tow_have_their_report(tmp_path):
