@@ -74,6 +74,7 @@ ALONE = {  # of the rest: several processes in real time, which other work on th
 NIGHTLY = {  # long, and beside what the rest has of them already
     "verification/test_bench.py::test_the_throughput_of_a_sweep_is_a_command",
     "calibrate/test_calibrate_command.py::test_a_run_with_another_drag_is_found_with_noise_and_latency",
+    "calibrate/test_calibrate_command.py::test_the_truth_is_in_the_intervals_of_twenty_logs",
     "ensemble/test_ensemble_follow.py::test_twins_of_the_same_ranges_are_inside_and_a_drag_half_as_large_again_is_seen",
     "verification/test_bench.py::test_the_whole_tow_has_both_drums_and_says_what_feeding_brings",
     "verification/test_bench.py::test_a_haul_and_back_is_a_row",

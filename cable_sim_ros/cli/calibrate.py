@@ -17,7 +17,7 @@ from .options import SET_HELP, Heave
 from .progress import progress_bar
 
 if TYPE_CHECKING:
-    from ..runs.calibration.calibrate import Calibration, Left, Parameter
+    from ..runs.calibration.result import Calibration, Left, Parameter
 
 OF_ONE = "NAME[~SD]"
 

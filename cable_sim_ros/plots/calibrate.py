@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from ..runs.calibration.calibrate import Calibration
+from ..runs.calibration.result import Calibration
 from ..sim.flag_rules import OK
 from .canvas import canvas
 from .heading import STAMP

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import time as clock
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -12,9 +11,7 @@ import numpy as np
 from ...io.logs.signals import Signal
 from ...io.scenes.winch_plan import WinchPlan
 from ...io.sources.recorded_tow import RecordedTow
-from ...sim.flag_rules import DOUBTFUL, FAILED, OK
 from ...sim.scene import Scene
-from ...sim.verdict import Reason, Verdict
 from ..scores.pairing import SECOND
 from .confidence import Confidence, Interval, confidence, linear_intervals, minuit, profile
 from .free import CONSEQUENCE, CalibrateError, flat, free_of
@@ -22,6 +19,7 @@ from .least_squares import MAX_GAIN, Fit, Nuisance, Problem, fit
 from .limits import HOLD_OUT, MAX_LAG
 from .observed import Observed, chosen, observed
 from .reasons import judge
+from .result import Calibration, Left, Parameter, Shown
 from .tow_model import TowModel
 
 BIASES = 10.0  # spreads of a signal, that a bias may be
@@ -39,126 +37,6 @@ class Options(NamedTuple):
     hold_out: float = HOLD_OUT
     profile: bool = True
     steady: bool = False
-
-
-class Parameter(NamedTuple):
-    """A fitted one: name, unit, start, value, 95 % interval (None: open at the bound), range, is it a free number?"""
-
-    name: str
-    unit: str
-    start: float
-    value: float
-    interval: tuple[float | None, float | None]
-    limits: tuple[float, float]
-    number: bool
-    rise: tuple[float | None, float | None]
-
-
-class Left(NamedTuple):
-    """What is left of a signal: simulated less measured, mean and rms, on the part fitted and on that held out (None:
-    nothing was)."""
-
-    fitted: tuple[float, float]
-    held: tuple[float, float] | None
-
-    def as_dict(self) -> dict[str, Any]:
-        """For the JSON."""
-        parts = {"fitted": self.fitted, "held_out": self.held}
-        return {name: None if one is None else {"bias": one[0], "rms": one[1]} for name, one in parts.items()}
-
-
-@dataclass
-class Shown:
-    """Of one signal: unit, noise, samples fitted, independent ones, rests as given, with the instrument alone fitted,
-    and calibrated; for pictures the observed one and what is simulated before and after at its times."""
-
-    quantity: str
-    unit: str
-    noise: float
-    noise_stated: bool
-    samples: int
-    independent: float
-    given: Left
-    instrument: Left | None
-    calibrated: Left
-    observed: Observed
-    before: np.ndarray
-    after: np.ndarray
-
-
-@dataclass
-class Calibration:
-    """A calibrated scene: its parameters, rests, correlations, cost and verdict. values: of the scene, by key."""
-
-    name: str
-    scene: Scene
-    parameters: list[Parameter] = field(default_factory=list)
-    signals: list[Shown] = field(default_factory=list)
-    correlation: list[list[float]] = field(default_factory=list)
-    apart: list[tuple[str, ...]] = field(default_factory=list)
-    values: dict[str, Any] = field(default_factory=dict)
-    reasons: list[Reason] = field(default_factory=list)
-    notes: list[str] = field(default_factory=list)
-    converged: bool = True
-    solver: str = ""
-    profile: bool = True
-    steady: bool = False
-    fitted_s: tuple[float, float] = (0.0, 0.0)
-    held_s: tuple[float, float] | None = None
-    runs: int = 0
-    cpu_s: float = 0.0
-
-    @property
-    def verdict(self) -> Verdict:
-        """failed: the fit has not converged; doubtful: bounds, correlations, the part held out; else ok."""
-        state = FAILED if not self.converged else DOUBTFUL if self.reasons else OK
-        return Verdict(state, tuple(self.reasons), tuple(self.notes))
-
-    def as_dict(self) -> dict[str, Any]:
-        """For the JSON."""
-        return {
-            "recording": self.name,
-            "scene": self.scene.name,
-            "steady": self.steady,
-            "intervals": "profile" if self.profile else "linear",
-            "converged": self.converged,
-            "solver": self.solver,
-            "parameters": [
-                {
-                    "name": one.name,
-                    "unit": one.unit,
-                    "free": one.number,
-                    "start": one.start,
-                    "value": one.value,
-                    "interval": list(one.interval),
-                    "range": list(one.limits),
-                    "rise": list(one.rise),
-                }
-                for one in self.parameters
-            ],
-            "correlation": self.correlation,
-            "not_apart": [list(group) for group in self.apart],
-            "signals": [
-                {
-                    "quantity": one.quantity,
-                    "unit": one.unit,
-                    "noise": one.noise,
-                    "noise_stated": one.noise_stated,
-                    "samples": one.samples,
-                    "independent": one.independent,
-                    "as_given": one.given.as_dict(),
-                    "instrument_alone": None if one.instrument is None else one.instrument.as_dict(),
-                    "calibrated": one.calibrated.as_dict(),
-                }
-                for one in self.signals
-            ],
-            "fitted_s": list(self.fitted_s),
-            "held_out_s": None if self.held_s is None else list(self.held_s),
-            "values": self.values,
-            "runs": self.runs,
-            "cpu_s": self.cpu_s,
-            "verdict": self.verdict.as_dict(),
-        }
 
 
 def calibrate(

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -12,10 +11,8 @@ from ...sim.verdict import Reason
 from ..scores.pairing import clean
 from .confidence import APART, Confidence, Interval
 from .least_squares import Fit, Problem
+from .result import Calibration
 from .tow_model import TowModel
-
-if TYPE_CHECKING:
-    from .calibrate import Calibration
 
 NEAR = 1e-3  # of its range: so near a bound it is at it
 RISE = 0.2  # of what was asked for, that the likelihood at the end of an interval may be beside it
