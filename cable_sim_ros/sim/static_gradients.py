@@ -117,7 +117,7 @@ def declaration(key: str) -> Declared | None:
 class StaticGradients:
     """A scene at rest, of which gradients are asked. Raises StartError where it has no static tow.
 
-    values [figures]: FIGURES of the static tow.
+    values [figures]: FIGURES of the static tow; frames: its tick output [1].
     """
 
     def __init__(self, scene: Scene):
@@ -125,6 +125,7 @@ class StaticGradients:
         self.mesh = layout_of(scene).mesh
         sim = Simulator(self.scene, self.mesh)
         sim.start()
+        self.frames = np.array([sim.frame]).view(np.recarray)
         self._flow = sim.state.nodes[NOW, FLOW].copy()
         self._base = SetOut(self.scene, self.mesh, self._flow)
         self.q = sim.state.q.copy()

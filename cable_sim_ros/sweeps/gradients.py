@@ -8,8 +8,10 @@ import time
 from typing import TYPE_CHECKING, Any
 
 import click
+from pydantic import BaseModel
 
 from ..errors import CODE_DOUBTFUL, CODE_OK, CableSimError
+from ..sim.flag_rules import OK
 
 if TYPE_CHECKING:
     from ..sim.scene import Scene
@@ -62,10 +64,11 @@ def gradients(scene, keys, settings, as_json) -> None:
     """Gradients of the static tow of SCENE: what a unit, and 1 %, of each number changes.
 
     By the tangent of its balance, on its mesh; each is held against static tows to either side. Leaves with code 4
-    where a key that was given has no gradient.
+    where the tow itself is doubtful, or a key that was given has no gradient.
     """
     from ..io.scenes.load import load_scene
     from ..runs.settings import apply_to_scene, settings_of
+    from ..runs.verdict import judge
     from ..sim.static_gradients import StaticGradients
 
     tow = apply_to_scene(load_scene(scene), settings_of(settings))
@@ -73,26 +76,33 @@ def gradients(scene, keys, settings, as_json) -> None:
     begun = time.process_time()
     static = StaticGradients(tow)
     found = [static(key) for key in asked]
-    figures = as_dict(static, found) | {"cpu_s": time.process_time() - begun}
+    verdict = judge(static.frames, tow)
+    still = tuple(reason._replace(seconds=0.0, fraction=0.0) for reason in verdict.reasons)
+    verdict = verdict._replace(reasons=still)  # a tow at rest lasts no time
+    figures = as_dict(static, found) | {"cpu_s": time.process_time() - begun, "verdict": verdict.as_dict()}
     if as_json:
         click.echo(json.dumps(figures, indent=1))
     else:
         _tell(static, found)
+    if not as_json or verdict.code:
+        doubt = "" if verdict.state == OK else ": these are gradients of a tow that cannot be taken as it is"
+        click.echo(f"verdict: {verdict.state}{doubt}", err=as_json)
+        for reason in verdict.reasons:
+            click.echo(f"  {reason}", err=as_json)
     refused = any(one.refused or any(slope.refused for slope in one.slopes) for one in found)
-    sys.exit(CODE_DOUBTFUL if keys and refused else CODE_OK)
+    sys.exit(verdict.code or (CODE_DOUBTFUL if keys and refused else CODE_OK))
 
 
 def checked(scene: Scene, key: str) -> str:
     """The key. Raises GradientError where it is not one component, SceneError where the scene has no such key."""
-    from ..io.scenes.load import override
+    from ..io.scenes.load import check_key
     from ..sim.static_gradients import number_at, split
 
     plain, place = split(key)
-    try:
-        whole = number_at(scene, plain)
-    except (LookupError, AttributeError, TypeError):
-        override(scene, {plain: 0})  # says which key is near
-        raise
+    check_key(scene, plain, "--key")
+    whole = number_at(scene, plain)
+    if isinstance(whole, BaseModel | dict):
+        raise GradientError(f"--key {key}: stands for several keys; nothing was computed. Give one of its own")
     count = len(whole) if isinstance(whole, tuple) else 0
     if place is not None and place >= count:
         raise GradientError(f"--key {key}: {plain} has {count} components; nothing was computed. Count from 0")

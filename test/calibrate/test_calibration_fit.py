@@ -6,7 +6,9 @@ from made_tow import NUMBERS, TRUE, log, tow
 
 from cable_sim_ros.runs.calibration.confidence import QUANTILE, Surface, confidence, linear_intervals, profile
 from cable_sim_ros.runs.calibration.free import CalibrateError
+from cable_sim_ros.runs.calibration.lags import first_lags, repeats
 from cable_sim_ros.runs.calibration.least_squares import Nuisance, Problem, fit, scales
+from cable_sim_ros.runs.calibration.tow_model import Curve
 
 LAG = Nuisance("lag", "tension", None, -2.0, 2.0)
 BIAS = Nuisance("bias", "tension", None, -500.0, 500.0)
@@ -56,7 +58,6 @@ def test_the_profile_of_one_number_is_where_the_likelihood_rises():
     pytest.importorskip("iminuit")
     from cable_sim_ros.runs.calibration.free import Free
     from cable_sim_ros.runs.calibration.observed import Observed
-    from cable_sim_ros.runs.calibration.tow_model import Curve
 
     def square(values):
         return {"tension": Curve(lambda t: np.full(len(t), values[0] ** 2), lambda t: np.zeros(len(t)))}
@@ -70,6 +71,42 @@ def test_the_profile_of_one_number_is_where_the_likelihood_rises():
     at = problem.free[0].at(float(found.x[0])) ** 2
     half = (QUANTILE * known.inflation[0] / 100.0) ** 0.5 * scales(problem, found.noise, found.correlated)["tension"]
     assert low == pytest.approx((at - half) ** 0.5, rel=2e-3) and high == pytest.approx((at + half) ** 0.5, rel=2e-3)
+
+
+def swell(values):
+    """The made tow in a swell of two periods, which does not repeat itself within the log."""
+    curves, w = tow(values), 2.0 * np.pi / 11.3
+    heave = curves["tension"]
+    return curves | {
+        "tension": Curve(
+            lambda t: heave.value(t) + 14.0 * np.sin(w * t), lambda t: heave.rate(t) + 14.0 * w * np.cos(w * t)
+        )
+    }
+
+
+@pytest.mark.parametrize("late", [-7.0, -3.0, 5.0, 7.9])
+@pytest.mark.parametrize("simulate", [tow, swell], ids=["one period", "two periods"])
+def test_a_lag_of_more_than_half_a_period_is_found_or_known_up_to_the_period(simulate, late):
+    nuisance = LAG._replace(low=-8.5, high=8.5)
+    problem = Problem(simulate, NUMBERS, log(4, lag=late, simulate=simulate, begin=20.0), [nuisance])
+    found = fit(problem, first_lags(problem, problem.start()))
+    known = confidence(problem, found)
+    low, high, *_ = linear_intervals(problem, found, known)[2]
+    again = repeats(problem, found, known.inflation)
+    if simulate is swell:
+        assert low <= late <= high and not again
+        return
+    assert again["lag of tension"] == pytest.approx(8.0, abs=0.1)
+    assert any(low <= late + turn <= high for turn in (-16.0, -8.0, 0.0, 8.0, 16.0))
+    assert abs(found.x[2]) < 4.1, "of those that fit alike the least"
+
+
+def test_a_signal_that_stands_still_has_no_lag_to_begin_from():
+    still = {"tension": Curve(lambda t: np.full(len(t), 600.0), np.zeros_like)}
+    problem = Problem(lambda v: tow(v) | still, NUMBERS, log(0), [LAG])
+    assert first_lags(problem, problem.start())[2] == 0.0
+    found = fit(Problem(tow, NUMBERS, log(0), [LAG]))
+    assert repeats(problem, found, np.ones(3)) == {}
 
 
 def test_what_cannot_be_told_apart_is_named():

@@ -142,6 +142,13 @@ def test_a_key_that_was_given_and_has_no_gradient_is_code_4():
     assert "towbody.lift_area: = 0, and steps are in proportion to it" in result.stdout
 
 
+def test_gradients_of_a_doubtful_tow_say_so():
+    heavy = ["--set", "towbody.mass=20000", "--set", "towbody.net_weight=190000", "--key", "winch.scope"]
+    result = command("lowered_ctd", *heavy, "--json", code=4)
+    (reason,) = json.loads(result.stdout)["verdict"]["reasons"]
+    assert reason["flag"] == "OVERLOAD" and "of a tow that cannot be taken as it is\n  OVERLOAD: " in result.stderr
+
+
 @pytest.mark.parametrize(
     "key, text",
     [
@@ -150,7 +157,11 @@ def test_a_key_that_was_given_and_has_no_gradient_is_code_4():
             "--key towbody.drag_area[3]: towbody.drag_area has 3 components; nothing was computed.",
         ),
         ("towbody.drag_area", "has 3 components; nothing was computed. Give one, as towbody.drag_area[0]"),
-        ("towbody.drag_aera", "there is no such key; nothing was started. Did you mean towbody.drag_area?"),
+        (
+            "towbody.drag_aera",
+            "--key: towbody.drag_aera: there is no such key; nothing was started. Did you mean towbody.drag_area?",
+        ),
+        ("winch", "--key winch: stands for several keys; nothing was computed. Give one of its own"),
     ],
 )
 def test_a_key_that_is_not_there_is_told(key, text):

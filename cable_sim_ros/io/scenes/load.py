@@ -12,7 +12,7 @@ from ...sim.scene import Scene
 from . import resources, yaml12
 from .document import Document, SceneError
 from .document import SceneWarning as SceneWarning
-from .scene_errors import unknown_key
+from .scene_errors import ASKED, unknown_key
 
 SCENES = Document(
     Scene,
@@ -60,6 +60,15 @@ def override(scene: Scene, values: Mapping[str, Any]) -> Scene:
     if problems:
         raise SceneError(problems)
     return scene_from_dict(data, f"override of {scene.name}")
+
+
+def check_key(scene: Scene, key: str, where: str) -> None:
+    """Raise SceneError where a scene has no such dotted key; where: names the question in the text."""
+    block: Any = scene.model_dump(mode="json")
+    for part in key.split("."):
+        if not isinstance(block, dict) or part not in block:
+            raise SceneError([unknown_key(where, tuple(key.split(".")), ASKED, _known_keys(scene))])
+        block = block[part]
 
 
 def dump_scene(scene: Scene) -> str:

@@ -16,6 +16,7 @@ from ...physics.parameter import REQUIRED, Block, block_of, declared, interval
 from .yaml12 import dotted
 
 CONSEQUENCE = "nothing was started"
+ASKED = object()  # in place of the value of a key: it was only asked for
 LONGEST_SYMBOL = 2  # letters
 ENTRIES = {  # of tables by free names, as examples
     "sections": "{length: 10.0}",
@@ -107,7 +108,7 @@ def _text(item, path, field, owner, data, origin, lines, root) -> str:
 
 
 def unknown_key(where: str, path: tuple, value, known: list[str], owner: type[Block] | None = None) -> str:
-    """Text of a key that does not exist, with the nearest known one."""
+    """Text of a key that does not exist, with the nearest known one; value: ASKED where nobody gave one."""
     key = dotted(path)
     siblings = list(owner.model_fields) if owner else []
     near = _of_symbol(str(path[-1]), owner) or difflib.get_close_matches(str(path[-1]), siblings, 1, 0.6)
@@ -125,7 +126,8 @@ def unknown_key(where: str, path: tuple, value, known: list[str], owner: type[Bl
         if nearest
         else (f"Known here: {', '.join(siblings)}" if siblings else "See the parameter manual")
     )
-    return f"{where}: {key} = {_show(value)}: there is no such key; {CONSEQUENCE}. {remedy}"
+    given = key if value is ASKED else f"{key} = {_show(value)}"
+    return f"{where}: {given}: there is no such key; {CONSEQUENCE}. {remedy}"
 
 
 def _of_symbol(name: str, owner: type[Block] | None) -> list[str]:

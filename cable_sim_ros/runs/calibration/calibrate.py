@@ -15,6 +15,7 @@ from ...sim.scene import Scene
 from ..scores.pairing import SECOND
 from .confidence import Confidence, Interval, confidence, linear_intervals, minuit, profile
 from .free import CONSEQUENCE, CalibrateError, flat, free_of
+from .lags import first_lags
 from .least_squares import MAX_GAIN, Fit, Nuisance, Problem, fit
 from .limits import HOLD_OUT, MAX_LAG
 from .observed import Observed, chosen, observed
@@ -69,7 +70,7 @@ def calibrate(
     parts = observed(used, options.signals, origin, window, options.hold_out, _tick(model), options.steady)
     problem = Problem(model, numbers, parts, nuisances)
     problem.check_effect()
-    found = fit(problem)
+    found = fit(problem, first_lags(problem, problem.start()))
     known = confidence(problem, found)
     out = Calibration(name, scene, converged=found.converged, solver=found.said, steady=options.steady)
     out.profile = options.profile and found.converged and not known.apart
@@ -153,7 +154,7 @@ def _fill(out: Calibration, problem: Problem, found: Fit, known: Confidence, int
     if problem.nuisances:
         given = problem.values(begin)
         instrument = Problem(lambda _: problem.simulate(given), [], problem.signals, problem.nuisances)
-        alone = instrument, fit(instrument).x
+        alone = instrument, fit(instrument, first_lags(instrument, instrument.start())).x
     for one in problem.signals:
 
         def left(at: Problem, x: np.ndarray, curves: Any, one: Observed = one) -> Left:

@@ -12,7 +12,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 from ...errors import CableSimError
-from ...io.scenes.load import override
+from ...io.scenes.load import check_key
 from ...physics.parameter import Declared, declared
 from ...sim.scene import Scene
 
@@ -146,15 +146,14 @@ def keys_of(scene: Scene, key: str) -> list[str]:
     for part in head.split("."):
         block = block.get(part) if isinstance(block, dict) else None
     if not isinstance(block, dict) or not block or not tail or "*" in tail:
-        override(scene, {key: 0})  # says what is wrong with the key
+        check_key(scene, head, "--free")
         raise CalibrateError(f"--free {key}: * stands for no name here; {CONSEQUENCE}. Give the whole key")
     return [f"{head}.{name}.{tail}" for name in block]
 
 
 def value_of(scene: Scene, key: str) -> float:
     """The number of a key. Raises SceneError for a key that is not there, CalibrateError for what is no number."""
-    data = scene.model_dump(mode="json")
-    values = {one: _get(scene, data, one) for one in keys_of(scene, key)}
+    values = {one: _get(scene, one) for one in keys_of(scene, key)}
     if len(set(map(repr, values.values()))) > 1:
         had = ", ".join(f"{one} = {value}" for one, value in values.items())
         raise CalibrateError(f"--free {key}: has several values ({had}); {CONSEQUENCE}. Free each, or set them equal")
@@ -168,12 +167,11 @@ def value_of(scene: Scene, key: str) -> float:
     return float(value)
 
 
-def _get(scene: Scene, data: Any, key: str) -> Any:
+def _get(scene: Scene, key: str) -> Any:
     plain, place = _split(key)
+    check_key(scene, plain, "--free")
+    data: Any = scene.model_dump(mode="json")
     for part in plain.split("."):
-        if not isinstance(data, dict) or part not in data:
-            override(scene, {plain: 0})  # raises, and names the nearest key
-            raise CalibrateError(f"--free {key}: there is no such key; {CONSEQUENCE}. See cable-sim manual")
         data = data[part]
     if place is None:
         return data

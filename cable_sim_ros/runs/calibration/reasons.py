@@ -10,6 +10,7 @@ from ...io.logs.signals import Signal
 from ...sim.verdict import Reason
 from ..scores.pairing import clean
 from .confidence import APART, Confidence, Interval
+from .lags import repeats
 from .least_squares import Fit, Problem
 from .result import Calibration
 from .tow_model import TowModel
@@ -59,6 +60,7 @@ def judge(
                 *group,
             )
         )
+    _repeated(out, problem, found, known)
     if known.few:
         told = ", ".join(f"{name} {count:.0f}" for name, count in known.independent.items())
         tell(_reason("FEW_SAMPLES", f"independent samples are few ({told}): the intervals themselves are uncertain"))
@@ -102,6 +104,22 @@ def judge(
         for reason in model.verdict(problem.values(found.x)).reasons:
             tell(reason._replace(text=f"the calibrated run: {reason.text}"))
     _beside(out, problem, found, model, signals)
+
+
+def _repeated(out: Calibration, problem: Problem, found: Fit, known: Confidence) -> None:
+    """Reasons, or notes, where a lag is known up to multiples of a time alone."""
+    for name, again in repeats(problem, found, known.inflation).items():
+        one = next(one for one in out.parameters if one.name == name)
+        beside = [lag for lag in (one.value - again, one.value + again) if one.limits[0] <= lag <= one.limits[1]]
+        text = f"{name}: the simulated signal does the same again after {again:.4g} s, so that"
+        if beside:
+            text += (
+                f" {beside[0]:.4g} s fits as well as {one.value:.4g} s; give a --max-lag below {0.5 * again:.3g}, or a "
+                "motion that does not repeat itself"
+            )
+            out.reasons.append(_reason("LAG", text, name))
+        else:
+            out.notes.append(f"{text} it is known up to multiples of that; --max-lag {one.limits[1]:g} leaves one")
 
 
 def _beside(out: Calibration, problem: Problem, found: Fit, model: TowModel, signals: Sequence[Signal]) -> None:
