@@ -129,8 +129,8 @@ def calibrate(bag, scene, free, mapping, motion, heave, winch, duration, signals
     with progress_bar(as_json, "runs") as progress:
         result = fitted(run, recording.signals, recording.name, free, tow, duration=duration, plan=plan, options=asked,
                         progress=lambda what, runs: progress(f"{what}: {runs} runs", runs, 0))  # fmt: skip
-    if recording.damage:
-        result.reasons.append(check("DAMAGE", recording.damage))
+    of_motion = "" if tow is None or (moved == bag and recording.damage) else tow.damage  # once where it is one bag
+    result.reasons += [check("DAMAGE", text) for text in (recording.damage, of_motion) if text]
     result.notes += recording.notes
     finish(
         result, scene, base, {key: value for key, value in given.items() if key not in intake}, out, picture, as_json

@@ -269,7 +269,8 @@ class MessageRun(Runner):
 def _warn_of_travel(scene: Scene, payout: np.ndarray) -> None:
     """Warn where the winch took a coarse element onto the sheave, or had too little cable on the drum."""
     layout = layout_of(scene)
-    if min(layout.fine_zone) > 0.0 and len(payout):  # else the scene itself has been warned of
+    fine = layout.route.feeds or min(layout.fine_zone) > 0.0  # else the scene itself has been warned of
+    if fine and len(payout):
         for warning in checks.travel_warnings(layout, max(0.0, -payout.min()), max(0.0, payout.max())):
             warnings.warn(f"{scene.name}: {warning.key} {warning.text}. {warning.remedy}", SceneWarning, stacklevel=3)
 

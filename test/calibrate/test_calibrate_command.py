@@ -2,6 +2,7 @@
 
 import json
 import re
+import shutil
 import warnings
 
 import numpy as np
@@ -13,15 +14,19 @@ from cable_sim_ros.io.logs.own_signals import signals_of_frames
 from cable_sim_ros.io.logs.signals import Signal
 from cable_sim_ros.io.scenes.load import load_scene, override
 from cable_sim_ros.runs import offline
+from cable_sim_ros.runs.calibration import least_squares
 from cable_sim_ros.runs.calibration.calibrate import Options, calibrate
-from cable_sim_ros.runs.calibration.free import keys_of, value_of
+from cable_sim_ros.runs.calibration.free import free_of, keys_of, value_of
+from cable_sim_ros.runs.calibration.tow_model import TowModel
 from cable_sim_ros.runs.calibration.write_scene import text_with
 from cable_sim_ros.runs.sources import motion_of
 from cable_sim_ros.runs.step_choice import stepped
+from cable_sim_ros.sim.layout import Layout, layout_of
 from cable_sim_ros.sim.simulator import Simulator
 
 DRAG = "cable.sections.armoured.drag_amplification"
 TRUE = 2.0
+PLAN = "0 hold, 22 rate -0.1, 32 hold"
 ENTRIES = {
     "tension": "  tension: {source: table, field: tension, unit: N}",
     "depth": "  body_depth: {source: table, field: depth, unit: m}",
@@ -84,6 +89,89 @@ def test_a_run_with_another_drag_is_found_with_noise_and_latency(tmp_path):
     left = figures["signals"][0]
     assert left["calibrated"]["held_out"]["rms"] < 0.5 * left["as_given"]["held_out"]["rms"]
     assert figures["runs"] < 25
+
+
+@pytest.fixture(scope="module")
+def under_way(tmp_path_factory):
+    """A run with another drag under a heave, its winch hauling in 1 m: folder, frames."""
+    folder = tmp_path_factory.mktemp("under_way") / "run"
+    scene = override(load_scene("side_scan"), {DRAG: TRUE})
+    made = offline.run(scene, heave=(1.0, 8.0), duration=34.0, winch=PLAN, step="chosen", every=0.1, out=folder)
+    return folder, made.frames
+
+
+@pytest.fixture
+def gained(under_way, tmp_path):
+    """Its log, of a load cell that shows 0.9 of the tension."""
+    frames = under_way[1]
+    t, rng = frames["time"] * 1e-9, np.random.default_rng(3)
+    return write(
+        tmp_path,
+        t,
+        tension=0.9 * frames["tension"] + 5.0 * rng.standard_normal(len(t)),
+        depth=-frames["body_position"][:, 2] + 0.1 * rng.standard_normal(len(t)),
+        payout=frames["payout"],
+    )
+
+
+FIT = (  # a stated noise takes fewer runs
+    *("--free", f"{DRAG}=1.8:2.2", "--gain", "tension", "--signal", "tension~5", "--signal", "body_depth~0.1"),
+    *("--intervals", "linear", "--hold-out", "0", "--every", "0.1", "--json"),
+)
+
+
+def test_a_log_beside_the_bag_of_its_motion_gives_drag_and_gain(under_way, gained):
+    result = call(*gained, "--motion", under_way[0], *FIT)
+    told = json.loads(result.stdout)
+    assert not {reason["flag"] for reason in told["verdict"]["reasons"]} - {"FEW_SAMPLES"}, told["verdict"]
+    for one, true in zip(told["parameters"], (TRUE, 0.9), strict=True):
+        assert one["interval"][0] <= true <= one["interval"][1], one
+        assert one["interval"][1] - one["interval"][0] < 0.1
+
+
+def test_a_winch_plan_stands_in_for_the_commands(gained):
+    told = json.loads(call(*gained, "--heave", "1,8", "--duration", "34", "--winch", PLAN, *FIT).stdout)
+    assert not {reason["flag"] for reason in told["verdict"]["reasons"]} - {"FEW_SAMPLES"}, told["verdict"]
+    assert told["parameters"][0]["value"] == pytest.approx(TRUE, abs=0.03)
+
+
+def test_a_damaged_bag_of_the_motion_is_told_though_the_log_is_whole(under_way, gained, tmp_path):
+    shutil.copytree(under_way[0], tmp_path / "cut")
+    (mcap,) = (tmp_path / "cut").rglob("*.mcap")
+    mcap.write_bytes(mcap.read_bytes()[: int(0.9 * mcap.stat().st_size)])
+    result = call(*gained, "--motion", tmp_path / "cut", *FIT)
+    assert result.exit_code == 3, result.output
+    damage = [reason for reason in json.loads(result.stdout)["verdict"]["reasons"] if reason["flag"] == "DAMAGE"]
+    assert len(damage) == 1 and "cut" in damage[0]["text"]
+
+
+def test_the_mesh_of_a_fit_stays_with_it():
+    """Layouts are shared by equal scenes: a run of one afterwards has a mesh of its own."""
+    base = load_scene("side_scan")
+    model = TowModel(base, free_of([f"{DRAG}=1.5:2.5"], base), None, None, steady=True)
+    scene = model.scene_at((2.5,))
+    model((2.5,))
+    own, of_fit = layout_of(scene).mesh, model.mesh
+    assert own.fractions[0].tolist() == Layout(scene).mesh.fractions[0].tolist() != of_fit.fractions[0].tolist()
+
+
+def test_a_fit_that_stops_short_is_failed_and_writes_no_scene(steady, tmp_path, monkeypatch):
+    monkeypatch.setattr(least_squares, "MAX_TRIALS", 1)
+    out = tmp_path / "mine.yaml"
+    result = call(*steady, "--steady", "--free", f"{DRAG}=1.5:2.5", "--intervals", "linear", "--out", out)
+    assert result.exit_code == 1 and "verdict: failed: the fit has not converged" in result.output
+    assert "UNCONVERGED: the fit has not converged (" in result.output
+    assert not out.exists() and f"{out} was not written" in result.stderr
+
+
+def test_an_interval_over_which_the_tow_bends_is_told_to_be_rough(steady):
+    """Depth known to 30 m alone: over the interval of the drag it is no parabola."""
+    pytest.importorskip("iminuit")
+    given = ("--steady", "--free", f"{DRAG}=0.5:9", "--signal", "body_depth~30", "--json")
+    told = json.loads(call(*steady, *given).stdout)
+    reason = next(reason for reason in told["verdict"]["reasons"] if reason["flag"] == "INTERVAL")
+    assert f"{DRAG}: at an end of its interval the likelihood rises" in reason["text"]
+    assert any(rise is not None and abs(rise - 1.0) > 0.2 for rise in told["parameters"][0]["rise"])
 
 
 def test_the_truth_is_in_the_intervals_of_twenty_logs():

@@ -1,8 +1,8 @@
 """Where a lag begins to be fitted, and how far from it the tow does the same again.
 
 A squared rest has a minimum at every lag at which measured and simulated swell agree: least squares from a lag of 0
-settles in the nearest. So each lag begins where the two are most alike over its whole range. What repeats, as a heave of
-one period, has a lag that is known up to multiples of that period alone.
+settles in the nearest. So each lag begins where the two are most alike over its whole range. The lag of a signal that
+repeats itself, as under a heave of one period, is known up to multiples of that period alone.
 """
 
 from __future__ import annotations
@@ -23,8 +23,8 @@ SEEN = float(chi2.ppf(0.999, 1))  # of a likelihood ratio: two lags that are tol
 
 
 def first_lags(problem: Problem, x: np.ndarray) -> np.ndarray:
-    """The parameters with each lag where simulated and measured are most alike, whatever their bias and gain; of several
-    that are alike the least."""
+    """The parameters with each lag where simulated and measured are most alike, whatever their bias and gain; of lags
+    that fit alike the least."""
     out = np.array(x, float)
     curves = problem.simulate(problem.values(x))
     for k, nuisance in _lags(problem):

@@ -64,7 +64,7 @@ class TowModel:
     ) -> None:
         self.scene, self.free, self.tow, self.duration = scene, free, tow, duration
         self.plan, self.steady, self.progress = plan, steady, progress
-        self.mesh_plan = layout_of(scene).plan
+        self.mesh = layout_of(scene).mesh
         self.runs, self.cpu_s = 0, 0.0
         self.origin, self.window = 0, (0.0, 0.0)
         self._kept: dict[tuple[float, ...], tuple[dict[str, Curve], Verdict]] = {}
@@ -73,11 +73,9 @@ class TowModel:
         """The scene with these numbers; CalibrateError where it does not allow them."""
         given = {one.key: value for one, value in zip(self.free, values, strict=True)}
         try:
-            scene = Scene.model_validate(data_with(self.scene, given))
+            return Scene.model_validate(data_with(self.scene, given))
         except ValidationError as error:
             raise CalibrateError(f"{self._told(values)}: {error.errors()[0]['msg']}; narrow the range") from None
-        layout_of(scene).__dict__["plan"] = self.mesh_plan  # as the cached property has it: no other mesh is made
-        return scene
 
     def check_ends(self) -> None:
         """Check the scene at both ends of each range, one number at a time. Raises CalibrateError."""
@@ -129,10 +127,10 @@ class TowModel:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
             if self.steady:
-                sim = Simulator(scene)
+                sim = Simulator(scene, self.mesh)
                 sim.start()
                 return np.array([sim.frame]).view(np.recarray), "", []
-            one = MessageRun(scene, self.tow, winch=self.plan)
+            one = MessageRun(scene, self.tow, winch=self.plan, mesh=self.mesh)
             stepped = one.run(self.duration, None)
             return stepped.frames, stepped.problem, [*one.doubts, *(self.tow.doubts if self.tow else ())]
 
