@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
-from math import degrees
+from math import degrees, inf
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -28,31 +28,36 @@ from .simulator import Simulator
 from .static_tangent import Balance, SetOut, Tangent
 
 # of a number: with less the round-off of a tension counts, with more the curvature, above all of what presses; the
-# second where the first shows a kink
-STEPS = 1e-4, 1e-5
+# next where a figure is not within APART: a sheave that moves under its cable takes the last
+STEPS = 1e-4, 1e-5, 1e-6, 1e-7
 PROBE = 1e-5  # of a number, of what K leaves out: beyond, the geometry of stiff cable that is moved straight counts
 LEFT_OUT, ROUNDS = 1e-6, 40  # of the nodes' answer, that K may leave out: less is the round-off of a correction
 TIGHT = 1e-12  # solver.tolerance of the start: its round-off
 SETTLED, CORRECTIONS = 1e-10, 40  # m: last correction of a tow at rest; at most so many
-KINK, ROUND_OFF = 0.01, 5e-9  # slopes to either side differ by more: of the larger; of the figure, over the step
+KINK = 0.01  # of the larger, that slopes to either side differ by
+APART = 2e-3  # of the larger, that a gradient may be beside the difference of the tows; beyond is round-off,
+LOST = 0.5  # and more than this is nothing else
 HOW = ("solver.", "mesh.", "accuracy.")  # how a tow is computed, not what it is
 
 
 class Figure(NamedTuple):
-    """A published figure of a static tow."""
+    """A published figure of a static tow; round_off: of the figure, of a tow that was brought to rest."""
 
     name: str
     unit: str
     meaning: str
     of: Callable[[np.record], float]
+    round_off: float
 
 
 FIGURES = (
-    Figure("tension_n", "N", "tension where the cable leaves the sheave", lambda f: f.tension),
-    Figure("tension_drum_n", "N", "tension at the drum", lambda f: f.tension_drum),
-    Figure("body_depth_m", "m", "depth of the towbody", lambda f: -f.body_position[2]),
-    Figure("layback_m", "m", "horizontal distance from sheave to towbody", lambda f: f.layback),
-    Figure("departure_angle_deg", "deg", "departure angle from the vertical", lambda f: degrees(f.departure_angle)),
+    Figure("tension_n", "N", "tension where the cable leaves the sheave", lambda f: f.tension, 5e-9),
+    Figure("tension_drum_n", "N", "tension at the drum", lambda f: f.tension_drum, 1e-10),
+    Figure("body_depth_m", "m", "depth of the towbody", lambda f: -f.body_position[2], 1e-11),
+    Figure("layback_m", "m", "horizontal distance from sheave to towbody", lambda f: f.layback, 1e-11),
+    Figure(
+        "departure_angle_deg", "deg", "departure angle from the vertical", lambda f: degrees(f.departure_angle), 1e-10
+    ),
 )
 
 
@@ -64,6 +69,12 @@ class Slope(NamedTuple):
     slope: float
     beside: float
     refused: str = ""
+
+    @property
+    def apart(self) -> float:
+        """Gradient and difference, of the larger; infinite where there is no gradient."""
+        larger = max(abs(self.slope), abs(self.beside))
+        return inf if self.refused else abs(self.slope - self.beside) / larger if larger > 0.0 else 0.0
 
 
 class Gradient(NamedTuple):
@@ -145,16 +156,24 @@ class StaticGradients:
         value, known = number_at(self.scene, key), declaration(key)
         unit = "" if known is None or known.unit == "1" else known.unit
         shown = None if isinstance(value, bool) or not isinstance(value, int | float) else float(value)
+        found, why = None, ""
         try:
             check_number(key, value, known)
-            found = self._along(key, STEPS[0] * abs(value))
-            if any(slope.refused for slope in found.slopes):
-                again = self._along(key, STEPS[1] * abs(value))
-                pairs = zip(found.slopes, again.slopes, strict=True)
-                found = found._replace(slopes=tuple(b if a.refused else a for a, b in pairs))
-        except (NoGradient, RunError) as why:
-            return Gradient(key, unit, shown, refused=str(why))
-        return found._replace(unit=unit, value=shown)
+        except NoGradient as reason:
+            return Gradient(key, unit, shown, refused=str(reason))
+        for step in STEPS:
+            try:
+                now = self._along(key, step * abs(value))
+            except (NoGradient, RunError) as reason:
+                why = why or str(reason)
+                continue
+            if found is None:
+                found = now
+            pairs = zip(found.slopes, now.slopes, strict=True)
+            found = found._replace(slopes=tuple(min(pair, key=lambda slope: slope.apart) for pair in pairs))
+            if all(slope.apart <= APART for slope in found.slopes):
+                break
+        return Gradient(key, unit, shown, refused=why) if found is None else found._replace(unit=unit, value=shown)
 
     def beside(self, key: str, step: float) -> SetOut:
         """The scene with the number of a key larger by ``step``, set out on the mesh of the scene."""
@@ -199,11 +218,15 @@ class StaticGradients:
         here, (above, below) = float(self.values[k]), (float(values(one)[k]) for one in ends)
         up, down = (above - here) / step, (here - below) / step
         found = Slope(FIGURES[k].name, slope, 0.5 * (up + down))
-        allowed = KINK * max(abs(up), abs(down)) + ROUND_OFF * abs(here) / step
-        if abs(up - down) <= allowed and abs(slope - found.beside) <= allowed:
-            return found
+        larger, seen = max(abs(up), abs(down)), FIGURES[k].round_off * abs(here) / step
+        straight = abs(up - down) <= KINK * larger + seen
+        if straight and abs(slope - found.beside) <= APART * larger + seen:
+            return found if found.apart <= LOST else found._replace(refused=f"is less than its round-off, {seen:.2g}")
         if any(one.loaded != self._balance.loaded for one in ends):
             return found._replace(refused="steps: the contact points that are loaded change beside the scene")
+        if straight:
+            text = f"does not follow its tangent: {slope:.4g} per unit by that, {found.beside:.4g} by tows beside"
+            return found._replace(refused=text)
         return found._replace(refused=f"has a kink: {up:.4g} per unit upwards, {down:.4g} downwards")
 
 

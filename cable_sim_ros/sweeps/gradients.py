@@ -155,8 +155,7 @@ def _slope_dict(slope: Slope, value: float | None) -> dict[str, Any]:
 
 def agreement(slope: Slope) -> str:
     """How far a gradient and the difference are apart, of the larger."""
-    larger = max(abs(slope.slope), abs(slope.beside))
-    return "-" if larger == 0.0 else f"{abs(slope.slope - slope.beside) / larger:.0e}"
+    return "-" if slope.slope == slope.beside == 0.0 else f"{slope.apart:.0e}"
 
 
 def _tell(static: StaticGradients, found: list[Gradient]) -> None:

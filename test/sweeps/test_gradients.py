@@ -106,7 +106,7 @@ def test_a_figure_that_steps_is_refused_and_the_others_stay():
     low, high = -0.0012, 0.0  # between them one point is loaded less
     here = at(high)
     assert at(low) != here
-    while high - low > 1e-6:
+    while high - low > 1e-9:
         middle = 0.5 * (low + high)
         low, high = (middle, high) if at(middle) != here else (low, middle)
     scene = with_number(load_scene("side_scan"), key, value * (1.0 + high))
@@ -166,3 +166,17 @@ def test_gradients_of_a_doubtful_tow_say_so():
 )
 def test_a_key_that_is_not_there_is_told(key, text):
     assert text in command("lowered_ctd", "--key", key, code=2).stderr
+
+
+def test_a_sheave_that_moves_under_its_cable_has_gradients():
+    """Contact is stiff: the smallest steps alone follow it. Depth and layback keep those of whole static tows."""
+    one = StaticGradients(load_scene("side_scan"))
+    for key in ("sheave.radius", "sheave.position[2]"):
+        value = number_at(one.scene, key)
+        whole = (started(one, key, APART) - started(one, key, -APART)) / (2.0 * APART * value)
+        slopes = {slope.figure: slope for slope in one(key).slopes}
+        for figure, difference in zip(FIGURES, whole):
+            if figure.unit == "m":
+                assert slopes[figure.name].apart < 1e-5
+                assert slopes[figure.name].slope == pytest.approx(difference, rel=0.01), (key, figure.name)
+    assert slopes["tension_drum_n"].apart < 1e-3
