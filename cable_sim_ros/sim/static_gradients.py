@@ -28,7 +28,7 @@ from .simulator import Simulator
 from .static_tangent import Balance, SetOut, Tangent
 
 # of a number: with less the round-off of a tension counts, with more the curvature, above all of what presses; the
-# next where a figure is not within APART: a sheave that moves under its cable takes the last
+# next where a figure has no gradient: a sheave that moves under its cable takes the last
 STEPS = 1e-4, 1e-5, 1e-6, 1e-7
 PROBE = 1e-5  # of a number, of what K leaves out: beyond, the geometry of stiff cable that is moved straight counts
 LEFT_OUT, ROUNDS = 1e-6, 40  # of the nodes' answer, that K may leave out: less is the round-off of a correction
@@ -171,7 +171,7 @@ class StaticGradients:
                 found = now
             pairs = zip(found.slopes, now.slopes, strict=True)
             found = found._replace(slopes=tuple(min(pair, key=lambda slope: slope.apart) for pair in pairs))
-            if all(slope.apart <= APART for slope in found.slopes):
+            if not any(slope.refused for slope in found.slopes):
                 break
         return Gradient(key, unit, shown, refused=why) if found is None else found._replace(unit=unit, value=shown)
 
