@@ -247,6 +247,7 @@ def draw(profiles, loads: dict[int, Load], runs: dict, path: Path) -> Path:
         body.set(xlabel="x off the mean track [m]", ylabel="z [m]", title="towbody")
         tension.set(xlabel="time [s]", ylabel="tension [kN]", title="tension at the sheave")
         for axis in (body, tension):
-            axis.margins(y=0.25)  # room for the names
-            axis.legend(loc="upper right")
+            low, high = axis.get_ylim()
+            axis.set_ylim(low, high + 0.15 * (high - low))  # room for the names
+            axis.legend(loc="upper right", ncols=2)
     return path
