@@ -217,13 +217,16 @@ def test_a_steady_tow_and_the_scene_that_is_written(steady, tmp_path):
         ({"speed": 0.3}, (), {"SPEED"}),
         ({"late": 200.0}, (), {"HOLD_OUT"}),
         ({}, ("--signal", "tension~0.1"), {"NOISE"}),
-        ({"tension": 500.0}, ("--signal", "tension"), {"AT_BOUND"}),
+        ({"tension": 500.0}, ("--signal", "tension"), {"AT_BOUND", "MISFIT"}),
+        ({"sign": -1.0}, (), {"MISFIT"}),
+        ({"spike": 1e5}, (), {"OUTLIERS"}),
     ],
 )
 def test_a_doubt_is_told_and_leaves_with_its_code(tmp_path, shown, off, more, flags):
     """Each with its own reason; the intervals of short records have one of theirs."""
     rng, t = np.random.default_rng(5), np.arange(0.0, 1800.0, 0.5)
-    tension = shown["tension"] + off.get("tension", 0.0) + 8.0 * rng.standard_normal(len(t))
+    tension = off.get("sign", 1.0) * shown["tension"] + off.get("tension", 0.0) + 8.0 * rng.standard_normal(len(t))
+    tension[1000] += off.get("spike", 0.0)
     tension[t > 1200.0] += off.get("late", 0.0)
     given = write(
         tmp_path,
@@ -238,6 +241,20 @@ def test_a_doubt_is_told_and_leaves_with_its_code(tmp_path, shown, off, more, fl
     found = {reason["flag"] for reason in told["reasons"]} - {"FEW_SAMPLES"}
     assert found >= flags and (flags or not found), told
     assert result.exit_code == (4 if told["reasons"] else 0)
+
+
+def test_a_gap_of_the_record_is_told(tmp_path, shown):
+    rng, t = np.random.default_rng(5), np.arange(0.0, 1800.0, 0.5)
+    t = t[(t < 600.0) | (t > 900.0)]
+    given = write(tmp_path, t, depth=shown["body_depth"] + 0.5 * rng.standard_normal(len(t)))
+    result = call(*given, "--steady", "--free", f"{DRAG}=1.5:2.5", "--intervals", "linear", "--json")
+    assert "body_depth: 330 s of the 1.2e+03 s that are fitted have no values" in result.stdout, result.stdout
+
+
+def test_a_clock_that_is_an_hour_off_is_refused(tmp_path):
+    t = np.arange(3600.0, 3640.0, 0.5)
+    result = call(*write(tmp_path, t, tension=600.0 + np.sin(t)), "--heave", "1,8", "--duration", "30", "--free", DRAG)
+    assert result.exit_code == 2 and "The record is of 3600 to 3639.5 s, of which none is simulated" in result.stderr
 
 
 def test_numbers_have_the_digits_of_their_interval(steady):

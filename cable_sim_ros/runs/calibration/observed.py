@@ -123,9 +123,14 @@ def _enough(
         return
     span = f"{series.time[0]:.6g} to {series.time[-1]:.6g} s" if len(series.time) else "no time"
     what = f"windows of {WINDOW:g} s" if steady else "values"
+    if steady:
+        shared = ""
+    elif window[1] > window[0]:
+        shared = f", of which {window[0]:.6g} to {window[1]:.6g} s are simulated"
+    else:
+        shared = ", of which none is simulated"
     raise CalibrateError(
-        f"{name}: {int(fitted.sum())} {what} to fit and {held} held out, of a record over {span} where {window[0]:.6g} "
-        f"to {window[1]:.6g} s are simulated (gaps are longer than {GAP:g} intervals); {least} are needed; "
-        f"{CONSEQUENCE}. Too short: give a longer record or another --hold-out; clocks that differ: cable-sim compare "
-        f"--align finds by how much"
+        f"{name}: {int(fitted.sum())} {what} to fit and {held} held out; {least} are needed; {CONSEQUENCE}. The record "
+        f"is of {span}{shared}, its start-up left out (gaps are longer than {GAP:g} intervals). Too short: give a "
+        f"longer record or another --hold-out; clocks that differ: cable-sim compare --align finds by how much"
     )

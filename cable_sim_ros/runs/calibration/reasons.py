@@ -8,7 +8,7 @@ import numpy as np
 
 from ...io.logs.signals import Signal
 from ...sim.verdict import Reason
-from ..scores.pairing import clean
+from ..scores.pairing import GAP, clean
 from .confidence import APART, Confidence, Interval
 from .lags import repeats
 from .least_squares import Fit, Problem
@@ -19,6 +19,10 @@ NEAR = 1e-3  # of its range: so near a bound it is at it
 RISE = 0.2  # of what was asked for, that the likelihood at the end of an interval may be beside it
 WORSE = 1.05  # times the rms on what was held out: more is no calibration
 MISFIT = 2.0  # times the stated noise, that a calibrated scene may leave
+WORTH = 1.2  # times the spread of a signal about its own mean, that a calibrated scene may leave
+TINY = 1e-3  # of the spread: what a solver leaves of a log without noise
+MAD = 1.4826  # of a median absolute deviation, to a standard deviation
+FAR, DECIDE = 6.0, 0.5  # deviations of the usual rest, from which a value is alone; share of the squares of such values
 SPEED, PAYOUT = 0.05, 0.01  # of what is simulated, that the measured one may be beside it
 
 
@@ -100,10 +104,41 @@ def judge(
                     shown.quantity,
                 )
             )
+    _unlike(out, problem, found, known)
     if not model.steady:
         for reason in model.verdict(problem.values(found.x)).reasons:
             tell(reason._replace(text=f"the calibrated run: {reason.text}"))
     _beside(out, problem, found, model, signals)
+
+
+def _unlike(out: Calibration, problem: Problem, found: Fit, known: Confidence) -> None:
+    """Reasons where a signal is no measurement of this tow with some noise: what is left is more than the signal
+    varies, or is that of single values."""
+    curves = problem.simulate(problem.values(found.x))
+    for one in problem.signals:
+        steps = np.diff(one.time[one.fitted])
+        holes = float(steps[steps > GAP * np.median(steps)].sum()) if len(steps) else 0.0
+        if holes > 0.0:
+            span = out.fitted_s[1] - out.fitted_s[0]
+            out.notes.append(f"{one.quantity}: {holes:.3g} s of the {span:.3g} s that are fitted have no values")
+        rest, spread = problem.rest(found.x, one, curves, one.fitted), float(np.std(one.value[one.fitted]))
+        left = float(np.sqrt(np.mean(rest**2)))
+        # of a mean that is known from few samples more is left by chance
+        if left > spread * max(WORTH, (1.0 + 9.0 / known.independent[one.quantity]) ** 0.5):
+            text = (
+                f"{one.quantity}: calibrated, the scene leaves {left:.4g} {one.unit} rms, where its own mean would "
+                f"leave {spread:.4g}: another sign, unit, clock or tow; cable-sim compare looks for the first three"
+            )
+            out.reasons.append(_reason("MISFIT", text, one.quantity))
+        off = np.abs(rest - np.median(rest))
+        alone = off > max(FAR * MAD * float(np.median(off)), TINY * spread)
+        if alone.any() and float(np.sum(off[alone] ** 2)) > DECIDE * float(np.sum(off**2)):
+            text = (
+                f"{one.quantity}: {int(alone.sum())} of {len(rest)} values are more than {FAR:g} times the usual rest "
+                f"of {MAD * float(np.median(off)):.3g} {one.unit} away, up to {off.max():.3g}, and make most of its "
+                "noise; leave them out by `range` of the mapping, or state the noise"
+            )
+            out.reasons.append(_reason("OUTLIERS", text, one.quantity))
 
 
 def _repeated(out: Calibration, problem: Problem, found: Fit, known: Confidence) -> None:
