@@ -131,6 +131,7 @@ def _enough(
         shared = ", of which none is simulated"
     raise CalibrateError(
         f"{name}: {int(fitted.sum())} {what} to fit and {held} held out; {least} are needed; {CONSEQUENCE}. The record "
-        f"is of {span}{shared} (from the start of the tow, whose start-up does not count; "
-        f"gaps are longer than {GAP:g} intervals). Too short: give a longer record or another --hold-out; clocks that differ: cable-sim compare --align finds by how much"
+        f"is of {span}{shared} (from the start of the tow, whose start-up does not count; gaps are longer than {GAP:g} "
+        "intervals). Too short: give a longer record or another --hold-out; clocks that differ: cable-sim compare "
+        "--align finds by how much"
     )
