@@ -15,12 +15,13 @@ from scipy import stats
 
 from ..sim.scene import Scene
 from .copies import FIGURES, Band, Ensemble, EnsembleEnded, band_of, level_of
+from .limits import MAX_SEED
 from .plan import NOMINAL, OUTSIDE, EnsembleError, EnsemblePlan, draw_of
 from .recording import follow_recording
 
 ENSEMBLES = 6  # that twins are shared among
 TWIN = 1_000_000  # number of the first twin: that of no copy
-FIRST_SEED = 1000
+APART = 1000  # between the first seeds of the ensembles of one seed and of the next
 
 
 class Coverage(NamedTuple):
@@ -52,6 +53,11 @@ def outside_of(words: tuple[str, ...]) -> dict[str, float]:
     return found
 
 
+def seed_of(seed: int, group: int) -> int:
+    """Seed of an ensemble and of its twins; seed: of the file or of ``--seed``."""
+    return (APART * seed + group) % (MAX_SEED + 1)
+
+
 def covered(
     path: str | os.PathLike,
     scene: Scene,
@@ -71,7 +77,7 @@ def covered(
     members = plan.copies
     for group in range(groups):
         progress("twins", group * twins / groups, twins)
-        seeded = plan.model_copy(update={"seed": FIRST_SEED + group})
+        seeded = plan.model_copy(update={"seed": seed_of(plan.seed, group)})
         own = range(TWIN + group, TWIN + twins, groups)
         drawn = [draw_of(seeded, number) for number in range(1, plan.copies + 1)]
         for values in sets:

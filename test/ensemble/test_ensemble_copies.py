@@ -9,6 +9,8 @@ import pytest
 
 from cable_sim_ros.ensemble import copies as module
 from cable_sim_ros.ensemble.copies import FIGURES, Ensemble, EnsembleEnded, band_of, level_of
+from cable_sim_ros.ensemble.coverage import ENSEMBLES, seed_of
+from cable_sim_ros.ensemble.limits import MAX_SEED
 from cable_sim_ros.ensemble.plan import NOMINAL, EnsembleError, EnsemblePlan, draw_of, load_plan, scene_of
 from cable_sim_ros.io.scenes.load import load_scene, override
 from cable_sim_ros.sim.inputs import ShipMotion, WinchCommand
@@ -90,6 +92,11 @@ def test_a_draw_is_of_seed_and_number_and_as_wide_as_it_says():
         inside = np.mean(np.abs(off) <= half)
         assert 0.935 <= inside <= 0.965, "0.95 with three standard deviations of 2000 draws"
     assert all(draw.payout == 0.0 for draw in drawn)
+
+
+def test_twins_follow_the_seed_and_no_two_ensembles_have_the_same():
+    seeds = {seed_of(seed, group) for seed in range(10) for group in range(ENSEMBLES)}
+    assert len(seeds) == 10 * ENSEMBLES and all(0 <= seed <= MAX_SEED for seed in (*seeds, seed_of(MAX_SEED, 5)))
 
 
 def test_the_scene_of_a_draw_has_its_numbers(scene):
