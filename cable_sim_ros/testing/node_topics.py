@@ -63,6 +63,7 @@ class Link:
         self._controlled = False  # does a process of the test publish commands?
         self._stamped: int | None = None  # stamp of our newest command that has one, ns
         self._awaited = False  # may its first command come before the next step?
+        self._fed = False  # has motion been fed since it came? Then it has what to answer
         self.client = Client(domain, environment=environment)
         self.feeder = Feeder(self._send, lockstep)
         self._publishers = {
@@ -125,7 +126,7 @@ class Link:
             self._commander()
         first = self.now if self.lockstep else time.time_ns() + AHEAD
         stamp = self.feeder.add(messages, first)
-        self._awaited = self._controlled
+        self._awaited = self._fed = self._controlled
         if self.lockstep:
             self._sent()
         return stamp
@@ -193,8 +194,9 @@ class Link:
 
     def _first_command(self, check: Callable[[], None]) -> None:
         """After motion was fed, until a controller has answered it, at most SPEAK or lockstep.wait: one that answers at
-        the standing clock is then always in time for the first step."""
-        deadline = time.monotonic() + max(SPEAK, self._patience)
+        the standing clock is then always in time for the first step. One that came later has no motion to answer before
+        the clock moves, at most a clock to command by: SPEAK."""
+        deadline = time.monotonic() + (max(SPEAK, self._patience) if self._fed else SPEAK)
         while self._awaited and not self.spoken.wait(0.01) and time.monotonic() < deadline:
             check()
         self._awaited = False
@@ -215,6 +217,7 @@ class Link:
         """It publishes them: let it, the node and our motion learn of each other."""
         self.chain.came(name, within, check)
         self._controlled = self._awaited = True
+        self._fed = False
 
     def set(self, name: str, value: Any) -> None:
         """Set a parameter; TowError where there is none of that name, or with the node's reason where it refuses."""

@@ -5,6 +5,7 @@ import subprocess
 import sys
 import threading
 import time
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -16,7 +17,7 @@ from cable_sim_ros.ros import watchdog  # noqa: E402
 from cable_sim_ros.ros.child import MARK  # noqa: E402
 from cable_sim_ros.testing import Tow, TowError, tow  # noqa: E402
 from cable_sim_ros.testing.arguments import unmet  # noqa: E402
-from cable_sim_ros.testing.node_topics import Link  # noqa: E402
+from cable_sim_ros.testing.node_topics import SPEAK, Link  # noqa: E402
 
 NAN = float("nan")
 NODE = "import sys, time; print('so far so good', flush=True); "
@@ -116,7 +117,7 @@ def test_what_was_not_there_at_its_time_is_named_with_its_number():
 def link_without_a_node(spoken, controlled=True):
     """A Link as after `feed`, with a controller that has spoken or has not."""
     link = object.__new__(Link)
-    link.spoken, link._awaited = threading.Event(), controlled
+    link.spoken, link._awaited, link._fed = threading.Event(), controlled, True
     if spoken:
         link.spoken.set()
     return link
@@ -141,6 +142,21 @@ def test_the_first_command_is_awaited_before_the_first_step(monkeypatch):
         begun = time.monotonic()
         link._first_command(lambda: None)
         assert time.monotonic() - begun < 30.0, "once"
+
+
+@pytest.mark.parametrize("fed, patience", [(True, 20.0), (False, SPEAK)])
+def test_a_controller_that_came_after_the_motion_is_not_given_the_patience_of_a_busy_machine(
+    monkeypatch, fed, patience
+):
+    """It has nothing to answer while the clock stands, unless it commands by the clock itself."""
+    waits = []
+    clock = SimpleNamespace(monotonic=lambda: sum(waits))
+    monkeypatch.setattr("cable_sim_ros.testing.node_topics.time", clock)
+    link = link_without_a_node(spoken=False)
+    link.spoken = SimpleNamespace(wait=lambda seconds: waits.append(seconds))
+    link._fed, link._patience = fed, 20.0
+    link._first_command(lambda: None)
+    assert sum(waits) == pytest.approx(patience, abs=0.02)
 
 
 def test_a_node_in_real_time_from_start_to_end(tmp_path):

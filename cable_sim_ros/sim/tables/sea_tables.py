@@ -140,12 +140,13 @@ def variation_table(variation: CurrentVariation) -> np.ndarray:
 def eddy_table(turbulence: Turbulence) -> np.ndarray:
     """Sinusoids of the turbulence [n, EDDY_COLUMNS]."""
     rng, rows = np.random.default_rng(turbulence.seed), [np.zeros((0, EDDY_COLUMNS))]
-    top = EDDY_BAND / turbulence.time_scale
+    if not any(deviation > 0.0 for deviation in turbulence.deviation):
+        return rows[0]  # every start asks, and a spectrum takes milliseconds
+    top, n = EDDY_BAND / turbulence.time_scale, turbulence.components
     band = np.concatenate(([0.0], top * exp(np.linspace(LOWEST_EDDY, 0.0, FINE))))
+    spectrum = power(1.0 + 70.8 * (0.5 / pi * band * turbulence.time_scale) ** 2, -5.0 / 6.0)
     for axis, deviation in enumerate(turbulence.deviation):
-        n = turbulence.components
-        spectrum = power(1.0 + 70.8 * (0.5 / pi * band * turbulence.time_scale) ** 2, -5.0 / 6.0)
-        omega, phase = drawn(spectrum, band, n, rng), 2.0 * pi * rng.random(n)
+        omega, phase = drawn(spectrum, band, n, rng), 2.0 * pi * rng.random(n)  # also of an axis that is left out
         if deviation > 0.0:
             size = np.full(n, deviation * np.sqrt(2.0 / n))
             rows.append(np.stack([np.full(n, float(axis)), size, omega, phase], 1))
