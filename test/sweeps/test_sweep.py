@@ -81,13 +81,53 @@ def test_a_stopped_sweep_goes_on_and_an_extended_one_computes_what_is_new(tmp_pa
     assert sweep(more, tmp_path, make=Here).computed == 0
 
 
-def test_a_part_that_was_cut_off_is_set_aside_and_computed_again(swept, tmp_path):
-    sweep(swept.plan, tmp_path, make=Here)
+def cut(data):
+    return data[:-20]
+
+
+def flipped(data):
+    """One bit of the first value of a row."""
+    at = data.index(b"verdict")
+    return data[:at] + bytes([data[at] ^ 1]) + data[at + 1 :]
+
+
+@pytest.mark.parametrize("harm", [cut, flipped])
+def test_a_part_that_was_harmed_is_set_aside_and_computed_again(swept, tmp_path, harm):
+    store = Store(tmp_path)
+    for row in swept.rows:
+        store.add(row)
+    store.flush()
     (part,) = (tmp_path / "rows").glob("part-*.parquet")
-    part.write_bytes(part.read_bytes()[:-20])
+    part.write_bytes(harm(part.read_bytes()))
+    looked = Store(tmp_path, look=True)
+    assert looked.damaged == [part.name] and not looked.rows and part.exists(), "a look changes nothing"
     again = sweep(swept.plan, tmp_path, make=Here)
     assert again.damaged == [part.name] and again.computed == 3
     assert plain(again.rows) == plain(swept.rows)
+
+
+def test_no_flipped_bit_gives_another_row(tmp_path):
+    store, rows = Store(tmp_path), [{"key": f"{k:032x}", "tension_max_n": 1.5 * k} for k in range(20)]
+    for row in rows:
+        store.add(row)
+    store.flush()
+    (part,) = (tmp_path / "rows").glob("part-*.parquet")
+    whole, found = part.read_bytes(), []
+    for at in range(0, len(whole), 3):
+        part.write_bytes(whole[:at] + bytes([whole[at] ^ 1 << at % 8]) + whole[at + 1 :])
+        read = Store(tmp_path, look=True)
+        found.append(bool(read.damaged))
+        assert list(read.rows.values()) == ([] if read.damaged else rows), at
+    assert sum(found) > 0.3 * len(found)
+
+
+def test_two_sweeps_in_one_folder_keep_the_rows_of_both(tmp_path):
+    one, other = Store(tmp_path), Store(tmp_path)
+    for store, key in ((one, "a"), (other, "b")):
+        store.add({"key": key})
+    one.flush()
+    other.flush()
+    assert set(Store(tmp_path, look=True).rows) == {"a", "b"}
 
 
 @pytest.mark.parametrize("refuses", [False, True])
