@@ -17,6 +17,7 @@ import scipy
 from scipy.stats import qmc
 
 from ..io.scenes.resources import ResourceError, find_bag, find_scene
+from ..io.scenes.winch_plan import WinchPlan
 from ..version import __version__
 from .sweep_file import Method, Range, Samples, ShipMotion, Spread, Steps, SweepPlan
 
@@ -103,16 +104,11 @@ def within(ranges: Mapping[str, Range], unit: np.ndarray) -> list[dict[str, floa
     return [dict(zip(ranges, row)) for row in rows.tolist()]
 
 
-def _key(scene: str, settings: dict, seed: int | None, motion: ShipMotion, *rest: Any) -> str:
+def _key(scene: str, settings: dict, seed: int | None, motion: ShipMotion, winch: str | None, *rest: Any) -> str:
     """Hash of what decides a row: contents of the files, values, version and physics; not where the files lie."""
-    what = [
-        _content(scene),
-        settings,
-        seed,
-        motion.model_dump(mode="json"),
-        *map(_content, (motion.bag, motion.rao)),
-        *rest,
-    ]
+    files = [_content(name) for name in (scene, motion.bag, motion.rao)]
+    plan = None if winch is None else str(WinchPlan.of(winch))
+    what = [files, settings, seed, motion.heave, plan, *rest]
     text = json.dumps([*what, __version__, code_of()], sort_keys=True, default=str)
     return hashlib.sha256(text.encode()).hexdigest()[:32]
 

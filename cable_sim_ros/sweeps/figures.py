@@ -16,6 +16,10 @@ OF_THE_MACHINE = ("realtime_factor", "compile_s", "start_s", "stepping_s")  # di
 UNITS = {name: unit for name, unit, _ in (*SUMMARY, OWN, *METRICS) if name not in OF_THE_MACHINE}
 MEANINGS = {name: meaning for name, _, meaning in (*SUMMARY, OWN, *METRICS) if name in UNITS}
 FIGURES = tuple(UNITS)
+NO_NUMBERS = frozenset(  # figures of a run that are texts, vectors or counts by cause: no row keeps them
+    name for name, unit, _ in METRICS if not unit
+) | {"body_position_m", "flags", "winch_modes", "motion_refused", "commands_refused", "commands_limited", "residuals"}
+IN_EVERY_ROW = ("verdict", "flags")  # whatever figures are asked for
 
 
 def numbers_of(metrics: Mapping[str, Any]) -> dict[str, float]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import secrets
 import time
 from collections.abc import Iterable
 from pathlib import Path
@@ -12,6 +13,7 @@ from typing import Any
 from ..errors import CableSimError
 
 PART_ROWS, PART_SECONDS = 256, 5.0  # a part is written when it has so many rows, or is so old
+COUNT = b"rows"  # in the metadata of a part: checksums are of its pages alone
 EXTRA = "pip install 'cable_sim_ros[sweep]'"
 
 
@@ -20,19 +22,23 @@ class StoreError(CableSimError, ValueError):
 
 
 class Store:
-    """Folder of rows: `rows/part-*.parquet`. A part that was cut off by a power failure is set aside and named."""
+    """Folder of rows: `rows/part-*.parquet`. A part that was cut off by a power failure, or whose bytes are not those
+    that were written, is set aside and named."""
 
-    def __init__(self, folder: str | os.PathLike) -> None:
-        """Raises StoreError where the folder cannot be made or a library is missing."""
+    def __init__(self, folder: str | os.PathLike, look: bool = False) -> None:
+        """look: nothing is written, made or set aside. Raises StoreError where the folder cannot be made or a library
+        is missing."""
         try:
             import pyarrow  # noqa: F401
         except ImportError:
             raise StoreError(
                 f"rows are kept as Parquet, and pyarrow is not installed: nothing was done; {EXTRA}"
             ) from None
-        self.folder = Path(folder) / "rows"
+        self.folder, self._look = Path(folder) / "rows", look
+        self._own = secrets.token_hex(4)  # in the names of its parts: another sweep may be writing here
         try:
-            self.folder.mkdir(parents=True, exist_ok=True)
+            if not look:
+                self.folder.mkdir(parents=True, exist_ok=True)
         except OSError as error:
             raise StoreError(f"{self.folder}: cannot be made ({error.strerror}); nothing was simulated") from None
         self.damaged: list[str] = []
@@ -47,12 +53,17 @@ class Store:
         import pyarrow.parquet as parquet
 
         try:
-            rows = [json.loads(text) for text in parquet.read_table(path, columns=["row"])["row"].to_pylist()]
-        except (pyarrow.ArrowException, OSError, ValueError, KeyError):
-            path.rename(path.with_suffix(".damaged"))
-            self.damaged.append(path.name)
+            table = parquet.read_table(path, columns=["row"], page_checksum_verification=True)
+            rows = {row["key"]: row for row in map(json.loads, table["row"].to_pylist())}
+            whole = len(rows) == int((table.schema.metadata or {})[COUNT])
+        except (pyarrow.ArrowException, OSError, ValueError, KeyError, TypeError):
+            whole = False
+        if whole:
+            self.rows.update(rows)
             return
-        self.rows.update((row["key"], row) for row in rows)
+        self.damaged.append(path.name)
+        if not self._look:
+            path.rename(path.with_suffix(".damaged"))
 
     def add(self, row: dict[str, Any]) -> None:
         """Keep a row; it is on disk at the latest PART_SECONDS after the next row that comes, or at `flush`."""
@@ -69,12 +80,13 @@ class Store:
         import pyarrow
         import pyarrow.parquet as parquet
 
-        numbers = [int(p.stem.partition("-")[2]) for p in self.folder.glob("part-*")]
-        path = self.folder / f"part-{max(numbers, default=-1) + 1:06d}.parquet"
+        numbers = [int(p.stem.split("-")[1]) for p in self.folder.glob("part-*")]
+        path = self.folder / f"part-{max(numbers, default=-1) + 1:06d}-{self._own}.parquet"
         text = [json.dumps(row, sort_keys=True) for row in self._waiting]
         table = pyarrow.table({"key": [row["key"] for row in self._waiting], "row": text})
+        table = table.replace_schema_metadata({COUNT: str(len({row["key"] for row in self._waiting}))})
         try:
-            parquet.write_table(table, path.with_suffix(".writing"))
+            parquet.write_table(table, path.with_suffix(".writing"), write_page_checksum=True)
             path.with_suffix(".writing").rename(path)
         except OSError as error:
             raise StoreError(

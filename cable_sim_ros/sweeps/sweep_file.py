@@ -2,25 +2,31 @@
 
 from __future__ import annotations
 
+import difflib
 import os
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from enum import Enum
 from math import prod
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
+
+from pydantic import BeforeValidator, ValidationError
 
 from ..errors import CableSimError
 from ..io.scenes.document import Document, SceneError
 from ..io.scenes.load import load_scene
 from ..io.scenes.winch_plan import PlanError, WinchPlan
+from ..io.sources.motion_table import HEAVE_PERIODS
 from ..limits import LONGEST_RUN
 from ..physics.heave_compensation import SetpointLaw
+from ..physics.heave_filter import Heave
 from ..physics.parameter import REQUIRED, Block, quantity
 from ..runs.settings import apply_to_scene, of_intake
 from ..runs.sources import in_the_sea
 from ..sim.problem import Problem
 from ..sim.scene import Scene
-from .figures import FIGURES
+from .figures import FIGURES, IN_EVERY_ROW, NO_NUMBERS
+from .inputs_found import motion_problem, place_of, plan_problem
 
 MAX_CASES = 1_000_000
 MAX_VALUES = 100_000  # of one key
@@ -65,6 +71,26 @@ class Steps(Block):
     count: int = quantity(REQUIRED, "1", 2, MAX_VALUES, "number of values, evenly apart")
 
 
+def _values(given: Any) -> Any:
+    """Values of a key of the grid: a list, or Steps. One text for what is neither."""
+    if isinstance(given, list | Steps):
+        return given
+    shown = repr(given) if len(repr(given)) <= 60 else f"{given!r:.57}..."
+    wanted = f"write a list such as [1, 2, 3], or {{first: 1, last: 3, count: 5}} with a count of 2 to {MAX_VALUES}"
+    if not isinstance(given, Mapping):
+        raise ValueError(f"= {shown} is no list of values: {wanted}")
+    try:
+        return Steps.model_validate(given)
+    except ValidationError as error:
+        words = {"missing": "is missing", "extra_forbidden": "is none of first, last, count"}
+        found = [(one["loc"][0], words.get(one["type"], f"= {one['input']!r:.30} cannot be")) for one in error.errors()]
+        why = ", ".join(f"{key} {what}" for key, what in found)
+        raise ValueError(f"= {shown}: {why}: {wanted}") from None
+
+
+Values = Annotated[Steps | list[Any], BeforeValidator(_values)]
+
+
 class ShipMotion(Block):
     """One motion: exactly one of bag, heave, rao; none of them is the mean track."""
 
@@ -86,7 +112,7 @@ class SweepPlan(Block):
     settings: dict[str, Any] = quantity({}, "", None, None, "other values of the scene, for all cases, by key")
     duration: float | None = quantity(None, "s", None, LONGEST_RUN, "of each run; none: as cable-sim run", above=0.0)
     step: str = quantity("chosen", "", None, None, "chosen or fixed, as --step of cable-sim run")
-    grid: dict[str, Steps | list[Any]] = quantity({}, "", None, None, "values by key of the scene: all combinations")
+    grid: dict[str, Values] = quantity({}, "", None, None, "values by key of the scene: all combinations")
     samples: Samples | None = quantity(None, "", None, None, "samples of ranges, each with all of the grid")
     seeds: int = quantity(0, "1", 0, MAX_SEEDS, "seeds 1 to n of all that is random; 0: those of the scene")
     motions: list[ShipMotion] = quantity([ShipMotion()], "", None, None, "motions of the ship")
@@ -116,8 +142,11 @@ def _problems(plan: SweepPlan) -> list[Problem]:
     for key, one in plan.grid.items():
         if isinstance(one, list) and not 0 < len(one) <= MAX_VALUES:
             found.append(Problem(f"grid.{key}", f"has {len(one)} values", f"Give 1 to {MAX_VALUES}"))
-        elif isinstance(one, list) and len({repr(value) for value in one}) < len(one):
-            found.append(Problem(f"grid.{key}", "has a value twice: a case would be there twice", "Keep one"))
+        elif isinstance(one, list):
+            found += _twice(f"grid.{key}", map(_plain, one), one)
+        elif one.first == one.last:
+            text = f"= {one.first:g} to {one.last:g} has the same value {one.count} times"
+            found.append(Problem(f"grid.{key}", text, "Give another last value, or the list of that one value"))
     keys = _keys(plan)
     for key in sorted({key for key in keys if keys.count(key) > 1 or key in plan.settings}):
         found.append(Problem(f"grid.{key}", "stands twice, in grid, samples or settings", "Keep one of them"))
@@ -137,17 +166,70 @@ def _problems(plan: SweepPlan) -> list[Problem]:
     for i, motion in enumerate(plan.motions):
         if sum(one is not None for one in (motion.bag, motion.heave, motion.rao)) > 1:
             found.append(Problem(f"motions.{i}", "names more than one motion", "Keep one of bag, heave, rao"))
+        found += _heave(f"motions.{i}.heave", motion.heave) if motion.heave is not None else []
+    read = []
     for i, words in enumerate(plan.plans):
+        if words is None or not _in_words(words):  # a file is looked for beside the sweep, later
+            read.append(str(place_of(words)))
+            continue
         try:
-            WinchPlan.of(words) if words is not None else None
+            read.append(str(WinchPlan.of(words)))
         except PlanError as error:
             found.append(Problem(f"plans.{i}", f"is no plan ({error})", "See docs/winch.md#a-plan"))
+            read.append(f"{i}")
+    places = [(place_of(one.bag), one.heave, place_of(one.rao)) for one in plan.motions]
+    found += _twice("motions", places, [one.name for one in plan.motions])
+    found += _twice("plans", read, [words or "none" for words in plan.plans])
+    found += _twice("setpoints", plan.setpoints, [law.value if law else "null" for law in plan.setpoints])
+    found += _twice("figures", plan.figures, plan.figures)
     for name in plan.figures:
         if name not in FIGURES:
-            found.append(Problem("figures", f"names '{name}', which no run gives", "See docs/json.md"))
+            near = difflib.get_close_matches(name, [one for one in FIGURES if one not in NO_NUMBERS], 1)
+            remedy = f"Did you mean {near[0]}? See docs/json.md" if near else "See docs/json.md"
+            found.append(Problem("figures", f"names '{name}', which no run gives", remedy))
+        elif name in NO_NUMBERS and name not in IN_EVERY_ROW:
+            found.append(
+                Problem("figures", f"names '{name}', which is no single number: no row keeps it", "Leave it out")
+            )
     if not found and count_of(plan) > MAX_CASES:
         found.append(Problem("grid", f"makes {count_of(plan):.3g} cases, more than {MAX_CASES}", "Vary less at once"))
     return found
+
+
+def _in_words(plan: str) -> bool:
+    """Is a plan its text, which begins with a time, and not a file?"""
+    return not plan.strip() or plan.lstrip()[0] in "+-.0123456789"
+
+
+def _plain(value: Any) -> Any:
+    """A value as it is compared: 50 and 50.0 are the same run, 1 and true are not."""
+    if isinstance(value, list | tuple):
+        return repr([_plain(part) for part in value])
+    return repr(float(value)) if isinstance(value, int | float) and not isinstance(value, bool) else repr(value)
+
+
+def _twice(key: str, compared: Iterable[Any], shown: list[Any]) -> list[Problem]:
+    """A problem where two of a list are the same; compared: what makes them so, shown: as they are written."""
+    first: dict[Any, Any] = {}
+    for one, words in zip(compared, shown, strict=True):
+        if one in first:
+            same = f"{words!s:.60}" if str(words) == str(first[one]) else f"{first[one]!s:.60} and {words!s:.60}"
+            text = f"has a value twice ({same}): the same run would count as two that are independent"
+            return [Problem(key, text, "Keep one")]
+        first[one] = words
+    return []
+
+
+def _heave(key: str, heave: tuple[float, float]) -> list[Problem]:
+    """Problems of a heave, those of --heave of the command line."""
+    shown, most = f"= [{heave[0]:g}, {heave[1]:g}]", Heave().max_displacement
+    if not 0.0 < heave[0] <= most:
+        text = f"{shown}: the amplitude is outside (0, {most:g}] m"
+    elif not HEAVE_PERIODS[0] <= heave[1] <= HEAVE_PERIODS[1]:
+        text = f"{shown}: the period is outside [{HEAVE_PERIODS[0]:g}, {HEAVE_PERIODS[1]:g}] s"
+    else:
+        return []
+    return [Problem(key, text, "Write amplitude in m and period in s, for example heave: [1, 8]")]
 
 
 def _find(path: str | os.PathLike) -> Path:
@@ -158,13 +240,22 @@ PLANS = Document(SweepPlan, "a sweep", "sweep", "sweep: scope_and_speed", _find,
 
 
 def load_sweep(path: str | os.PathLike) -> SweepPlan:
-    """The sweep of a YAML file, with the scene found beside it. Raises SweepError with every problem of the file, and
-    SceneError where a key of grid, samples or settings is none of the scene's."""
+    """The sweep of a YAML file; scene, bags, tables and plans are looked for beside it first. Raises SweepError with
+    every problem of the file, and SceneError where a key of grid, samples or settings is none of the scene's."""
     plan = PLANS.load(path)
-    beside = Path(path).parent / plan.scene
-    if beside.is_file():
-        plan = plan.model_copy(update={"scene": os.fspath(beside)})
+    folder = Path(path).parent
+    motions = [
+        one.model_copy(update={"bag": _beside(folder, one.bag), "rao": _beside(folder, one.rao)})
+        for one in plan.motions
+    ]
+    plans = [words if words is None or _in_words(words) else _beside(folder, words) for words in plan.plans]
+    plan = plan.model_copy(update={"scene": _beside(folder, plan.scene), "motions": motions, "plans": plans})
     return _fitting(plan, os.fspath(path))
+
+
+def _beside(folder: Path, name: str | None) -> str | None:
+    """A file or bag beside the sweep; the name itself where there is none, to be looked for elsewhere."""
+    return os.fspath(folder / name) if name and (folder / name).exists() else name
 
 
 def checked(data: Mapping[str, Any], origin: str) -> SweepPlan:
@@ -193,9 +284,37 @@ def _checked(plan: SweepPlan, origin: str) -> SweepPlan:
             f"{origin}: seeds = {plan.seeds}: nothing of {scene.name} is random, so all would be the same run; "
             f"{NOTHING_DONE}. Leave seeds out, or give the scene waves, turbulence or instruments"
         )
+    own = scene.setpoint.algorithm
+    if None in plan.setpoints and own in plan.setpoints and "setpoint.algorithm" not in firsts:
+        problems.append(
+            f"{origin}: setpoints has a value twice (null and {own.value}, which the scene has): the same run would "
+            f"count as two that are independent; {NOTHING_DONE}. Keep one"
+        )
+    problems += [f"{origin}: {text}" for text in _inputs(plan, scene, base)]
     if problems:
         raise SweepError(problems)
     return plan
+
+
+def _inputs(plan: SweepPlan, scene: Scene, base: Scene) -> list[str]:
+    """What of motions and plans no case can take; scene: with the first values of all keys."""
+    waves = any(one.startswith("water.waves.") for one in _keys(plan))
+    found = []
+    for i, motion in enumerate(plan.motions):
+        for key, name in (("bag", motion.bag), ("rao", motion.rao)):
+            if name and (why := motion_problem(scene, key, name, waves)):
+                found.append(f"motions.{i}.{key} = {name}: {why}")
+    for i, words in enumerate(plan.plans):
+        if words and (why := plan_problem(scene, words)):
+            try:
+                lasts = {key: one.last if isinstance(one, Steps) else one[-1] for key, one in plan.grid.items()}
+                lasts |= {key: limits.high for key, limits in (plan.samples.ranges if plan.samples else {}).items()}
+                other = apply_to_scene(base, {**plan.settings, **lasts})
+            except CableSimError:
+                other = scene
+            if plan_problem(other, words):  # else some cases can carry it out, and the others are rows that failed
+                found.append(f"plans.{i} = '{words:.60}': {why}")
+    return found
 
 
 def seeds_of(scene: Scene) -> list[str]:

@@ -9,6 +9,7 @@ from math import log
 
 import pytest
 
+from cable_sim_ros.io.scenes.resources import find_bag
 from cable_sim_ros.sweeps import engine
 from cable_sim_ros.sweeps.cases import cases_of
 from cable_sim_ros.sweeps.engine import FAULT, processes, rows_of, workers_of
@@ -19,6 +20,7 @@ from cable_sim_ros.sweeps.worker import simulate
 
 SHORT = {"sweep": "short", "scene": "flume", "duration": 0.5, "grid": {"winch.scope": [0.9, 1.0, 99999.0]}}
 COSTS = ("cpu_s",)
+BAG = str(find_bag("nbp1406"))
 
 
 def plain(rows):
@@ -79,13 +81,53 @@ def test_a_stopped_sweep_goes_on_and_an_extended_one_computes_what_is_new(tmp_pa
     assert sweep(more, tmp_path, make=Here).computed == 0
 
 
-def test_a_part_that_was_cut_off_is_set_aside_and_computed_again(swept, tmp_path):
-    sweep(swept.plan, tmp_path, make=Here)
+def cut(data):
+    return data[:-20]
+
+
+def flipped(data):
+    """One bit of the first value of a row."""
+    at = data.index(b"verdict")
+    return data[:at] + bytes([data[at] ^ 1]) + data[at + 1 :]
+
+
+@pytest.mark.parametrize("harm", [cut, flipped])
+def test_a_part_that_was_harmed_is_set_aside_and_computed_again(swept, tmp_path, harm):
+    store = Store(tmp_path)
+    for row in swept.rows:
+        store.add(row)
+    store.flush()
     (part,) = (tmp_path / "rows").glob("part-*.parquet")
-    part.write_bytes(part.read_bytes()[:-20])
+    part.write_bytes(harm(part.read_bytes()))
+    looked = Store(tmp_path, look=True)
+    assert looked.damaged == [part.name] and not looked.rows and part.exists(), "a look changes nothing"
     again = sweep(swept.plan, tmp_path, make=Here)
     assert again.damaged == [part.name] and again.computed == 3
     assert plain(again.rows) == plain(swept.rows)
+
+
+def test_no_flipped_bit_gives_another_row(tmp_path):
+    store, rows = Store(tmp_path), [{"key": f"{k:032x}", "tension_max_n": 1.5 * k} for k in range(20)]
+    for row in rows:
+        store.add(row)
+    store.flush()
+    (part,) = (tmp_path / "rows").glob("part-*.parquet")
+    whole, found = part.read_bytes(), []
+    for at in range(0, len(whole), 3):
+        part.write_bytes(whole[:at] + bytes([whole[at] ^ 1 << at % 8]) + whole[at + 1 :])
+        read = Store(tmp_path, look=True)
+        found.append(bool(read.damaged))
+        assert list(read.rows.values()) == ([] if read.damaged else rows), at
+    assert sum(found) > 0.3 * len(found)
+
+
+def test_two_sweeps_in_one_folder_keep_the_rows_of_both(tmp_path):
+    one, other = Store(tmp_path), Store(tmp_path)
+    for store, key in ((one, "a"), (other, "b")):
+        store.add({"key": key})
+    one.flush()
+    other.flush()
+    assert set(Store(tmp_path, look=True).rows) == {"a", "b"}
 
 
 @pytest.mark.parametrize("refuses", [False, True])
@@ -162,7 +204,42 @@ def test_cases_are_the_product_in_a_fixed_order_with_samples_that_repeat():
         ),
         ({"motions": [{"bag": "nbp1406", "heave": [1.0, 8.0]}]}, "names more than one motion"),
         ({"plans": ["0 haul 3"]}, "is no plan"),
-        ({"figures": ["tension"]}, "names 'tension', which no run gives"),
+        ({"figures": ["tension_mean"]}, "names 'tension_mean', which no run gives; .* Did you mean tension_mean_n"),
+        ({"figures": ["tension_mean_n", "tension_mean_n"]}, "figures has a value twice"),
+        ({"figures": ["body_position_m"]}, "names 'body_position_m', which is no single number"),
+        ({"grid": {"winch.scope": [1, 1.0]}}, r"grid.winch.scope has a value twice \(1 and 1.0\)"),
+        ({"grid": {"water.turbulence.deviation": [[0, 0, 1], [0.0, 0, 1]]}}, "has a value twice"),
+        ({"grid": {"winch.scope": {"first": 1, "last": 1, "count": 3}}}, "= 1 to 1 has the same value 3 times"),
+        ({"grid": {"winch.scope": {"first": 1, "last": 2}}}, "count is missing: write a list such as"),
+        ({"grid": {"winch.scope": {"first": 1, "last": 2, "n": 3}}}, "n is none of first, last, count: write"),
+        ({"grid": {"winch.scope": {"first": "a", "last": 2, "count": 1}}}, "first = 'a' cannot be, count = 1 cannot"),
+        ({"grid": {"winch.scope": 1.0}}, "= 1.0 is no list of values: write a list"),
+        ({"grid": ["winch.scope"]}, r"expected a block of keys .* `grid: \{winch.scope: \[100, 200\]\}`"),
+        ({"samples": {"count": 2, "ranges": {"water.density": 5}}}, "example `water.density: {low: 1.0, high: 2.0}`"),
+        ({"motions": [{}, {}]}, r"motions has a value twice \(none\)"),
+        ({"motions": [{"rao": "simple"}, {"rao": "simple"}]}, r"motions has a value twice \(rao simple\)"),
+        ({"motions": [{"bag": "nbp1406"}, {"bag": BAG}]}, "motions has a value twice"),
+        ({"motions": [{"heave": [1, 8]}, {"heave": [1.0, 8.0]}]}, "motions has a value twice"),
+        ({"motions": [{"heave": [1, 0]}]}, r"motions.0.heave = \[1, 0\]: the period is outside \[1, 600\] s"),
+        ({"motions": [{"heave": [0, 8]}]}, r"the amplitude is outside \(0, 20\] m; .* for example heave: \[1, 8\]"),
+        ({"motions": [{"heave": "1,8"}]}, r"motions\[0\].heave = '1,8' is text.* period\); .* `heave: \[1, 8\]`"),
+        ({"motions": [{"heave": {"first": 1}}]}, r"Write for example `heave: \[1, 8\]`"),
+        ({"motions": ["nbp1406"]}, r"Write for example `motions: \[\{heave: \[1, 8\]\}\]`"),
+        ({"motions": {"rao": "simple"}}, r"expected a list of blocks .* `motions: \[\{heave: \[1, 8\]\}\]`"),
+        ({"motions": [{"bagg": "x"}]}, r"Did you mean motions\[0\].bag"),
+        ({"motions": [{}, {"bag": "nope"}]}, "here: motions.1.bag = nope: .*no such bag file"),
+        ({"motions": [{}, {"bag": "nope.csv"}]}, "here: motions.1.bag = nope.csv: .*no such file"),
+        ({"motions": [{"rao": "nope.csv"}]}, "motions.0.rao = nope.csv: .*no such file"),
+        ({"motions": [{"rao": "simple:length=x"}]}, "'length=x' is no number; .* rao: simple:length=60"),
+        ({"motions": [{"rao": "simple:length=60"}]}, "motions.0.rao = simple:length=60: .*wave"),
+        ({"plans": ["0 hold", "0  hold"]}, r"plans has a value twice \(0 hold and 0  hold\)"),
+        ({"plans": ["plan.txt"]}, "plans.0 = 'plan.txt': .*cannot be read"),
+        ({"plans": [None, "0 rate 50"]}, "plans.1 = '0 rate 50': .*beyond winch.max_rate = 5 m/s"),
+        ({"plans": ["0 hold, " * 40 + "9 hold"]}, "is not after that of the item before"),
+        ({"plans": "0 hold"}, "expected a list .* `plans: "),
+        ({"setpoints": ["hold", "hold"]}, r"setpoints has a value twice \(hold\)"),
+        ({"setpoints": [None, "hold"]}, r"setpoints has a value twice \(null and hold, which the scene has\)"),
+        ({"setpoints": ["hold", "foo"]}, r"setpoints\[1\] = 'foo' is none of its values .* Known: hold, simp"),
         ({"seeds": 3}, "nothing of flume is random"),
         ({"step": "sometimes"}, "neither chosen nor fixed"),
         ({"duration": -1.0}, "duration"),
@@ -179,6 +256,26 @@ def test_cases_are_the_product_in_a_fixed_order_with_samples_that_repeat():
 def test_a_sweep_that_cannot_be_made_is_refused(change, text):
     with pytest.raises(SweepError, match=text):
         checked({**SHORT, **change}, "here")
+
+
+def test_files_are_looked_for_beside_the_sweep_and_decide_its_rows(tmp_path):
+    (tmp_path / "up.txt").write_text("0 rate -0.01\n")
+    (tmp_path / "tow.csv").write_text("time_s,heave_m\n" + "".join(f"{k / 10},{k % 7 / 100}\n" for k in range(9)))
+    told = "sweep: one\nscene: flume\nduration: 0.5\nplans: [up.txt]\nmotions: [{bag: tow.csv}]\n"
+    (tmp_path / "s.yaml").write_text(told)
+    (case,) = cases_of(load_sweep(tmp_path / "s.yaml"))
+    assert case.winch == str(tmp_path / "up.txt") and case.motion.bag == str(tmp_path / "tow.csv")
+    (tmp_path / "up.txt").write_text("0 rate -0.02\n")
+    (other,) = cases_of(load_sweep(tmp_path / "s.yaml"))
+    assert other.key != case.key, "another plan is another row"
+    (tmp_path / "tow.csv").write_text("time_s,heave\n0,1\n")
+    with pytest.raises(SweepError, match=r"s.yaml: motions.0.bag = .*tow.csv: there is no column 'heave'"):
+        load_sweep(tmp_path / "s.yaml")
+
+
+def test_a_plan_that_only_some_cases_can_carry_out_is_no_reason_to_refuse_all():
+    plan = {"plans": ["0 rate 0.5"], "grid": {"winch.max_rate": [0.1, 1.0]}}
+    assert count_of(checked({**SHORT, **plan}, "here")) == 2
 
 
 def test_a_sweep_file_finds_the_scene_beside_it_and_names_its_lines(tmp_path):

@@ -25,6 +25,15 @@ ENTRIES = {  # of tables by free names, as examples
     "signals": "{source: PSXN23, field: heave}",
     "cases": "{length: 2.0, tension: 200.0, wind: 0.3}",
     "quantities": "{bias: 10.0}",
+    "ranges": "{low: 1.0, high: 2.0}",
+}
+LISTS = {"motions": "[{heave: [1, 8]}]"}  # of blocks, as examples
+VALUES = {  # of keys whose default or range is no example
+    "heave": "[1, 8]",
+    "plans": "['0 hold, 60 rate -0.5']",
+    "setpoints": "[hold]",
+    "figures": "[tension_max_n]",
+    "grid": "{winch.scope: [100, 200]}",
 }
 
 
@@ -61,6 +70,11 @@ def _text(item, path, field, owner, data, origin, lines, root) -> str:
         return unknown_key(where, path, value, [d.key for d in declared(root)], owner)
     if kind == "value_error":  # a validator of the scene: its text says what and how
         return f"{where}: {key} {str(item['msg']).removeprefix('Value error, ')}; {CONSEQUENCE}"
+    if field is None and kind in ("model_type", "dict_type") and path[0] in LISTS:
+        return (
+            f"{where}: {key} = {_show(value)} is {kind_of(value)}, expected a block of keys; {CONSEQUENCE}. "
+            f"Write for example `{path[0]}: {LISTS[path[0]]}`"
+        )
     if field is None and kind in ("model_type", "dict_type"):  # a free name: of a section or a body
         return (
             f"{where}: {key} = {_show(value)} is {kind_of(value)}, expected a block of keys; {CONSEQUENCE}. "
@@ -88,10 +102,11 @@ def _text(item, path, field, owner, data, origin, lines, root) -> str:
         )
     if kind == "enum":
         words = [member.value for member in _enum(field.annotation)]
-        near = difflib.get_close_matches(str(value).lower(), words, 1)
+        bad = item["input"]  # of a list one entry
+        near = difflib.get_close_matches(str(bad).lower(), words, 1)
         hint = f"did you mean {near[0]}? " if near else ""
         return (
-            f"{where}: {key} = {_show(value)} is none of its values ({about}); {CONSEQUENCE}. "
+            f"{where}: {dotted(item['loc'])} = {_show(bad)} is none of its values ({about}); {CONSEQUENCE}. "
             f"{hint.capitalize()}Known: {', '.join(words)}"
         )
     if str(value).lower() == "none" and type(None) in get_args(field.annotation):
@@ -99,7 +114,8 @@ def _text(item, path, field, owner, data, origin, lines, root) -> str:
             f"{where}: {key} = {_show(value)} is text, expected {wanted} ({about}); {CONSEQUENCE}. "
             f"None is written `{path[-1]}: null`, or the key is left out"
         )
-    text = _looks_like_number(value) or _odd_entry(value)
+    one = not any(get_origin(part) is tuple for part in (field.annotation, *get_args(field.annotation)))
+    text = (_looks_like_number(value) if one else "") or _odd_entry(value)
     hint = f"{text}. " if text else ""
     return (
         f"{where}: {key} = {_show(value)} is {kind_of(value)}, expected {wanted} ({about}); {CONSEQUENCE}. "
@@ -156,9 +172,9 @@ def _field(path: tuple, root: type[Block]):
     block: type[Block] | None = root
     owner, field, table = None, None, False
     for part in path:
-        if isinstance(part, int):  # component of a vector: the vector's own declaration
+        if isinstance(part, int) and not table:  # component of a vector: the vector's own declaration
             break
-        if table:  # a free name
+        if table:  # entry of a list of blocks, or a free name
             owner, field, table = None, None, False
             continue
         owner, field = block, (block.model_fields.get(part) if block else None)
@@ -167,9 +183,10 @@ def _field(path: tuple, root: type[Block]):
 
 
 def _enum(annotation):
-    return next(
-        part for part in (annotation, *get_args(annotation)) if isinstance(part, type) and issubclass(part, enum.Enum)
-    )
+    """The enum of an annotation, however deep: that of a list of words or nothing too."""
+    if isinstance(annotation, type) and issubclass(annotation, enum.Enum):
+        return annotation
+    return next((found for part in get_args(annotation) if (found := _enum(part))), None)
 
 
 def _wanted(field) -> str:
@@ -177,6 +194,8 @@ def _wanted(field) -> str:
     annotation, extra = field.annotation, field.json_schema_extra
     inner, table = block_of(annotation)
     if inner:
+        if get_origin(annotation) is list:
+            return "a list of blocks"
         return "a table of blocks by name" if table else "a block of keys"
     parts = get_args(annotation) if get_origin(annotation) in (Union, types.UnionType) else (annotation,)
     kinds = []
@@ -185,6 +204,8 @@ def _wanted(field) -> str:
             texts = str in get_args(part)
             many = "a list of texts" if texts else "a list of numbers"
             kinds.append(many if ... in get_args(part) else f"{len(get_args(part))} numbers")
+        elif get_origin(part) in (list, dict):
+            kinds.append("a list" if get_origin(part) is list else "a block of keys")
         elif isinstance(part, type) and issubclass(part, enum.Enum):
             kinds.append("one of " + ", ".join(member.value for member in part))
         else:
@@ -204,7 +225,11 @@ def _example(path: tuple, field) -> str:
     if inner:
         first = next(iter(inner.model_fields))
         body = f"{{{first}: {_plain(_sample(inner.model_fields[first]))}, ...}}"
+        if name in LISTS:
+            return f"{name}: {LISTS[name]}"
         return f"{name}: {{first: {body}}}" if table else f"{name}: {body}"
+    if name in VALUES:
+        return f"{name}: {VALUES[name]}"
     return f"{name}: {_plain(_sample(field))}"
 
 

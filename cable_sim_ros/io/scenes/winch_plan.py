@@ -100,7 +100,11 @@ class WinchPlan:
         if isinstance(given, WinchPlan):
             return given
         if isinstance(given, str) and (not given.strip() or re.match(r"\s*[-+.\d]\S*\s", given + " ")):
-            if not Path(given or " ").is_file():
+            try:
+                there = Path(given or " ").is_file()
+            except OSError:  # longer than a name can be
+                there = False
+            if not there:
                 return cls(given)
         return cls.read(given)
 
