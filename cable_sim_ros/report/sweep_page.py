@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from ..physics.parameter import Declared
 from ..plots.strips import LOOKS, WIDTH
 from ..plots.vector import svg
 from ..sim.flag_rules import DOUBTFUL, FAILED, OK
@@ -67,16 +68,18 @@ def write_sweep_page(
     command: Sequence[str] = (),
     notes: Sequence[str] = (),
     tables: Sequence[Table] = (),
+    doubts: Sequence[str] = (),
 ) -> Path:
     """Write the report of many runs and return its path.
 
     kind: what was done, under the title; command: words as typed; notes: what a reader must know; tables: what else was
-    found, as indices of a sensitivity or cells of an envelope. The same rows give the same bytes. Raises ReportError.
+    found, as indices of a sensitivity or cells of an envelope; doubts: why that is doubtful, whatever the runs are. The
+    same rows give the same bytes. Raises ReportError.
     """
     states = Counter(str(row["verdict"]) for row in many.rows)
-    state = FAILED if states[FAILED] else DOUBTFUL if len(many.rows) != states[OK] else OK
+    state = FAILED if states[FAILED] else DOUBTFUL if doubts or len(many.rows) != states[OK] else OK
     every = [
-        Section("verdict", "Verdict and its reasons", _reasons(many, notes)),
+        Section("verdict", "Verdict and its reasons", _reasons(many, notes, doubts)),
         Section("simulated", "What was simulated", _same(many, command)),
         Section("varied", "What was varied", _varied(many)),
         Section("found", "What was found", [*tables]),
@@ -89,23 +92,32 @@ def write_sweep_page(
         title=many.title,
         line=f"{kind}; {counted(len(many.rows), 'run')}; {counted(keys, 'key')} varied",
         state=state,
-        sentence=sentence(states, len(many.rows)),
+        sentence=sentence(states, len(many.rows), sum(bool(row.get("warnings")) for row in many.rows), bool(doubts)),
         beside=[],
         cards=_cards(many, states),
         sections=[section for section in every if section.parts],
     )
 
 
-def sentence(states: Mapping[str, int], count: int) -> str:
-    """The verdict in one sentence; states: runs by verdict."""
+def sentence(states: Mapping[str, int], count: int, warned: int = 0, doubts: bool = False) -> str:
+    """The verdict in one sentence; states: runs by verdict; warned: runs with a warning; doubts: of what was found."""
     failed, doubtful = states.get(FAILED, 0), states.get(DOUBTFUL, 0)
-    if not failed and not doubtful:
+    if warned and not failed and not doubtful and not doubts:
+        return (
+            f"{counted(count, 'run')} came to the end and no check objects, but {warned} of them warn. The warnings "
+            "stand below."
+        )
+    if not failed and not doubtful and not doubts:
         return f"{counted(count, 'run')} came to the end and no check objects: the figures can be taken as they are."
     said = []
     if failed:
         said.append(f"{failed} of {counted(count, 'run')} failed and have no figures")
     if doubtful:
         said.append(f"some figures of {doubtful} of {counted(count, 'run')} cannot be taken as they are")
+    if doubts:
+        said.append("some of what was found cannot be taken as it is")
+    if warned:
+        said.append(f"{warned} of {counted(count, 'run')} warn")
     return f"{'; '.join(said)}. The reasons stand below."
 
 
@@ -123,21 +135,29 @@ def _cards(many: Many, states: Mapping[str, int]) -> list[Card]:
     return cards
 
 
-def _reasons(many: Many, notes: Sequence[str]) -> list[Part]:
-    """Texts of failures and doubts with how often they came; no run is left out in silence."""
+def _reasons(many: Many, notes: Sequence[str], doubts: Sequence[str]) -> list[Part]:
+    """Texts of failures, doubts and warnings with how often they came; no run is left out in silence."""
     parts: list[Part] = []
+    if doubts:
+        shown = [(text,) for text in doubts[:MOST_REASONS]]
+        parts.append(Table("Why what was found is doubtful", ("reason",), shown))
+        if len(doubts) > MOST_REASONS:
+            parts.append(Text([f"{len(doubts) - MOST_REASONS} more reasons are not shown."]))
     for state, key, caption in (
         (FAILED, "error", "Why runs failed"),
         (DOUBTFUL, "reasons", "Why figures are doubtful"),
+        ("", "warnings", "What runs warn of"),
     ):
-        texts = Counter(str(row.get(key) or "no reason is known") for row in many.rows if row["verdict"] == state)
+        unknown = "no reason is known" if state else ""
+        mine = [row for row in many.rows if row["verdict"] == state or (not state and row.get(key))]
+        texts = Counter(str(row.get(key) or unknown) for row in mine)
         if not texts:
             continue
         rows = [(text, str(count), share(count / len(many.rows))) for text, count in texts.most_common(MOST_REASONS)]
         bad = range(len(rows)) if state == FAILED else ()
         parts.append(Table(caption, ("reason", "runs", "share"), rows, right=(1, 2), bad=bad))
         if len(texts) > MOST_REASONS:
-            parts.append(Text([f"{len(texts) - MOST_REASONS} rarer reasons are not shown."]))
+            parts.append(Text([f"{len(texts) - MOST_REASONS} rarer ones are not shown."]))
     if not parts:
         parts.append(Text(["Every tick of every run was checked. No check objected."]))
     return [*parts, *([Text(list(notes), note=True)] if notes else [])]
@@ -264,10 +284,14 @@ def _float(value: Any) -> float:
     return float(value) if isinstance(value, (int, float)) else float("nan")
 
 
+def declared_as(key: str) -> Declared | None:
+    """Declaration of a key of the scene, None for another name."""
+    table = next((one for one in TABLES if key.startswith(f"{one}.")), None)
+    return ITEMS.get(key if table is None else f"{table}.<name>.{key[len(table) + 1 :].partition('.')[2]}")
+
+
 def named(key: str) -> str:
     """A key of the scene with its unit; other names as they are."""
-    table = next((one for one in TABLES if key.startswith(f"{one}.")), None)
-    pattern = key if table is None else f"{table}.<name>.{key[len(table) + 1 :].partition('.')[2]}"
-    item = ITEMS.get(pattern)
+    item = declared_as(key)
     what = unit(item.unit) if item is not None else ""
     return f"{key} [{what}]" if what else key

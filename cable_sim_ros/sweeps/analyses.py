@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import json
 import sys
-from collections.abc import Sequence
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
@@ -13,7 +11,7 @@ import click
 from ..cli.report_option import said, typed
 from ..errors import CODE_DOUBTFUL, CODE_FAILED, CODE_OK
 from ..sim.flag_rules import OK
-from .command import bar, of_a_file, place_of, summary, tell_rows
+from .command import bar, of_a_file, place_of, replaced_by, replacing, stoppable, summary, tell_rows
 
 if TYPE_CHECKING:
     from .sweep import Swept
@@ -27,6 +25,7 @@ def envelope(file, out, workers, cluster, report, as_json) -> None:
     """Operating envelope of the sweep FILE: extremes of every cell over its seeds, and the rules it breaks."""
     from . import envelope as cells_of
     from .clusters import executors
+    from .figures import refuse_texts
     from .sweep import sweep
     from .sweep_file import load_sweep
 
@@ -35,8 +34,9 @@ def envelope(file, out, workers, cluster, report, as_json) -> None:
         raise cells_of.EnvelopeError(
             f"{file}: varies nothing by grid; nothing was simulated. Give sea, speed or scope in grid"
         )
+    refuse_texts(plan.figures, "extremes")
     folder = out or place_of(plan)
-    with executors(cluster, workers) as (make, count), bar(as_json) as progress:
+    with stoppable(folder), executors(cluster, workers) as (make, count), bar(as_json) as progress:
         swept = sweep(plan, folder, workers=count, make=make, progress=progress)
     cells = cells_of.envelope(swept)
     figures = {
@@ -48,16 +48,33 @@ def envelope(file, out, workers, cluster, report, as_json) -> None:
         "cpu_s": sum(row["cpu_s"] for row in swept.rows),
         "simulated_s": sum(row["simulated_s"] for row in swept.rows),
         **{name: summary(swept)[name] for name in ROWS},
+        "notes": cells_of.notes_of(cells),
+        "replaced": replaced_by(plan, folder / "envelope.json"),
         "cells": [cells_of.as_dict(cell) for cell in cells],
     }
     (folder / "envelope.json").write_text(json.dumps(figures, indent=1) + "\n", "utf-8")
     picture = cells_of.draw(plan.sweep, cells, folder / "envelope.png")
     if report is not None:
-        _report(swept, report, "envelope", cells_of.CAPTION, *cells_of.rows_of(cells))
+        from ..report.parts import Table
+        from .reported import write_report
+
+        found = Table(cells_of.CAPTION, *cells_of.rows_of(cells))
+        said(
+            write_report(
+                swept,
+                report,
+                typed(),
+                kind="envelope",
+                tables=[found],
+                notes=[*figures["notes"], *replacing(figures, folder)],
+            )
+        )
     if as_json:
         click.echo(json.dumps(figures, indent=1))
     else:
         cells_of.tell(swept, cells)
+        for note in replacing(figures, folder):
+            click.echo(f"warning: {note}", err=True)
         click.echo(f"figures:   {folder / 'envelope.json'}\npicture:   {picture}")
     _leave(swept, as_json)
 
@@ -72,14 +89,17 @@ def sensitivity(file, out, workers, cluster, report, as_json) -> None:
 
     plan = load_sweep(file)
     folder = out or place_of(plan)
-    with executors(cluster, workers) as (make, count), bar(as_json) as progress:
+    with stoppable(folder), executors(cluster, workers) as (make, count), bar(as_json) as progress:
         found = indices.sensitivity(plan, folder, workers=count, make=make, progress=progress)
     assert plan.samples is not None
     figures = {
         "sweep": plan.sweep,
         "runs": len(found.swept.rows),
+        "computed": found.swept.computed,
         "cpu_s": sum(row["cpu_s"] for row in found.swept.rows),
         **{name: summary(found.swept)[name] for name in ROWS},
+        "doubts": found.doubts,
+        "replaced": replaced_by(plan, folder / "sensitivity.json"),
         "ranges": {key: [one.low, one.high] for key, one in plan.samples.ranges.items()},
         "indices": [index._asdict() for index in found.indices],
         "constant": found.constant,
@@ -87,27 +107,31 @@ def sensitivity(file, out, workers, cluster, report, as_json) -> None:
     }
     (folder / "sensitivity.json").write_text(json.dumps(figures, indent=1) + "\n", "utf-8")
     if report is not None:
-        _report(found.swept, report, "sensitivity", indices.CAPTION, indices.HEAD, indices.rows_of(found))
+        from ..report.parts import Table
+        from .reported import write_report
+
+        shown = Table(indices.CAPTION, indices.HEAD, indices.rows_of(found))
+        notes = replacing(figures, folder)
+        said(
+            write_report(
+                found.swept, report, typed(), kind="sensitivity", tables=[shown], notes=notes, doubts=found.doubts
+            )
+        )
     if as_json:
         click.echo(json.dumps(figures, indent=1))
     else:
         indices.tell(found)
-    _leave(found.swept, as_json)
+        for note in replacing(figures, folder):
+            click.echo(f"warning: {note}", err=True)
+        click.echo(f"figures:   {folder / 'sensitivity.json'}")
+    _leave(found.swept, as_json, bool(found.doubts))
 
 
-def _leave(swept: Swept, as_json: bool) -> None:
-    """Say what is wrong with rows, and leave with the code of it: a run that failed is a part of the answer."""
+def _leave(swept: Swept, as_json: bool, doubts: bool = False) -> None:
+    """Say what is wrong with rows, and leave with the code of it: a run that failed is a part of the answer. doubts: of
+    what was made of the rows."""
     told = summary(swept)
     if not as_json:
         tell_rows(told)
-    doubtful = sum(told["verdicts"].values()) > told["verdicts"].get(OK, 0)
+    doubtful = doubts or sum(told["verdicts"].values()) > told["verdicts"].get(OK, 0)
     sys.exit(CODE_FAILED if swept.faults else CODE_DOUBTFUL if doubtful else CODE_OK)
-
-
-def _report(
-    swept: Swept, path: Path, kind: str, caption: str, head: Sequence[str], rows: Sequence[Sequence[str]]
-) -> None:
-    from ..report.parts import Table
-    from .reported import write_report
-
-    said(write_report(swept, path, typed(), kind=kind, tables=[Table(caption, head, rows)]))

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from ..cli.report_option import report_option, said, typed
-from ..errors import CODE_DOUBTFUL, CODE_FAILED, CODE_OK
+from ..errors import CODE_DOUBTFUL, CODE_FAILED, CODE_OK, RunError
 
 if TYPE_CHECKING:
     from .sweep import Swept
@@ -28,7 +28,8 @@ OF_A_FILE = (  # what every command on a sweep FILE takes
     click.option(
         "--out",
         type=click.Path(file_okay=False, path_type=Path),
-        help="Folder for rows and tables. Default: runs/sweep_<name>. Rows that it has are not computed again.",
+        help="Folder for rows and tables. Default: runs/sweep_<name>. Rows that it has are not computed again; the "
+        "tables of another sweep there are replaced.",
     ),
     WORKERS,
     click.option(
@@ -39,6 +40,10 @@ OF_A_FILE = (  # what every command on a sweep FILE takes
     report_option,
     click.option("--json", "as_json", is_flag=True, help="Print the figures as JSON, nothing else."),
 )
+
+
+class Stopped(RunError):
+    """A command that was ended by Ctrl-C."""
 
 
 def of_a_file(function: Callable) -> Callable:
@@ -67,22 +72,23 @@ def sweep(file, out, workers, cluster, dry_run, report, as_json) -> None:
     plan = load_sweep(file)
     folder = out or place_of(plan)
     if dry_run:
-        keys, there = [case.key for case in cases_of(plan)], Store(folder).rows
+        keys, there = [case.key for case in cases_of(plan)], Store(folder, look=True).rows
         click.echo(f"{len(keys)} cases, {sum(key not in there for key in keys)} of them new")
         return
-    with executors(cluster, workers) as (make, count), bar(as_json) as progress:
+    with stoppable(folder), executors(cluster, workers) as (make, count), bar(as_json) as progress:
         swept = run_sweep(plan, folder, workers=count, make=make, progress=progress)
+    replaced = replaced_by(plan, folder / "sweep.json")
     paths = write(swept, folder)
-    figures = summary(swept) | {"files": [str(path) for path in paths]}
+    figures = summary(swept) | {"replaced": replaced, "files": [str(path) for path in paths]}
     (folder / "sweep.json").write_text(json.dumps(figures, indent=1) + "\n", "utf-8")
     if report is not None:
         from .reported import write_report
 
-        said(write_report(swept, report, typed()))
+        said(write_report(swept, report, typed(), notes=replacing(figures, folder)))
     if as_json:
         click.echo(json.dumps(figures, indent=1))
     else:
-        _tell(figures)
+        _tell(figures, replacing(figures, folder))
     sys.exit(figures["exit_code"])
 
 
@@ -112,7 +118,44 @@ def summary(swept: Swept) -> dict[str, Any]:
     }
 
 
-def _tell(figures: dict[str, Any]) -> None:
+def replaced_by(plan: SweepPlan, path: Path) -> str | None:
+    """Name of another sweep, whose figures are in a file that those of this one will replace."""
+    try:
+        before = json.loads(path.read_text("utf-8"))["sweep"]
+    except (OSError, ValueError, KeyError, TypeError):
+        return None
+    return str(before) if before != plan.sweep else None
+
+
+def replacing(figures: dict[str, Any], folder: Path) -> list[str]:
+    """What is said where the tables of another sweep were replaced; figures: with `replaced`."""
+    before = figures["replaced"]
+    if before is None:
+        return []
+    return [
+        f"{folder} had the tables of another sweep, '{before}': those of '{figures['sweep']}' replace them. The rows "
+        f"of both are kept: its own file makes its tables again, with another --out beside these"
+    ]
+
+
+@contextmanager
+def stoppable(folder: Path | None) -> Iterator[None]:
+    """Say at Ctrl-C what is kept; folder: of the rows, None: they are nowhere."""
+    try:
+        yield
+    except KeyboardInterrupt:
+        from .store import Store
+
+        if folder is None:
+            raise Stopped("stopped by Ctrl-C: nothing is kept without --out DIR") from None
+        count = len(Store(folder, look=True).rows)
+        raise Stopped(
+            f"stopped by Ctrl-C: {count} rows are kept in {folder / 'rows'}, those in hand are lost. The same command "
+            "goes on with the others"
+        ) from None
+
+
+def _tell(figures: dict[str, Any], notes: list[str]) -> None:
     states = ", ".join(f"{count} {state}" for state, count in sorted(figures["verdicts"].items()))
     click.echo(f"{figures['sweep']}: {figures['cases']} cases ({states}), {figures['computed']} computed now")
     if figures["computed"]:
@@ -123,6 +166,8 @@ def _tell(figures: dict[str, Any]) -> None:
     tell_rows(figures)
     for name in figures["damaged_parts"]:
         click.echo(f"warning: rows/{name} cannot be read: set aside, its cases were computed again", err=True)
+    for note in notes:
+        click.echo(f"warning: {note}", err=True)
     for path in figures["files"]:
         click.echo(f"table:     {path}")
 

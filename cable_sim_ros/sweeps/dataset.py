@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import json
+import secrets
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..report.sweep_page import declared_as
 from ..version import __version__
 from .figures import MEANINGS, RULE, unit_of
 from .store import EXTRA, StoreError
@@ -41,7 +43,7 @@ def dataset(swept: Swept) -> xarray.Dataset:
     rows, rules = swept.rows, rule_units(swept)
     made = xarray.Dataset(coords={"case": ("case", np.arange(len(rows)), {"long_name": "number of the case"})})
     for key in dict.fromkeys(key for case in swept.cases for key in case.varied):
-        made = made.assign_coords({key: ("case", _column([case.varied[key] for case in swept.cases]))})
+        made = made.assign_coords({key: ("case", _column([case.varied[key] for case in swept.cases]), _about(key))})
     for name in names_of(swept):
         values = [row.get(name, np.nan) for row in rows]
         meaning = MEANINGS.get(name, f"rule on watch: {name.removeprefix(RULE)}")
@@ -63,15 +65,35 @@ def dataset(swept: Swept) -> xarray.Dataset:
 
 
 def write(swept: Swept, folder: Path) -> list[Path]:
-    """`sweep.nc`, and `sweep.csv` with one header line; answers their paths."""
+    """`sweep.nc`, and `sweep.csv` with one header line, each whole or not at all; answers their paths."""
     whole = dataset(swept)
-    paths = [folder / "sweep.nc", folder / "sweep.csv"]
+    paths, own = [folder / "sweep.nc", folder / "sweep.csv"], f".{secrets.token_hex(4)}.writing"
+    made = [path.with_name(path.name + own) for path in paths]  # another sweep may be writing here
     try:
-        whole.to_netcdf(paths[0], engine="h5netcdf")
-        whole.to_dataframe().to_csv(paths[1], index_label="case")
+        whole.to_netcdf(made[0], engine="h5netcdf")
+        whole.to_dataframe().to_csv(made[1], index_label="case")
+        for new, path in zip(made, paths, strict=True):
+            new.replace(path)
     except OSError as error:
-        raise StoreError(f"{folder}: cannot be written ({error.strerror}); the rows are kept in rows/") from None
+        for new in made:
+            new.unlink(missing_ok=True)
+        why = f" ({error.strerror})" if error.strerror else ""  # none: words of the HDF5 library for its makers
+        raise StoreError(
+            f"{folder}: sweep.nc and sweep.csv cannot be written{why}; the rows are kept in {folder / 'rows'}. Another "
+            "sweep may be writing there: wait until it has ended, or make room, and start the same command again, or "
+            "give another --out"
+        ) from None
     return paths
+
+
+def _about(key: str) -> dict[str, str]:
+    """Attributes of what was varied: unit and meaning of a key of the scene."""
+    if key == "seed":
+        return {"units": "1", "long_name": "seed of waves, turbulence and instruments"}
+    item = declared_as(key)
+    if item is None:
+        return {}
+    return {"units": item.unit, "long_name": item.doc} if item.unit else {"long_name": item.doc}
 
 
 def _column(values: list[Any]) -> np.ndarray:

@@ -27,25 +27,28 @@ from .figures import BROKEN, RULE
 from .sweep import Swept
 
 LEVEL, ONCE_IN = 0.95, 20
-CAPTION = f"mean of the extreme over the seeds (once in {ONCE_IN} runs)"
+FEWEST = 5  # seeds for what is passed once in ONCE_IN runs: the deviation of fewer is not known
+CAPTION = f"extremes of each run: mean of the seeds (95 % interval), worst of any run, passed once in {ONCE_IN} runs"
 SEED = "seed"
 EXTREMES = (  # figure, its end, words
-    ("tension_max_n", 1.0, "most tension"),
+    ("tension_max_n", 1.0, "largest tension"),
     ("tension_min_n", -1.0, "least tension"),
     ("body_depth_max_m", 1.0, "largest depth"),
     ("body_depth_min_m", -1.0, "least depth"),
-    ("winch_pull_max_n", 1.0, "most drum tension"),
-    ("winch_rate_max_m_s", 1.0, "most rate of pay-out"),
-    ("winch_power_max_w", 1.0, "most power of the winch"),
-    ("contact_resultant_max_n", 1.0, "most load of the sheave"),
+    ("winch_pull_max_n", 1.0, "largest drum tension"),
+    ("winch_rate_max_m_s", 1.0, "largest rate of pay-out"),
+    ("winch_power_max_w", 1.0, "largest power of the winch"),
+    ("contact_resultant_max_n", 1.0, "largest load of the sheave"),
 )
 KEPT = "allowed"
-PANELS = (
+PANELS = (  # figure, title
     (KEPT, "runs within the rules"),
-    ("tension_max_n", "most tension [N]"),
-    ("tension_min_n", "least tension [N]"),
-    ("body_depth_min_m", "least depth [m]"),
+    ("tension_max_n", "largest tension [N]\nmean of the seeds"),
+    ("tension_min_n", "least tension [N]\nmean of the seeds"),
+    ("body_depth_min_m", "least depth [m]\nmean of the seeds"),
 )
+WIDE = 180  # characters of a table in a file or a pipe
+MISSING = "#d9dde1"
 LINES = 6  # of panels in the picture
 
 
@@ -54,7 +57,8 @@ class EnvelopeError(CableSimError, ValueError):
 
 
 class Extreme(NamedTuple):
-    """Over the seeds of a cell: mean, its interval, worst, what is passed once in ONCE_IN runs; NaN: of one seed."""
+    """Of a figure that is the extreme of a run, over the seeds of a cell: mean, its interval, the worst of any run,
+    what is passed once in ONCE_IN runs; NaN: of one seed, the last of fewer than FEWEST."""
 
     mean: float
     low: float
@@ -73,7 +77,8 @@ class Share(NamedTuple):
 
 
 class Cell(NamedTuple):
-    """varied: by key; failed, doubtful: runs without figures, and runs whose figures are doubtful."""
+    """varied: by key; failed, doubtful: runs without figures, and runs whose figures are doubtful; rules: on watch, by
+    name; within: runs that broke none of them, None: none is on watch, or nothing ran."""
 
     varied: dict[str, Any]
     runs: int
@@ -81,11 +86,18 @@ class Cell(NamedTuple):
     doubtful: int
     extremes: dict[str, Extreme]
     rules: dict[str, Share]
+    within: int | None = None
 
     @property
-    def allowed(self) -> bool:
-        """No run of it failed or broke a rule; whether it was right to be sure of that says the interval."""
-        return not self.failed and not any(share.broken for share in self.rules.values())
+    def allowed(self) -> bool | None:
+        """No run of it failed or broke a rule; whether it was right to be sure of that says the interval. None: no rule
+        was on watch."""
+        return None if self.within is None else self.within == self.runs
+
+    @property
+    def ran(self) -> int:
+        """Runs that have figures."""
+        return self.runs - self.failed
 
 
 def extreme_of(values: np.ndarray, end: float) -> Extreme:
@@ -96,6 +108,8 @@ def extreme_of(values: np.ndarray, end: float) -> Extreme:
         return Extreme(mean, np.nan, np.nan, worst, np.nan)
     deviation = float(values.std(ddof=1))
     half = float(student.ppf(0.5 + 0.5 * LEVEL, n - 1)) * deviation / sqrt(n)
+    if n < FEWEST:
+        return Extreme(mean, mean - half, mean + half, worst, np.nan)
     reduced = -log(-log(1.0 - 1.0 / ONCE_IN))
     rare = mean + end * sqrt(6.0) / pi * deviation * (reduced - float(np.euler_gamma))
     return Extreme(mean, mean - half, mean + half, worst, rare)
@@ -126,7 +140,8 @@ def _cell(varied: dict[str, Any], rows: list[dict[str, Any]], rules: list[str]) 
             word = name.removeprefix(RULE).removesuffix(BROKEN)
             shares[word] = Share(sum(broken), len(broken), float(interval.low), float(interval.high))
     doubtful = sum(row["verdict"] == "doubtful" for row in rows)
-    return Cell(varied, len(rows), len(rows) - len(whole), doubtful, extremes, shares)
+    within = sum(not any(row.get(name) for name in rules) for row in whole) if shares else None
+    return Cell(varied, len(rows), len(rows) - len(whole), doubtful, extremes, shares, within)
 
 
 def as_dict(cell: Cell) -> dict[str, Any]:
@@ -137,26 +152,55 @@ def as_dict(cell: Cell) -> dict[str, Any]:
         "failed": cell.failed,
         "doubtful": cell.doubtful,
         "allowed": cell.allowed,
+        "within": cell.within,
         "extremes": {
             name: {key: None if np.isnan(value) else value for key, value in one._asdict().items()}
             for name, one in cell.extremes.items()
         },
-        "rules": {name: share._asdict() for name, share in cell.rules.items()},
+        "rules": {name: share._asdict() for name, share in cell.rules.items()} or None,
     }
 
 
+def watched(cells: list[Cell]) -> bool:
+    """Is any rule on watch?"""
+    return any(cell.rules for cell in cells)
+
+
+def notes_of(cells: list[Cell]) -> list[str]:
+    """What a reader of the cells must know."""
+    notes = []
+    if not watched(cells) and any(cell.ran for cell in cells):
+        notes.append(
+            "The scene has no rules on watch: nothing is said of what is allowed. Set rules.set and thresholds, see "
+            "docs/rules.md"
+        )
+    few = sorted({cell.ran for cell in cells if 0 < cell.ran < FEWEST})
+    if few:
+        notes.append(
+            f"What one run in {ONCE_IN} passes is not given from fewer than {FEWEST} runs, here "
+            f"{' and '.join(map(str, few))} of a cell: give seeds: {FEWEST} or more"
+        )
+    return notes
+
+
 def rows_of(cells: list[Cell]) -> tuple[list[str], list[list[str]]]:
-    """Heads and rows of the table of the cells."""
-    head = [*cells[0].varied, "runs", "most tension [N]", "least tension [N]", "depth [m]", "rules broken"]
+    """Heads and rows of the table of the cells: columns for what is there."""
+    rules, bad = watched(cells), any(cell.failed or cell.doubtful for cell in cells)
+    head = [*map(named, cells[0].varied), "runs"]
+    for words in ("largest", "least"):
+        head += [f"{words} tension, mean [N]", "worst", f"once in {ONCE_IN}"]
+    head += ["depth of all runs [m]", *(["rules broken"] if rules else []), *(["not ok"] if bad else [])]
     rows = []
     for cell in cells:
         broken = ", ".join(f"{name} {s.broken}/{s.runs}" for name, s in cell.rules.items() if s.broken)
-        bad = [f"{n} {word}" for n, word in ((cell.failed, "failed"), (cell.doubtful, "doubtful")) if n]
-        ends = [_text(cell.extremes.get(f"tension_{end}_n")) for end in ("max", "min")]
+        odd = [f"{n} {word}" for n, word in ((cell.doubtful, "doubtful"), (cell.failed, "failed")) if n]
+        ends = [text for end in ("max", "min") for text in _texts(cell.extremes.get(f"tension_{end}_n"))]
         depth = [cell.extremes.get(f"body_depth_{end}_m") for end in ("min", "max")]
         band = " to ".join("-" if one is None else f"{one.worst:.1f}" for one in depth)
         values = [f"{v:g}" if isinstance(v, int | float) else str(v) for v in cell.varied.values()]
-        rows.append([*values, str(cell.runs), *ends, band, "; ".join(filter(None, (broken, *bad))) or "none"])
+        row = [*values, str(cell.runs), *ends, "-" if band == "- to -" else band]
+        row += [(broken or "none") if cell.rules else "-"] if rules else []
+        rows.append(row + (["; ".join(odd) or "none"] if bad else []))
     return head, rows
 
 
@@ -166,27 +210,36 @@ def tell(swept: Swept, cells: list[Cell]) -> None:
     from rich.markup import escape
     from rich.table import Table
 
-    shown = Table(title=escape(f"{swept.plan.sweep}: {CAPTION}"))
-    shown.title_justify = "left"
+    shown = Table(title=escape(f"{swept.plan.sweep}: {CAPTION}"), title_justify="left")
     head, rows = rows_of(cells)
     for name in head:
-        shown.add_column(escape(name), justify="right")
+        key = name.partition(" ")[0] in cells[0].varied  # a key breaks at its dots alone
+        shown.add_column(escape(name.replace(".", ".\n") if key else name), justify="right", no_wrap=key)
     for row in rows:
         shown.add_row(*row)
-    Console(width=None if sys.stdout.isatty() else 140).print(shown)
+    Console(width=None if sys.stdout.isatty() else WIDE).print(shown)
     click.echo(
         f"{len(swept.rows)} runs, {swept.computed} computed now in {swept.wall:.1f} s of wall time on {swept.workers} "
         f"workers"
     )
+    for note in notes_of(cells):
+        click.echo(f"note: {note}")
 
 
-def _text(one: Extreme | None) -> str:
-    return "-" if one is None else f"{one.mean:.0f}" + ("" if np.isnan(one.rare) else f" ({one.rare:.0f})")
+def _texts(one: Extreme | None) -> list[str]:
+    """Mean with its interval, worst and what is passed once in ONCE_IN runs, "-" for what there is not."""
+    if one is None:
+        return ["-"] * 3
+    interval = "" if np.isnan(one.low) else f" ({one.low:.0f} to {one.high:.0f})"
+    return [f"{one.mean:.0f}{interval}", f"{one.worst:.0f}", "-" if np.isnan(one.rare) else f"{one.rare:.0f}"]
 
 
 def draw(title: str, cells: list[Cell], path: Path) -> Path:
     """Runs within the rules, tensions and depth over the first two keys that vary, a line of panels for each value of a
-    third, LINES at most; of others the first value. The heading says what is left out."""
+    third, LINES at most; of others the first value. The heading says what is left out, and how cells are drawn in which
+    nothing ran."""
+    from matplotlib.patches import Patch
+
     from ..plots.canvas import canvas
 
     keys = [key for key in cells[0].varied if len({str(cell.varied[key]) for cell in cells}) > 1]
@@ -197,10 +250,12 @@ def draw(title: str, cells: list[Cell], path: Path) -> Path:
     lines = every[:LINES]
     less = f", the first {LINES} of {len(every)} values of {third}" if len(every) > LINES else ""
     heading = f"{title}{''.join(f', {key} = {value}' for key, value in rest.items())}{less}"
-    size = (16.0, 1.6 + 3.2 * len(lines))
+    panels = PANELS if watched(cells) else PANELS[1:]
+    empty, many = any(not cell.ran for cell in kept), any(cell.runs > 1 for cell in kept)
+    size = (4.0 * len(panels), 1.6 + 3.2 * len(lines) + 0.3 * empty)
     with canvas(path, size, heading, "`cable-sim envelope`: docs/sweeps.md") as figure:
-        grid = figure.subplots(len(lines), len(PANELS), squeeze=False, sharex=True, sharey=True)
-        for k, (name, words) in enumerate(PANELS):
+        grid = figure.subplots(len(lines), len(panels), squeeze=False, sharex=True, sharey=True)
+        for k, (name, words) in enumerate(panels):
             known = [value for cell in kept if np.isfinite(value := _value(cell, name))]
             ends = (0.0, 1.0) if name == KEPT or not known else (min(known), max(known))
             for axes, line in zip(grid[:, k], lines):
@@ -208,23 +263,31 @@ def draw(title: str, cells: list[Cell], path: Path) -> Path:
                 axes.set_ylabel(
                     (f"{named(third)} = {line}\n\n" if third and k == 0 else "") + (named(y) if k == 0 else "")
                 )
-            grid[0, k].set_title(words)
+            grid[0, k].set_title(words if many else words.partition("\n")[0], size=12)
             grid[-1, k].set_xlabel(named(x))
+        if empty:
+            patch = Patch(facecolor=MISSING, edgecolor="white", hatch="///", label="no run came to its end")
+            figure.legend(handles=[patch], loc="outside lower left")
     return path
 
 
 def _panel(axes: Any, cells: list[Cell], name: str, keys: tuple[str, str], ends: tuple[float, float]) -> None:
     """One map of a figure over two keys, a number a cell; ends: of the colours, the same for all maps of a figure."""
+    from matplotlib.patches import Rectangle
+
     xs, ys = (list(dict.fromkeys(cell.varied.get(key, "") for cell in cells)) for key in keys)
     grid = np.full((len(ys), len(xs)), np.nan)
     for cell in cells:
-        grid[ys.index(cell.varied.get(keys[1], "")), xs.index(cell.varied.get(keys[0], ""))] = _value(cell, name)
+        i, j = xs.index(cell.varied.get(keys[0], "")), ys.index(cell.varied.get(keys[1], ""))
+        grid[j, i] = _value(cell, name)
+        if not cell.ran:
+            axes.add_patch(Rectangle((i - 0.5, j - 0.5), 1, 1, facecolor=MISSING, edgecolor="white", hatch="///"))
     image = axes.imshow(grid, origin="lower", aspect="auto", cmap="cividis", vmin=ends[0], vmax=ends[1])
     for (j, i), value in np.ndenumerate(grid):
         color = "white" if np.isfinite(value) and image.norm(value) < 0.5 else "black"
         axes.text(i, j, _shown(value, name), ha="center", va="center", color=color)
-    axes.set_xticks(range(len(xs)), [str(value) for value in xs])
-    axes.set_yticks(range(len(ys)), [str(value) for value in ys])
+    axes.set_xticks(range(len(xs)), [f"{value:g}" if isinstance(value, float) else str(value) for value in xs])
+    axes.set_yticks(range(len(ys)), [f"{value:g}" if isinstance(value, float) else str(value) for value in ys])
     axes.grid(False)
 
 
@@ -236,6 +299,5 @@ def _shown(value: float, name: str) -> str:
 
 def _value(cell: Cell, name: str) -> float:
     if name == KEPT:
-        broken = max((share.broken for share in cell.rules.values()), default=0)
-        return 1.0 - (broken + cell.failed) / cell.runs
+        return np.nan if cell.within is None else cell.within / cell.runs  # a run that failed is not within
     return cell.extremes[name].mean if name in cell.extremes else np.nan

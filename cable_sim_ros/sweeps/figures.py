@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from types import MappingProxyType
 from typing import Any
 
+from ..errors import CableSimError
 from ..runs.metrics import METRICS
 from ..runs.summary import SUMMARY
 
@@ -20,6 +21,20 @@ NO_NUMBERS = frozenset(  # figures of a run that are texts, vectors or counts by
     name for name, unit, _ in METRICS if not unit
 ) | {"body_position_m", "flags", "winch_modes", "motion_refused", "commands_refused", "commands_limited", "residuals"}
 IN_EVERY_ROW = ("verdict", "flags")  # whatever figures are asked for
+
+
+class FigureError(CableSimError, ValueError):
+    """A figure that cannot be computed with."""
+
+
+def refuse_texts(figures: Iterable[str], what: str) -> None:
+    """Raise FigureError where one of the figures of a plan is no number; what: would be computed of them."""
+    for name in figures:
+        if name in NO_NUMBERS:
+            raise FigureError(
+                f"figures names '{name}', which is no number and has no {what}; nothing was simulated. Leave it out: "
+                "verdict and flags are in every row"
+            )
 
 
 def numbers_of(metrics: Mapping[str, Any]) -> dict[str, float]:

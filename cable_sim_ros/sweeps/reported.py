@@ -15,10 +15,18 @@ from .sweep_file import SweepPlan
 
 
 def write_report(
-    swept: Swept, path: Path, command: Sequence[str] = (), *, kind: str = "sweep", tables: Sequence[Table] = ()
+    swept: Swept,
+    path: Path,
+    command: Sequence[str] = (),
+    *,
+    kind: str = "sweep",
+    tables: Sequence[Table] = (),
+    notes: Sequence[str] = (),
+    doubts: Sequence[str] = (),
 ) -> Path:
     """Write the report of a sweep and return its path; kind: what it is, as table or envelope; tables: what else was
-    found. Raises ReportError."""
+    found; notes: what a reader must know; doubts: why what was found is doubtful, beside its runs. Raises
+    ReportError."""
     names, rules = names_of(swept), rule_units(swept)
     many = Many(
         swept.plan.sweep,
@@ -28,8 +36,8 @@ def write_report(
         {name: MEANINGS.get(name, f"rule on watch: {name.removeprefix(RULE)}").replace("`", "") for name in names},
     )
     many = many._replace(same=_same(swept.plan))
-    notes = [f"Rows in {name} could not be read: their cases were computed again." for name in swept.damaged]
-    return write_sweep_page(many, path, kind=kind, command=command, notes=notes, tables=tables)
+    notes = [f"Rows in {name} could not be read: their cases were computed again." for name in swept.damaged] + [*notes]
+    return write_sweep_page(many, path, kind=kind, command=command, notes=notes, tables=tables, doubts=doubts)
 
 
 def _same(plan: SweepPlan) -> list[tuple[str, str]]:

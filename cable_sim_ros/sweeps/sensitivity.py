@@ -16,12 +16,15 @@ from scipy.stats import qmc, sobol_indices
 
 from ..errors import CableSimError
 from .cases import RNG, within
+from .figures import refuse_texts
 from .sweep import Progress, Swept, sweep
-from .sweep_file import SweepPlan
+from .sweep_file import Method, SweepPlan
 
 RESAMPLES, LEVEL = 400, 0.95
 CAPTION = "Share of the variance: alone (first order), with all others (total); 95 % intervals"
 HEAD = ("figure", "key", "first", "interval", "total", "interval")
+LEAST = 16  # points; of fewer a bootstrap is no interval
+WIDEST = 1.0  # of an interval: an index is a share
 NOTHING = 1e-12  # of the mean: a figure that varies by less has no indices
 
 
@@ -43,12 +46,14 @@ class Index(NamedTuple):
 
 
 class Sensitivity(NamedTuple):
-    """Indices; figures that do not vary; mean and standard deviation of each figure over the ranges; the runs."""
+    """Indices; figures that do not vary; mean and standard deviation of each figure over the ranges; the runs; doubts:
+    which of the indices are none, in words."""
 
     indices: list[Index]
     constant: list[str]
     spread: dict[str, tuple[float, float]]
     swept: Swept
+    doubts: list[str]
 
 
 def points(plan: SweepPlan) -> list[dict[str, float]]:
@@ -63,6 +68,16 @@ def points(plan: SweepPlan) -> list[dict[str, float]]:
         raise SensitivityError(
             f"{plan.sweep}: varies by grid, motions, plans, setpoints or seeds as well; nothing was simulated. Indices "
             "are of one tow: leave those out"
+        )
+    if samples.method is not Method.SOBOL:
+        raise SensitivityError(
+            f"{plan.sweep}: samples.method = {samples.method.value} does not serve here, the scheme has its own points "
+            "(sobol); nothing was simulated. Leave samples.method out"
+        )
+    if samples.count < LEAST:
+        raise SensitivityError(
+            f"{plan.sweep}: samples.count = {samples.count} is below {LEAST}: intervals of so few points say nothing; "
+            f"nothing was simulated. Give {LEAST} or more, better 64: {len(samples.ranges) + 2} runs each"
         )
     if samples.count & (samples.count - 1):
         raise SensitivityError(
@@ -92,6 +107,7 @@ def sensitivity(
 
     Raises SensitivityError where a run failed: its figure is not known, and no index is computed without it.
     """
+    refuse_texts(plan.figures, "indices")
     swept = sweep(plan, out, workers=workers, make=make, drawn=points(plan), progress=progress)
     failed = [(case, row) for case, row in zip(swept.cases, swept.rows) if row["verdict"] == "failed"]
     if failed:
@@ -114,7 +130,30 @@ def sensitivity(
             constant.append(name)
             continue
         indices += indices_of(name, keys, values, plan.samples.seed)
-    return Sensitivity(indices, constant, spread, swept)
+    return Sensitivity(indices, constant, spread, swept, doubts_of(indices))
+
+
+def doubts_of(indices: list[Index]) -> list[str]:
+    """Why indices are none: a share of the variance is from 0 to 1, and an interval wider than that says nothing."""
+    found = []
+    for one in indices:
+        for order, value, low, high in (
+            ("first", one.first, one.first_low, one.first_high),
+            ("total", one.total, one.total_low, one.total_high),
+        ):
+            if not np.isfinite([value, low, high]).all():
+                why = "is no number"
+            elif low > 1.0 or high < 0.0:
+                why = "lies outside [0, 1]"
+            elif high - low > WIDEST:
+                why = f"has an interval {high - low:.2g} wide, above {WIDEST:g}"
+            else:
+                continue
+            found.append(
+                f"{order} index of {one.figure} on {one.key} = {value:.2f} ({low:.2f} to {high:.2f}) {why}. Give a "
+                "larger samples.count, or narrower ranges"
+            )
+    return found
 
 
 def indices_of(figure: str, keys: list[str], values: np.ndarray, seed: int) -> list[Index]:
@@ -165,3 +204,10 @@ def tell(found: Sensitivity) -> None:
     Console(width=None if sys.stdout.isatty() else 120).print(shown)
     for name in found.constant:
         click.echo(f"{name}: does not vary over these ranges")
+    swept = found.swept
+    click.echo(
+        f"{len(swept.rows)} runs, {swept.computed} computed now in {swept.wall:.1f} s of wall time on {swept.workers} "
+        f"workers"
+    )
+    for text in found.doubts:
+        click.echo(f"doubtful: {text}", err=True)

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from ..errors import CODE_DOUBTFUL, CODE_FAILED, CODE_OK, CableSimError
-from .command import WORKERS
+from .command import WORKERS, stoppable
 
 if TYPE_CHECKING:
     from .sweep import Swept
@@ -77,7 +77,7 @@ def table(scene, scope, speed, vary, settings, out, workers, as_json) -> None:
         grid[key] = values_of(values, f"--vary {key}")
     named = str(Path(scene)) if Path(scene).is_file() else scene
     plan = checked({"sweep": f"table of {base.name}", "scene": named, "settings": given, "grid": grid}, "the table")
-    with tempfile.TemporaryDirectory(prefix="cable_sim_table_") as scratch:
+    with stoppable(out), tempfile.TemporaryDirectory(prefix="cable_sim_table_") as scratch:
         swept = sweep(plan, out if out is not None else scratch, workers=workers)
     figures = [
         {**case.varied, **{name: row.get(name) for name, *_ in SHOWN}, "verdict": row["verdict"], "error": row["error"]}

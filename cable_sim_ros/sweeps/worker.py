@@ -9,7 +9,7 @@ from __future__ import annotations
 import time
 import warnings
 from functools import lru_cache
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from ..errors import CableSimError
 from ..sim.flag_rules import FAILED
@@ -17,6 +17,10 @@ from .cases import Case
 from .figures import OWN, RULE, numbers_of
 from .sweep_file import seeds_of
 
+if TYPE_CHECKING:
+    from ..runs.result import Run
+
+CUT = 2.5  # ticks; a motion that is shorter than duration by more ended the run
 COSTS = ("cpu_s", "simulated_s")  # cpu_s: of the machine; left out of comparisons
 
 
@@ -69,6 +73,13 @@ def _run(case: Case) -> dict[str, Any]:
     numbers = numbers_of(result.metrics)
     if len(result.frames):
         numbers[OWN[0]] = float(after_start(result.frames, result.metrics["skip_s"])[0]["contact_resultant"].min())
+    lasted = float(result.metrics.get("duration_s") or 0.0)
+    if case.duration and not result.problem and case.duration - lasted > CUT * _tick(result):
+        warnings.warn(
+            f"duration = {case.duration:g} s is longer than the motion: {lasted:.4g} s were simulated, and the figures "
+            "are of these",
+            stacklevel=2,
+        )
     rules = {rule["rule"]: rule["unit"] for rule in (result.metrics.get("rules") or {}).get("rules", ())}
     kept = {
         name: numbers[name] for name in numbers if not case.figures or name in case.figures or name.startswith(RULE)
@@ -79,8 +90,12 @@ def _run(case: Case) -> dict[str, Any]:
         "verdict": result.verdict.state,
         "reasons": "; ".join(str(reason) for reason in result.verdict.reasons),
         "error": result.problem,
-        "simulated_s": float(result.metrics.get("duration_s") or 0.0),
+        "simulated_s": lasted,
     }
+
+
+def _tick(result: Run) -> float:
+    return 0.0 if result.scene is None else result.scene.solver.tick
 
 
 @lru_cache(maxsize=8)

@@ -1,15 +1,18 @@
 """Sobol indices: those of Ishigami's function, and what the command refuses."""
 
+import re
+
 import numpy as np
 import pytest
 
-from cable_sim_ros.sweeps.sensitivity import SensitivityError, indices_of, points
-from cable_sim_ros.sweeps.sweep_file import checked
+from cable_sim_ros.errors import CableSimError
+from cable_sim_ros.sweeps.sensitivity import Index, SensitivityError, doubts_of, indices_of, points, sensitivity
+from cable_sim_ros.sweeps.sweep_file import Method, checked
 
 PLAN = {
     "sweep": "two",
     "scene": "flume",
-    "samples": {"count": 8, "ranges": {"cable.axial_stiffness": {"low": 150.0, "high": 300.0}}},
+    "samples": {"count": 16, "ranges": {"cable.axial_stiffness": {"low": 150.0, "high": 300.0}}},
 }
 
 
@@ -24,7 +27,7 @@ def test_indices_of_ishigami():
     from cable_sim_ros.sweeps.sweep_file import Range
 
     ranges = {name: Range(low=-np.pi, high=np.pi) for name in "abc"}
-    samples = SimpleNamespace(ranges=ranges, count=1024, seed=1)
+    samples = SimpleNamespace(ranges=ranges, count=1024, seed=1, method=Method.SOBOL)
     plan = SimpleNamespace(sweep="ishigami", samples=samples, grid={}, motions=[1], plans=[1], setpoints=[1], seeds=0)
     rows = np.array([[row[name] for name in "abc"] for row in points(plan)])
     found = indices_of("y", list("abc"), ishigami(rows).reshape(5, 1024), 1)
@@ -41,9 +44,36 @@ def test_indices_of_ishigami():
     [
         ({"samples": None}, "has no samples.ranges"),
         ({"grid": {"winch.scope": [0.9, 1.0]}}, "varies by grid"),
-        ({"samples": {**PLAN["samples"], "count": 12}}, "is no power of 2; nothing was simulated. Give 16"),
+        ({"samples": {**PLAN["samples"], "count": 24}}, "is no power of 2; nothing was simulated. Give 32"),
+        ({"samples": {**PLAN["samples"], "count": 8}}, "samples.count = 8 is below 16: .* Give 16 or more"),
+        ({"samples": {**PLAN["samples"], "method": "latin_hypercube"}}, "samples.method = latin_hypercube does not"),
     ],
 )
 def test_what_is_no_plan_for_indices_is_refused(change, text):
     with pytest.raises(SensitivityError, match=text):
         points(checked({**PLAN, **change}, "here"))
+
+
+def test_a_figure_that_is_text_is_refused_before_anything_runs(tmp_path):
+    plan = checked({**PLAN, "figures": ["tension_mean_n", "verdict"]}, "here")
+    with pytest.raises(CableSimError, match="figures names 'verdict', which is no number and has no indices"):
+        sensitivity(plan, tmp_path)
+    assert not any(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize(
+    "total, why",
+    [
+        ((0.98, 0.58, 1.45), ""),
+        ((-0.01, -0.05, 0.02), ""),
+        ((1.54, 0.01, 5.75), r"= 1.54 \(0.01 to 5.75\) has an interval 5.7 wide, above 1. Give a larger samples.count"),
+        ((1.3, 1.1, 1.5), r"= 1.30 \(1.10 to 1.50\) lies outside \[0, 1\]"),
+        ((-0.3, -0.5, -0.1), r"lies outside \[0, 1\]"),
+        ((np.nan, 0.0, 1.0), "is no number"),
+    ],
+)
+def test_an_index_that_is_none_is_doubtful(total, why):
+    found = doubts_of([Index("tension_std_n", "cable.axial_stiffness", 0.5, 0.4, 0.6, *total)])
+    assert len(found) == bool(why)
+    if why:
+        assert re.search(f"total index of tension_std_n on cable.axial_stiffness .*{why}", found[0])

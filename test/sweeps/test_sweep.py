@@ -300,9 +300,28 @@ def test_the_data_set_has_units_and_what_was_varied(swept, tmp_path):
     with xarray.open_dataset(netcdf, engine="h5netcdf") as read:
         assert read["winch.scope"].values.tolist() == [0.9, 1.0, 99999.0]
         assert read["tension_mean_n"].attrs["units"] == "N"
+        assert read["winch.scope"].attrs["units"] == "m" and read["winch.scope"].attrs["long_name"]
         assert read["verdict"].values.tolist()[2] == "failed"
         assert json.loads(read.attrs["sweep"])["scene"] == "flume"
     assert csv.read_text("utf-8").startswith("case,")
+
+
+def test_units_of_what_was_varied_are_those_of_its_declaration():
+    from cable_sim_ros.sweeps.dataset import _about
+
+    given = "water.waves.height", "cable.sections.main.length", "cable.sections.main.drag_coefficient", "seed"
+    assert [_about(key)["units"] for key in given] == ["m", "m", "1", "1"]
+    assert _about("motion") == {} and "units" not in _about("setpoint.algorithm")
+
+
+def test_a_motion_that_is_shorter_than_duration_is_said(tmp_path):
+    (tmp_path / "tow.csv").write_text("time_s,heave_m\n" + "".join(f"{k / 10},{k % 7 / 1000}\n" for k in range(9)))
+    plan = {"sweep": "s", "scene": "flume", "duration": 2.0, "motions": [{"bag": str(tmp_path / "tow.csv")}]}
+    (case,) = cases_of(checked(plan, "here"))
+    told = simulate(case)["warnings"]
+    assert "duration = 2 s is longer than the motion: 0." in told and "were simulated" in told
+    (case,) = cases_of(checked({**plan, "duration": 0.5}, "here"))
+    assert "longer than the motion" not in simulate(case)["warnings"]
 
 
 @pytest.mark.parametrize("motion, told", [({"rao": "simple"}, False), ({"heave": [0.1, 6.0]}, True)])

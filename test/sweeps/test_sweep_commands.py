@@ -1,11 +1,16 @@
 """`sweep`, `envelope`, `sensitivity`, `table` as typed: what they print, what they leave, how they end."""
 
 import json
+import re
+from concurrent.futures import ThreadPoolExecutor
+from itertools import count
 
 import pytest
 from click.testing import CliRunner
 
 from cable_sim_ros.cli.commands import main
+from cable_sim_ros.sweeps import clusters, engine
+from cable_sim_ros.sweeps import sweep as sweeps
 
 SWEEP = """
 sweep: a flume
@@ -21,7 +26,7 @@ scene: flume
 duration: 0.3
 samples:
   method: sobol
-  count: 2
+  count: 16
   ranges:
     towbody.mass: {low: 0.001, high: 0.0012}
     water.density: {low: 990.0, high: 1030.0}
@@ -69,7 +74,7 @@ def test_an_envelope_of_rows_that_are_there_simulates_nothing(swept):
         assert cell["runs"] == 2 and tension["low"] <= tension["mean"] <= tension["worst"] + 1e-12
     assert (folder / "envelope.png").stat().st_size > 5000
     text = report.read_text("utf-8")
-    assert "envelope; 4 runs" in text and "What was found" in text and "most tension [N]" in text
+    assert "envelope; 4 runs" in text and "What was found" in text and "largest tension, mean [N]" in text
     assert "http://" not in text.replace("http://www.w3.org", "")
 
 
@@ -95,17 +100,177 @@ def test_a_picture_of_many_values_says_which_are_left_out(tmp_path, monkeypatch)
     assert titles == ["tow, the first 6 of 8 values of ship.tow_speed", "tow"]
 
 
-def test_indices_of_a_tow_have_their_report(tmp_path):
-    (tmp_path / "s.yaml").write_text(RANGES)
-    result = command(
-        "sensitivity", tmp_path / "s.yaml", "--out", tmp_path, "--workers", 1, "--report", tmp_path / "s.html", "--json"
-    )
-    told = json.loads(result.stdout)
-    assert told["runs"] == 8 and {one["figure"] for one in told["indices"]} | set(told["constant"]) >= {
-        "tension_mean_n",
-        "body_depth_m",
-    }
-    assert "Share of the variance" in (tmp_path / "s.html").read_text("utf-8")
+@pytest.fixture
+def row(monkeypatch):
+    """Rows that no simulation makes: change the dict, or give a key a function of the case."""
+    made = {"tension_max_n": 1.0, "tension_min_n": 0.5, "verdict": "ok", "reasons": "", "error": "", "warnings": ""}
+    made |= {"cpu_s": 0.0, "simulated_s": 1.0, "flags": {}, "rule_units": {}}
+
+    def simulated(case):
+        return {name: one(case) if callable(one) else one for name, one in made.items()} | {"key": case.key}
+
+    monkeypatch.setattr(engine, "simulate", simulated)
+    for module in (clusters, sweeps):
+        monkeypatch.setattr(module, "processes", ThreadPoolExecutor)
+    monkeypatch.setattr(sweeps, "compiled", lambda: None)
+    return made
+
+
+def test_indices_have_their_report_and_doubtful_ones_are_said(tmp_path, row):
+    row["tension_mean_n"] = lambda case: 1e3 * case.settings["towbody.mass"] + 1e-4 * case.settings["water.density"]
+    row["body_depth_m"] = lambda case: 1e9 if case.number == 3 else float(case.number % 2)
+    (tmp_path / "s.yaml").write_text(RANGES.replace("count: 16", "count: 64"))
+    given = "sensitivity", tmp_path / "s.yaml", "--out", tmp_path, "--workers", 1
+    told = json.loads(command(*given, "--report", tmp_path / "s.html", "--json", code=4).stdout)
+    assert told["runs"] == told["computed"] == 256 and json.loads((tmp_path / "sensitivity.json").read_text()) == told
+    assert {one["figure"] for one in told["indices"]} == {"tension_mean_n", "body_depth_m"}
+    assert told["doubts"] and all("index of body_depth_m" in text for text in told["doubts"])
+    shown = command(*given, code=4)
+    assert "256 runs, 0 computed now" in shown.stdout and f"figures:   {tmp_path / 'sensitivity.json'}" in shown.stdout
+    assert f"doubtful: {told['doubts'][0]}" in shown.stderr
+    page = (tmp_path / "s.html").read_text("utf-8")
+    assert "Share of the variance" in page and "Report of a sensitivity" in page
+    assert "Why what was found is doubtful" in page and "some of what was found cannot be taken as it is" in page
+
+
+SEA = """
+sweep: what is allowed
+scene: side_scan
+settings: {water.waves.kind: jonswap, water.waves.period: 7.0}
+duration: 1
+seeds: SEEDS
+grid: {water.waves.height: [1, 2], winch.scope: [50, 99999]}
+"""
+
+
+@pytest.mark.parametrize("seeds, rules", [(4, False), (5, True)])
+def test_an_envelope_says_what_it_knows_and_no_more(tmp_path, row, seeds, rules, monkeypatch):
+    """Runs of scope 99999 fail; with 2 m waves seed 1 breaks one rule and seed 2 the other."""
+    titles = texts_of_pictures(monkeypatch)
+    row["tension_max_n"] = lambda case: 100.0 * case.seed
+    row["body_depth_min_m"] = row["body_depth_max_m"] = 9.0
+    row["warnings"] = lambda case: "waves stand still" if case.seed == 1 else ""
+    row["verdict"] = lambda case: "failed" if case.settings["winch.scope"] > 1000 else "ok"
+    row["error"] = lambda case: "too long" if case.settings["winch.scope"] > 1000 else ""
+    for name, seed in (("slack", 1), ("working_load", 2)) if rules else ():
+        row[f"rule.{name}"] = 0.0
+        row[f"rule.{name}.broken"] = lambda case, seed=seed: float(
+            case.seed == seed and case.settings["water.waves.height"] == 2
+        )
+    (tmp_path / "e.yaml").write_text(SEA.replace("SEEDS", str(seeds)))
+    given = "envelope", tmp_path / "e.yaml", "--out", tmp_path, "--workers", 1
+    told = json.loads(command(*given, "--report", tmp_path / "e.html", "--json", code=4).stdout)
+    good, none, bad, _ = told["cells"]
+    assert good["extremes"]["tension_max_n"]["worst"] == 100.0 * seeds and none["extremes"] == {}
+    assert (good["extremes"]["tension_max_n"]["rare"] is None) == (seeds < 5)
+    assert none["allowed"] is None and none["rules"] is None
+    shown = command(*given, code=4)
+    page = " ".join((tmp_path / "e.html").read_text("utf-8").replace("<wbr>", "").split())
+    assert "Report of an envelope" in page and "What runs warn of" in page and "waves stand still" in page
+    assert "Why runs failed" in page and f"{seeds} failed" in shown.stdout
+    assert "largest tension [N]\nmean of the seeds" in titles and "no run came to its end" in titles
+    if rules:
+        assert (good["allowed"], good["within"], bad["allowed"], bad["within"]) == (True, 5, False, 3)
+        assert "slack 1/5" in shown.stdout and "runs within the rules" in titles and "60 %" in titles
+        assert "no rules on watch" not in page + shown.stdout and told["notes"] == []
+    else:
+        assert good["allowed"] is bad["allowed"] is good["within"] is good["rules"] is None
+        assert "rules broken" not in page + shown.stdout and "runs within the rules" not in titles
+        assert "note: The scene has no rules on watch" in shown.stdout and "The scene has no rules on watch" in page
+        assert "What one run in 20 passes is not given from fewer than 5 runs" in shown.stdout
+
+
+def texts_of_pictures(monkeypatch):
+    """List that gets every text of the pictures that are drawn."""
+    from matplotlib.figure import Figure
+    from matplotlib.text import Text
+
+    from cable_sim_ros.plots import canvas
+
+    found, save = [], canvas.save
+
+    def saved(figure: Figure, path):
+        found.extend(one.get_text() for one in figure.findobj(Text))
+        return save(figure, path)
+
+    monkeypatch.setattr(canvas, "save", saved)
+    return found
+
+
+@pytest.mark.parametrize("name", ["envelope", "sensitivity"])
+def test_a_figure_that_is_text_is_refused_at_the_start(tmp_path, name):
+    text = (SWEEP if name == "envelope" else RANGES.replace("figures: [", "figures: [verdict, ")) + "\n"
+    (tmp_path / "x.yaml").write_text(text + ("figures: [verdict]\n" if name == "envelope" else ""))
+    result = command(name, tmp_path / "x.yaml", "--out", tmp_path / "out", code=2)
+    assert "figures names 'verdict', which is no number" in result.stderr and not (tmp_path / "out").exists()
+
+
+def test_every_figure_that_is_no_number_is_known(swept):
+    """Of a real run: what is asked for and kept in no row would be lost without a word."""
+    from cable_sim_ros.runs.offline import run
+    from cable_sim_ros.sweeps.figures import FIGURES, NO_NUMBERS
+
+    metrics = run("flume", duration=0.1).metrics
+    texts = {n for n in FIGURES if n in metrics and not isinstance(metrics[n], int | float | None)}
+    assert texts | {"imu_only"} == {n for n in NO_NUMBERS if n in metrics}
+
+
+def test_a_dry_run_writes_nothing(tmp_path, row):
+    (tmp_path / "a.yaml").write_text(SWEEP)
+    given = "sweep", tmp_path / "a.yaml", "--out", tmp_path / "out", "--dry-run"
+    assert command(*given).stdout == "4 cases, 4 of them new\n" and not (tmp_path / "out").exists()
+    rows = tmp_path / "out" / "rows"
+    rows.mkdir(parents=True)
+    (rows / "part-000000.parquet").write_bytes(b"no such file")
+    assert command(*given).stdout == "4 cases, 4 of them new\n"
+    assert [path.name for path in rows.iterdir()] == ["part-000000.parquet"]
+
+
+def test_another_sweep_in_the_folder_is_said_on_the_terminal_and_the_page(tmp_path, row):
+    for name in ("one", "other"):
+        (tmp_path / f"{name}.yaml").write_text(SWEEP.replace("a flume", name))
+    given = "--out", tmp_path / "out", "--workers", 1, "--report", tmp_path / "a.html"
+    assert "another sweep" not in command("sweep", tmp_path / "one.yaml", *given).output
+    assert "another sweep" not in command("sweep", tmp_path / "one.yaml", *given).output
+    said = command("sweep", tmp_path / "other.yaml", *given)
+    assert "had the tables of another sweep, 'one': those of 'other' replace them" in said.stderr
+    assert "had the tables of another sweep" in (tmp_path / "a.html").read_text("utf-8")
+    assert json.loads((tmp_path / "out" / "sweep.json").read_text())["replaced"] == "one"
+
+
+def test_tables_that_cannot_be_written_say_what_to_do(tmp_path, row, monkeypatch):
+    import xarray
+
+    def locked(*_, **__):
+        raise BlockingIOError("[Errno 11] Unable to synchronously open file (unable to lock file)")
+
+    monkeypatch.setattr(xarray.Dataset, "to_netcdf", locked)
+    (tmp_path / "a.yaml").write_text(SWEEP)
+    told = command("sweep", tmp_path / "a.yaml", "--out", tmp_path / "out", "--workers", 1, code=2).stderr
+    assert "Another sweep may be writing there" in told and "synchronously" not in told
+    assert command("sweep", tmp_path / "a.yaml", "--out", tmp_path / "out", "--dry-run").stdout.startswith("4 cases, 0")
+    assert [path.name for path in (tmp_path / "out").iterdir()] == ["rows"]
+
+
+@pytest.mark.parametrize("name", ["sweep", "envelope", "table"])
+def test_ctrl_c_says_what_is_kept(tmp_path, row, name):
+    numbers = count()
+
+    def interrupted(case):
+        if next(numbers) == 1:
+            raise KeyboardInterrupt
+        return "ok"
+
+    row["verdict"] = interrupted
+    (tmp_path / "a.yaml").write_text(SWEEP)
+    given = [tmp_path / "a.yaml", "--out", tmp_path / "out"]
+    given = ["flume", "--scope", "0.9,1.0"] if name == "table" else given
+    told = command(name, *given, "--workers", 1, code=1).stderr
+    if name == "table":
+        assert "nothing is kept without --out DIR" in told
+    else:
+        assert re.search(f"stopped by Ctrl-C: [0-3] rows are kept in {tmp_path / 'out' / 'rows'}", told)
+        assert "The same command goes on" in told
 
 
 def test_a_table_has_a_row_for_each_scope_and_speed(tmp_path):
