@@ -280,6 +280,54 @@ def test_a_table_has_a_row_for_each_scope_and_speed(tmp_path):
     assert "0.9" in result.output
 
 
+def static_tow(row):
+    """Rows of tows that fail at scope 0.8 and are doubtful at 0.9."""
+    scope = "winch.scope"
+    row["verdict"] = lambda case: {0.8: "failed", 0.9: "doubtful"}.get(case.settings[scope], "ok")
+    row["error"] = lambda case: "too short" if case.settings[scope] == 0.8 else ""
+    row["reasons"] = lambda case: "OVERLOAD for 5 s (100 % of the run): a" if case.settings[scope] == 0.9 else ""
+    for name in ("body_depth_m", "tension_mean_n", "departure_angle_deg"):
+        row[name] = lambda case: None if case.settings[scope] == 0.8 else 10.0 * case.settings[scope]
+
+
+def test_a_picture_of_a_table_has_every_combination_and_says_what_is_not_there(tmp_path, row, monkeypatch):
+    titles = texts_of_pictures(monkeypatch)
+    static_tow(row)
+    given = (
+        "table",
+        "flume",
+        "--workers",
+        1,
+        "--speed",
+        "0.2,0.4",
+        "--vary",
+        "water.density=990,1000,1010",
+        "--out",
+        tmp_path,
+    )
+    shown = command(*given, "--scope", "0.8,0.9,1.0", code=1)
+    assert {"depth [m]", "tension [N]", "departure angle [°]", "scope [m]", "speed 0.2 m/s"} <= set(titles)
+    assert {f"water.density = {value} kg/m³" for value in (990, 1000, 1010)} <= set(titles)
+    said = " ".join(" ".join(titles).split())
+    assert "no static tow at scope 0.8 m; open marks are doubtful" in said and "combinations" not in said
+    assert "water.density = 1010 kg/m³: departure angle from the downward vertical [deg]" in shown.stdout
+    assert "failed 6 x: too short" in shown.stderr and "doubtful 6 x: OVERLOAD: a" in shown.stderr
+    assert " for 5 s" not in (tmp_path / "table.csv").read_text("utf-8")
+    titles.clear()
+    command(*given, "--scope", "0.95,1.0", "--vary", "winch.max_rate=1,2")
+    said = " ".join(" ".join(titles).split())
+    assert "the first 4 of 6 combinations of water.density and winch.max_rate (table.csv has all)" in said
+    assert "water.density = 1000 kg/m³\nwinch.max_rate = 2 m/s" in titles and "open" not in said
+
+
+def test_a_table_of_one_scope_is_drawn_over_speed(tmp_path, row, monkeypatch):
+    titles = texts_of_pictures(monkeypatch)
+    static_tow(row)
+    command("table", "flume", "--workers", 1, "--scope", "1.0", "--speed", "0.2:0.4:3", "--out", tmp_path)
+    assert titles.count("speed [m/s]") == 3 and "Table of flume, scope 1 m" in titles
+    assert not any(text.startswith("scope [") for text in titles)
+
+
 @pytest.mark.parametrize("name", ["sweep", "envelope", "sensitivity"])
 def test_a_file_that_cannot_be_used_is_one_line(tmp_path, name):
     (tmp_path / "x.yaml").write_text(SWEEP.replace("scene: flume", "scene: flum"))
