@@ -4,6 +4,7 @@ import json
 import re
 from concurrent.futures import ThreadPoolExecutor
 from itertools import count
+from pathlib import Path
 
 import pytest
 from click.testing import CliRunner
@@ -12,6 +13,7 @@ from cable_sim_ros.cli.commands import main
 from cable_sim_ros.sweeps import clusters, engine
 from cable_sim_ros.sweeps import sweep as sweeps
 
+PAGE = (Path(__file__).resolve().parents[2] / "docs" / "json.md").read_text("utf-8")
 SWEEP = """
 sweep: a flume
 scene: flume
@@ -40,6 +42,13 @@ def command(*arguments, code=0):
     return result
 
 
+def undocumented(section, keys):
+    """Keys of a JSON that neither its section of the page has nor those that it refers to."""
+    names = {"sweep": ["sweep"], "envelope": ["envelope", "sweep"], "sensitivity": ["sensitivity", "envelope", "sweep"]}
+    parts = [PAGE.partition(f'<a id="{name}"></a>')[2].partition("<a id=")[0] for name in names.get(section, [section])]
+    return {key for key in keys if not any(f"`{key}`" in part for part in parts)}
+
+
 @pytest.fixture(scope="module")
 def swept(tmp_path_factory):
     folder = tmp_path_factory.mktemp("commands")
@@ -52,7 +61,7 @@ def test_a_sweep_says_what_it_did(swept):
     folder, told = swept
     assert told["cases"] == told["computed"] == 4
     assert told["verdicts"] == {"doubtful": 4} and told["exit_code"] == 4, "too short to say anything"
-    assert json.loads((folder / "sweep.json").read_text()) == told
+    assert json.loads((folder / "sweep.json").read_text()) == told and not undocumented("sweep", told)
     assert len((folder / "sweep.csv").read_text().splitlines()) >= 5
     assert command("sweep", folder / "a.yaml", "--out", folder, "--dry-run").stdout == "4 cases, 0 of them new\n"
 
@@ -123,6 +132,7 @@ def test_indices_have_their_report_and_doubtful_ones_are_said(tmp_path, row):
     given = "sensitivity", tmp_path / "s.yaml", "--out", tmp_path, "--workers", 1
     told = json.loads(command(*given, "--report", tmp_path / "s.html", "--json", code=4).stdout)
     assert told["runs"] == told["computed"] == 256 and json.loads((tmp_path / "sensitivity.json").read_text()) == told
+    assert not undocumented("sensitivity", {*told, *told["indices"][0], *told["spread"]["body_depth_m"]})
     assert {one["figure"] for one in told["indices"]} == {"tension_mean_n", "body_depth_m"}
     assert told["doubts"] and all("index of body_depth_m" in text for text in told["doubts"])
     shown = command(*given, code=4)
@@ -161,6 +171,7 @@ def test_an_envelope_says_what_it_knows_and_no_more(tmp_path, row, seeds, rules,
     given = "envelope", tmp_path / "e.yaml", "--out", tmp_path, "--workers", 1
     told = json.loads(command(*given, "--report", tmp_path / "e.html", "--json", code=4).stdout)
     good, none, bad, _ = told["cells"]
+    assert not undocumented("envelope", {*told, *good, *good["extremes"]["tension_max_n"]})
     assert good["extremes"]["tension_max_n"]["worst"] == 100.0 * seeds and none["extremes"] == {}
     assert (good["extremes"]["tension_max_n"]["rare"] is None) == (seeds < 5)
     assert none["allowed"] is None and none["rules"] is None
@@ -323,7 +334,9 @@ def test_a_picture_of_a_table_has_every_combination_and_says_what_is_not_there(t
 def test_a_table_of_one_scope_is_drawn_over_speed(tmp_path, row, monkeypatch):
     titles = texts_of_pictures(monkeypatch)
     static_tow(row)
-    command("table", "flume", "--workers", 1, "--scope", "1.0", "--speed", "0.2:0.4:3", "--out", tmp_path)
+    given = "table", "flume", "--workers", 1, "--scope", "1.0", "--speed", "0.2:0.4:3", "--out", tmp_path
+    told = json.loads(command(*given, "--json").stdout)
+    assert len(told["rows"]) == 3 and not undocumented("table", {*told, *told["rows"][0]})
     assert titles.count("speed [m/s]") == 3 and "Table of flume, scope 1 m" in titles
     assert not any(text.startswith("scope [") for text in titles)
 
