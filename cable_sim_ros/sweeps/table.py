@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import json
+import re
 import sys
 import tempfile
+from collections import Counter
 from math import isfinite, nan
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -12,6 +14,9 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from ..errors import CODE_DOUBTFUL, CODE_FAILED, CODE_OK, CableSimError
+from ..report.parts import unit
+from ..report.sweep_page import declared_as, named
+from ..sim.flag_rules import DOUBTFUL, FAILED
 from .command import WORKERS, stoppable
 
 if TYPE_CHECKING:
@@ -19,11 +24,16 @@ if TYPE_CHECKING:
 
 SCOPE, SPEED = "winch.scope", "ship.tow_speed"
 MOST = 1000  # values of a key
-SHOWN = (  # figure, title, unit, digits
-    ("body_depth_m", "depth of the towbody", "m", 1),
-    ("tension_mean_n", "tension at the sheave", "N", 0),
-    ("departure_angle_deg", "departure angle from the downward vertical", "deg", 1),
+SHOWN = (  # figure, title, title of its panel, unit, digits
+    ("body_depth_m", "depth of the towbody", "depth", "m", 1),
+    ("tension_mean_n", "tension at the sheave", "tension", "N", 0),
+    ("departure_angle_deg", "departure angle from the downward vertical", "departure angle", "deg", 1),
 )
+SHORT = {SCOPE: "scope", SPEED: "speed"}
+TOLD = ("verdict", "reasons", "error")  # columns of text
+LINES = 4  # of panels in the picture
+FEW = 5  # lines of a panel that have colours of their own
+LASTED = re.compile(r" for [-+.e\d]+ s \([-+.e\d]+ % of the run\)")  # of a reason; a static tow lasts no time
 
 
 class TableError(CableSimError, ValueError):
@@ -75,12 +85,13 @@ def table(scene, scope, speed, vary, settings, out, workers, as_json) -> None:
         if not sign or key in grid:
             raise TableError(f"--vary {text!r:.60}: is no KEY=VALUES of another key; nothing was simulated")
         grid[key] = values_of(values, f"--vary {key}")
-    named = str(Path(scene)) if Path(scene).is_file() else scene
-    plan = checked({"sweep": f"table of {base.name}", "scene": named, "settings": given, "grid": grid}, "the table")
+    place = str(Path(scene)) if Path(scene).is_file() else scene
+    plan = checked({"sweep": f"table of {base.name}", "scene": place, "settings": given, "grid": grid}, "the table")
     with stoppable(out), tempfile.TemporaryDirectory(prefix="cable_sim_table_") as scratch:
         swept = sweep(plan, out if out is not None else scratch, workers=workers)
     figures = [
-        {**case.varied, **{name: row.get(name) for name, *_ in SHOWN}, "verdict": row["verdict"], "error": row["error"]}
+        {**case.varied, **{name: row.get(name) for name, *_ in SHOWN}, **{name: row[name] for name in TOLD}}
+        | {"reasons": LASTED.sub("", row["reasons"])}
         for case, row in zip(swept.cases, swept.rows)
     ]
     if out is not None:
@@ -88,50 +99,60 @@ def table(scene, scope, speed, vary, settings, out, workers, as_json) -> None:
     if as_json:
         click.echo(json.dumps({"scene": base.name, "rows": figures}, indent=1))
     else:
-        _tell(base.name, swept, figures)
+        _tell(base.name, figures)
         if out is not None:
             click.echo(f"table:     {out / 'table.csv'}\npicture:   {out / 'table.png'}")
     verdicts = {row["verdict"] for row in figures}
     sys.exit(CODE_FAILED if "failed" in verdicts else CODE_DOUBTFUL if "doubtful" in verdicts else CODE_OK)
 
 
-def _tell(name: str, swept: Swept, figures: list[dict[str, Any]]) -> None:
+def _tell(name: str, figures: list[dict[str, Any]]) -> None:
     from rich.console import Console
     from rich.markup import escape
     from rich.table import Table
 
     console = Console(width=None if sys.stdout.isatty() else 120)
     scopes, speeds = _axis(figures, SCOPE), _axis(figures, SPEED)
-    others = sorted({_others(row) for row in figures})
-    for figure, title, unit, digits in SHOWN:
+    others = list(dict.fromkeys(_place(row, _keys(figures)[2:]) for row in figures))
+    for figure, title, _, what, digits in SHOWN:
         for other in others:
             place = f", {other}" if other else ""
-            shown = Table(title=escape(f"{name}{place}: {title} [{unit}]"), title_justify="left")
+            console.print(escape(f"{name}{place}: {title} [{what}]"), soft_wrap=True, highlight=False)
+            shown = Table()
             shown.add_column(escape("scope [m], speed [m/s]"), justify="right")
             for speed in speeds:
                 shown.add_column(f"{speed:g}", justify="right")
+            mine = {
+                (row[SCOPE], row[SPEED]): row[figure] for row in figures if _place(row, _keys(figures)[2:]) == other
+            }
             for scope in scopes:
-                cells = [_find(figures, scope, speed, other)[figure] for speed in speeds]
+                cells = [mine[scope, speed] for speed in speeds]
                 shown.add_row(f"{scope:g}", *("-" if cell is None else f"{cell:.{digits}f}" for cell in cells))
             console.print(shown)
-    for error in dict.fromkeys(row["error"] for row in figures if row["error"]):
-        click.echo(f"- : {error}", err=True)
-    doubtful = dict.fromkeys(row["reasons"] for row in swept.rows if row["verdict"] == "doubtful")
-    for reason in doubtful:
-        click.echo(f"doubtful: {reason}", err=True)
+    for words, key in (("failed", "error"), ("doubtful", "reasons")):
+        for text, count in Counter(row[key] for row in figures if row[key]).items():
+            click.echo(f"{words} {count} x: {text}", err=True)
+
+
+def _keys(figures: list[dict[str, Any]]) -> list[str]:
+    """Keys of the scene in the rows: scope, speed, others."""
+    fixed = {*TOLD, *(name for name, *_ in SHOWN)}
+    return [key for key in figures[0] if key not in fixed]
 
 
 def _axis(figures: list[dict[str, Any]], key: str) -> list[float]:
     return sorted({row[key] for row in figures})
 
 
-def _others(row: dict[str, Any]) -> str:
-    fixed = {SCOPE, SPEED, "verdict", "error", *(name for name, *_ in SHOWN)}
-    return ", ".join(f"{key} = {value:.12g}" for key, value in row.items() if key not in fixed)
+def _named(key: str, value: float) -> str:
+    """A value of a key in words: scope 100 m, towbody.mass = 30 kg."""
+    item = declared_as(key)
+    what = f" {unit(item.unit)}".rstrip() if item is not None else ""
+    return f"{SHORT[key]} {value:.12g}{what}" if key in SHORT else f"{key} = {value:.12g}{what}"
 
 
-def _find(figures: list[dict[str, Any]], scope: float, speed: float, other: str) -> dict[str, Any]:
-    return next(row for row in figures if (row[SCOPE], row[SPEED], _others(row)) == (scope, speed, other))
+def _place(row: dict[str, Any], keys: list[str]) -> str:
+    return ", ".join(_named(key, row[key]) for key in keys)
 
 
 def _write(swept: Swept, figures: list[dict[str, Any]], out: Path) -> None:
@@ -145,19 +166,62 @@ def _write(swept: Swept, figures: list[dict[str, Any]], out: Path) -> None:
 
 
 def _draw(title: str, figures: list[dict[str, Any]], path: Path) -> None:
+    """Each figure over the first key that varies, a line for each value of the second, a row of panels for each
+    combination of the others, LINES at most. The heading says what is the same, what is left out and what failed."""
     from ..plots.canvas import canvas
 
-    scopes, speeds = _axis(figures, SCOPE), _axis(figures, SPEED)
-    other = sorted({_others(row) for row in figures})[0]
-    heading = f"{title[0].upper()}{title[1:]}{', ' + other if other else ''}"
-    with canvas(path, (12.0, 5.2), heading, "`cable-sim table`, static tows") as figure:
-        panels = figure.subplots(1, len(SHOWN))
-        for panel, (name, words, unit, _) in zip(panels, SHOWN):
-            for speed in speeds:
-                values = [_find(figures, scope, speed, other)[name] for scope in scopes]
-                panel.plot(scopes, [nan if v is None else v for v in values], marker="o", ms=4, label=f"{speed:g} m/s")
-            panel.set_xlabel("scope [m]")
-            panel.set_ylabel(f"{words} [{unit}]")
-            if name == "body_depth_m":
-                panel.invert_yaxis()
-        panels[0].legend(fontsize=10)
+    varied = [key for key in _keys(figures) if len(_axis(figures, key)) > 1]
+    x, by, rest = (varied or [SCOPE])[0], (varied[1:2] or [""])[0], varied[2:]
+    every = list(dict.fromkeys(_place(row, rest) for row in figures))
+    heading = f"{title[0].upper()}{title[1:]}{_heading(figures, x, varied, rest, len(every))}"
+    lines = _axis(figures, by) if by else [None]
+    high = 1.9 + 3.3 * min(len(every), LINES) + 0.3 * (len(lines) // 6)
+    with canvas(path, (12.0, max(5.2, high)), heading, "`cable-sim table`, static tows") as figure:
+        grid = figure.subplots(min(len(every), LINES), len(SHOWN), squeeze=False, sharex=True)
+        for place, panels in zip(every, grid):
+            if not any(row[name] is not None for row in figures if _place(row, rest) == place for name, *_ in SHOWN):
+                for panel in panels:
+                    panel.text(0.5, 0.5, "no static tow", ha="center", va="center", transform=panel.transAxes)
+                    panel.set_yticks([])
+            for panel, (name, _, words, what, _) in zip(panels, SHOWN):
+                for k, value in enumerate(lines):
+                    mine = [r for r in figures if _place(r, rest) == place and (not by or r[by] == value)]
+                    mine.sort(key=lambda row: row[x])
+                    _line(panel, mine, x, name, "" if value is None else _named(by, value), k, len(lines))
+                panel.set_title(f"{words} [{unit(what)}]" if place == every[0] else "")
+                panel.margins(0.08)
+                if name == "body_depth_m":
+                    panel.invert_yaxis()
+            panels[0].set_ylabel(place.replace(", ", "\n"))
+        for panel in grid[-1]:
+            panel.set_xlabel(f"{SHORT[x]} [{'m' if x == SCOPE else 'm/s'}]" if x in SHORT else named(x))
+        if by:
+            handles, labels = grid[0, 0].get_legend_handles_labels()
+            figure.legend(handles, labels, loc="outside lower center", ncols=min(len(labels), 6))
+
+
+def _line(panel: Any, rows: list[dict[str, Any]], x: str, name: str, label: str, k: int, count: int) -> None:
+    """One line of a panel, marks of doubtful tows open; k: its number of so many."""
+    from matplotlib import colormaps
+
+    at, values = [row[x] for row in rows], [nan if row[name] is None else row[name] for row in rows]
+    color = f"C{k}" if count <= FEW else colormaps["viridis"](0.95 * k / (count - 1))
+    (line,) = panel.plot(at, values, marker="o", ms=5, label=label, color=color)
+    odd = [i for i, row in enumerate(rows) if row["verdict"] == DOUBTFUL]
+    panel.plot([at[i] for i in odd], [values[i] for i in odd], "o", ms=5, color=line.get_color(), mfc="white")
+
+
+def _heading(figures: list[dict[str, Any]], x: str, varied: list[str], rest: list[str], count: int) -> str:
+    """What of the table is the same everywhere, what its picture leaves out, and what it cannot show."""
+    same = [_named(key, figures[0][key]) for key in _keys(figures) if key not in varied]
+    text = f", {', '.join(same)}" if same else ""
+    if count > LINES:
+        text += f", the first {LINES} of {count} combinations of {' and '.join(rest)} (table.csv has all)"
+    failed = [row for row in figures if row["verdict"] == FAILED]
+    gone = [value for value in _axis(figures, x) if all(r["verdict"] == FAILED for r in figures if r[x] == value)]
+    if gone:
+        text += f"; no static tow at {', '.join(_named(x, value) for value in gone[:3])}{', ...' if gone[3:] else ''}"
+    others = sum(row[x] not in gone for row in failed)
+    if others:
+        text += f"; {others} of {len(figures)} tows failed and are left out"
+    return text + ("; open marks are doubtful" if any(row["verdict"] == DOUBTFUL for row in figures) else "")

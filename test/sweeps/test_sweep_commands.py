@@ -4,6 +4,7 @@ import json
 import re
 from concurrent.futures import ThreadPoolExecutor
 from itertools import count
+from pathlib import Path
 
 import pytest
 from click.testing import CliRunner
@@ -12,6 +13,7 @@ from cable_sim_ros.cli.commands import main
 from cable_sim_ros.sweeps import clusters, engine
 from cable_sim_ros.sweeps import sweep as sweeps
 
+PAGE = (Path(__file__).resolve().parents[2] / "docs" / "json.md").read_text("utf-8")
 SWEEP = """
 sweep: a flume
 scene: flume
@@ -40,6 +42,13 @@ def command(*arguments, code=0):
     return result
 
 
+def undocumented(section, keys):
+    """Keys of a JSON that neither its section of the page has nor those that it refers to."""
+    names = {"sweep": ["sweep"], "envelope": ["envelope", "sweep"], "sensitivity": ["sensitivity", "envelope", "sweep"]}
+    parts = [PAGE.partition(f'<a id="{name}"></a>')[2].partition("<a id=")[0] for name in names.get(section, [section])]
+    return {key for key in keys if not any(f"`{key}`" in part for part in parts)}
+
+
 @pytest.fixture(scope="module")
 def swept(tmp_path_factory):
     folder = tmp_path_factory.mktemp("commands")
@@ -52,7 +61,7 @@ def test_a_sweep_says_what_it_did(swept):
     folder, told = swept
     assert told["cases"] == told["computed"] == 4
     assert told["verdicts"] == {"doubtful": 4} and told["exit_code"] == 4, "too short to say anything"
-    assert json.loads((folder / "sweep.json").read_text()) == told
+    assert json.loads((folder / "sweep.json").read_text()) == told and not undocumented("sweep", told)
     assert len((folder / "sweep.csv").read_text().splitlines()) >= 5
     assert command("sweep", folder / "a.yaml", "--out", folder, "--dry-run").stdout == "4 cases, 0 of them new\n"
 
@@ -123,6 +132,7 @@ def test_indices_have_their_report_and_doubtful_ones_are_said(tmp_path, row):
     given = "sensitivity", tmp_path / "s.yaml", "--out", tmp_path, "--workers", 1
     told = json.loads(command(*given, "--report", tmp_path / "s.html", "--json", code=4).stdout)
     assert told["runs"] == told["computed"] == 256 and json.loads((tmp_path / "sensitivity.json").read_text()) == told
+    assert not undocumented("sensitivity", {*told, *told["indices"][0], *told["spread"]["body_depth_m"]})
     assert {one["figure"] for one in told["indices"]} == {"tension_mean_n", "body_depth_m"}
     assert told["doubts"] and all("index of body_depth_m" in text for text in told["doubts"])
     shown = command(*given, code=4)
@@ -161,6 +171,7 @@ def test_an_envelope_says_what_it_knows_and_no_more(tmp_path, row, seeds, rules,
     given = "envelope", tmp_path / "e.yaml", "--out", tmp_path, "--workers", 1
     told = json.loads(command(*given, "--report", tmp_path / "e.html", "--json", code=4).stdout)
     good, none, bad, _ = told["cells"]
+    assert not undocumented("envelope", {*told, *good, *good["extremes"]["tension_max_n"]})
     assert good["extremes"]["tension_max_n"]["worst"] == 100.0 * seeds and none["extremes"] == {}
     assert (good["extremes"]["tension_max_n"]["rare"] is None) == (seeds < 5)
     assert none["allowed"] is None and none["rules"] is None
@@ -278,6 +289,56 @@ def test_a_table_has_a_row_for_each_scope_and_speed(tmp_path):
     rows = [line for line in (tmp_path / "table.csv").read_text().splitlines() if not line.startswith("#")]
     assert len(rows) == 5 and (tmp_path / "table.png").stat().st_size > 5000
     assert "0.9" in result.output
+
+
+def static_tow(row):
+    """Rows of tows that fail at scope 0.8 and are doubtful at 0.9."""
+    scope = "winch.scope"
+    row["verdict"] = lambda case: {0.8: "failed", 0.9: "doubtful"}.get(case.settings[scope], "ok")
+    row["error"] = lambda case: "too short" if case.settings[scope] == 0.8 else ""
+    row["reasons"] = lambda case: "OVERLOAD for 5 s (100 % of the run): a" if case.settings[scope] == 0.9 else ""
+    for name in ("body_depth_m", "tension_mean_n", "departure_angle_deg"):
+        row[name] = lambda case: None if case.settings[scope] == 0.8 else 10.0 * case.settings[scope]
+
+
+def test_a_picture_of_a_table_has_every_combination_and_says_what_is_not_there(tmp_path, row, monkeypatch):
+    titles = texts_of_pictures(monkeypatch)
+    static_tow(row)
+    given = (
+        "table",
+        "flume",
+        "--workers",
+        1,
+        "--speed",
+        "0.2,0.4",
+        "--vary",
+        "water.density=990,1000,1010",
+        "--out",
+        tmp_path,
+    )
+    shown = command(*given, "--scope", "0.8,0.9,1.0", code=1)
+    assert {"depth [m]", "tension [N]", "departure angle [°]", "scope [m]", "speed 0.2 m/s"} <= set(titles)
+    assert {f"water.density = {value} kg/m³" for value in (990, 1000, 1010)} <= set(titles)
+    said = " ".join(" ".join(titles).split())
+    assert "no static tow at scope 0.8 m; open marks are doubtful" in said and "combinations" not in said
+    assert "water.density = 1010 kg/m³: departure angle from the downward vertical [deg]" in shown.stdout
+    assert "failed 6 x: too short" in shown.stderr and "doubtful 6 x: OVERLOAD: a" in shown.stderr
+    assert " for 5 s" not in (tmp_path / "table.csv").read_text("utf-8")
+    titles.clear()
+    command(*given, "--scope", "0.95,1.0", "--vary", "winch.max_rate=1,2")
+    said = " ".join(" ".join(titles).split())
+    assert "the first 4 of 6 combinations of water.density and winch.max_rate (table.csv has all)" in said
+    assert "water.density = 1000 kg/m³\nwinch.max_rate = 2 m/s" in titles and "open" not in said
+
+
+def test_a_table_of_one_scope_is_drawn_over_speed(tmp_path, row, monkeypatch):
+    titles = texts_of_pictures(monkeypatch)
+    static_tow(row)
+    given = "table", "flume", "--workers", 1, "--scope", "1.0", "--speed", "0.2:0.4:3", "--out", tmp_path
+    told = json.loads(command(*given, "--json").stdout)
+    assert len(told["rows"]) == 3 and not undocumented("table", {*told, *told["rows"][0]})
+    assert titles.count("speed [m/s]") == 3 and "Table of flume, scope 1 m" in titles
+    assert not any(text.startswith("scope [") for text in titles)
 
 
 @pytest.mark.parametrize("name", ["sweep", "envelope", "sensitivity"])
