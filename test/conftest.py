@@ -65,7 +65,6 @@ ALONE = {  # of the rest: several processes in real time, which other work on th
     "examples/test_heave_compensator.py",
     "examples/test_dying_controller.py",
     "ensemble/test_ensemble_live.py",
-    "examples/test_winch_relay.py",
     *(f"ros/test_{name}.py" for name in "clock_player controller end_to_end health inputs joint_command live".split()),
     *(f"ros/test_{name}.py" for name in "lockstep_node real ros2_control ros2_control_lockstep run_is_replay".split()),
     "ros/test_telegrams_node.py",

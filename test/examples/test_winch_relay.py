@@ -31,6 +31,7 @@ DRIVE = {  # the drive of winch_relay.py as lines of the scene
 }
 SCENES = {"drive": DRIVE}  # kind of LINKS -> the same in the scene
 SECONDS = 7.0
+WAIT = 8.0  # s of wall time for a command; a start that lost one costs it twice, and is made again
 
 
 def chain(folder, *given):
@@ -40,7 +41,7 @@ def chain(folder, *given):
 
 def started(folder, kind, scene=None, seconds=SECONDS, meanwhile=lambda sim: None):
     """Tick outputs with the relay, or with a scene in its place; the stamp of the motion's begin, s; what was unmet."""
-    parameters = {"setpoint.algorithm": "hold", "lockstep.command_period": 1.0 / RATE, "lockstep.wait": 20.0}
+    parameters = {"setpoint.algorithm": "hold", "lockstep.command_period": 1.0 / RATE, "lockstep.wait": WAIT}
     said = ["-p", "use_sim_time:=true", "-p", f"ramp:={RAMP}"]
     publishes = "winch/command"
     with tow("full_scale", mode="lockstep", parameters=parameters | (scene or {}), folder=folder) as sim:

@@ -9,6 +9,7 @@ import pytest
 from scipy.interpolate import CubicSpline
 
 from cable_sim_ros.io.messages.messages import decode_odometry
+from cable_sim_ros.io.sources import coarse_bag
 from cable_sim_ros.io.sources.coarse_bag import smooth_odometry
 from cable_sim_ros.io.sources.motion_curves import Given, through
 from cable_sim_ros.io.sources.motion_table import Samples, odometry_events, read_table
@@ -179,6 +180,24 @@ def test_odometry_that_needs_no_smoothing_or_cannot_be_judged_is_left_alone():
         before = list(tow.events)
         smooth_odometry(tow, SHEAVE)
         assert tow.events == before and tow.rounded == []
+
+
+def test_a_bag_is_smoothed_once_for_all_runs_of_a_process_and_another_one_anew(monkeypatch):
+    worked_out = []
+    monkeypatch.setattr(coarse_bag, "_kept", {})
+    work = coarse_bag._smoothed
+    monkeypatch.setattr(coarse_bag, "_smoothed", lambda *given: worked_out.append(1) or work(*given))
+    first, again, other = (odometry(rate=False)[0] for _ in range(3))
+    again.path = "again"
+    again.events = [event._replace(arrival=event.arrival + 5) for event in again.events]
+    other.events = other.events[:-1]
+    for tow in (first, again, other):
+        smooth_odometry(tow, SHEAVE)
+    assert len(worked_out) == 2
+    assert [event.data for event in again.events] == [event.data for event in first.events]
+    assert [event.arrival for event in again.events] == [event.arrival + 5 for event in first.events]
+    assert again.rounded == first.rounded and again.notices[0].startswith("again: ")
+    assert [event.data for event in other.events] != [event.data for event in first.events[:-1]]
 
 
 def _scaled(data):

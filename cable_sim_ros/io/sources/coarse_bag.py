@@ -7,11 +7,14 @@ rounded table (`motion_curves.py`). A twist that does not fit the poses is left 
 
 from __future__ import annotations
 
+import hashlib
+from typing import NamedTuple
+
 import numpy as np
 
 from ...physics.heave_filter import Convention
 from ...sim.tables.attitude import to_world
-from ..messages.messages import Odometry, Refused, decode_odometry
+from ..messages.messages import Event, Odometry, Refused, decode_odometry
 from .motion_curves import Given, Rounding, judged, through
 from .motion_table import COORDINATES, SECOND, Samples, odometry_events
 from .recorded_tow import RecordedTow
@@ -20,6 +23,7 @@ from .rounding import FEWEST, even, resolution
 UNEVEN = 0.45  # of the period: stamps further off a line are no jitter
 GLANCE = 500  # messages that show whether any coordinate is rounded
 GAP = 1.5  # periods
+KEPT = 2  # bags whose smoothed odometry is kept, about 1 kB a message
 FITS = 0.1, 3.0  # of the rms of the rate, increments of the twist: so far a twist may be from the slope of the poses
 DEGREE = np.pi / 180.0
 
@@ -30,26 +34,65 @@ def smooth_odometry(tow: RecordedTow, sheave: tuple[float, float, float]) -> Non
     Left alone: messages that are refused, stamps that are no line, a jump of the clock, poses that are not rounded, a
     twist that is finer than the poses or does not fit them. sheave: in base_link, m.
     """
-    read = _read(tow)
-    if read is None:
+    if len(tow.spans) > 1:
         return
-    places, messages = read
-    times = np.array([tow.events[k].time for k in places], np.int64)
+    places = [k for k, event in enumerate(tow.events) if event.kind == "odometry"]
+    smoothed = _smoothed_once([tow.events[k] for k in places], tow.path)
+    if smoothed is None:
+        return
+    events = list(tow.events)
+    for k, made in zip(places, smoothed.events):
+        events[k] = made._replace(arrival=events[k].arrival)
+    tow.events = events
+    _tell(tow, smoothed.found, smoothed.whole, sheave)
+
+
+class Smoothed(NamedTuple):
+    """What came out of the odometry of a bag. Nobody writes to it: it is kept for the next run under that bag."""
+
+    found: dict[int, Rounding]  # by coordinate
+    whole: Samples
+    events: list[Event]  # by arrival
+
+
+_kept: dict[bytes, Smoothed | None] = {}  # by the odometry; the last KEPT
+
+
+def _smoothed_once(odometry: list[Event], path: str) -> Smoothed | None:
+    """As `_smoothed`, worked out at the first run of the process under this odometry: seconds a run of a sweep."""
+    digest = hashlib.sha256()
+    for event in odometry:
+        digest.update(b"%d %d " % (event.time, len(event.data)))
+        digest.update(event.data)
+    key = digest.digest()
+    if key not in _kept:
+        while len(_kept) >= KEPT:
+            _kept.pop(next(iter(_kept)), None)
+        _kept[key] = _smoothed(odometry, path)
+    return _kept[key]
+
+
+def _smoothed(odometry: list[Event], path: str) -> Smoothed | None:
+    """Odometry of a bag, smoothed; None where it is to be left alone."""
+    messages = _read(odometry)
+    if messages is None:
+        return None
+    times = np.array([event.time for event in odometry], np.int64)
     t = even((times - times[0]) / SECOND)
     line = _line(t)
     if line is None:
-        return
+        return None
     counts, t = line
     value = _poses(messages)
     twist = np.array([[*m.velocity, *m.rate] for m in messages])
     steps = [resolution(column) for column in twist.T]
     sent = any(m.twist for m in messages)
     if sent and not (any(steps[:3]) and any(steps[3:])):
-        return
+        return None
     ends = [*(np.flatnonzero(np.diff(counts) > GAP) + 1).tolist(), len(t)]
     parts = [slice(a, b) for a, b in zip([0, *ends], ends)]
     if min(part.stop - part.start for part in parts) < FEWEST:
-        return
+        return None
     curves, found = [], {}
     for k, name in enumerate(COORDINATES):
         column = Given(name, "m" if k < 3 else "deg", 1.0 if k < 3 else DEGREE, k > 2)
@@ -58,27 +101,24 @@ def smooth_odometry(tow: RecordedTow, sheave: tuple[float, float, float]) -> Non
         if report is not None:
             found[k] = report
     if not found:
-        return
+        return None
     whole = _samples(t, parts, curves, int(times[0]))
     if sent and not _fits(whole, value, twist, steps):
-        return
-    _replace(tow, places, whole)
-    _tell(tow, found, whole, sheave)
+        return None
+    return Smoothed(found, whole, odometry_events(whole, path))
 
 
-def _read(tow: RecordedTow) -> tuple[list[int], list[Odometry]] | None:
-    """Places and contents of the odometry messages, in the axes of the bag; None where they are not all usable."""
-    places = [k for k, event in enumerate(tow.events) if event.kind == "odometry"]
-    if len(places) < FEWEST:
+def _read(odometry: list[Event]) -> list[Odometry] | None:
+    """The messages in the axes of the bag; None where they are not rounded, or not all usable."""
+    if len(odometry) < FEWEST:
         return None
     try:
-        messages = [decode_odometry(tow.events[k].data, Convention.ENU) for k in places[:GLANCE]]
+        messages = [decode_odometry(event.data, Convention.ENU) for event in odometry[:GLANCE]]
         if not any(resolution(column) for column in _poses(messages).T):
             return None
-        messages += [decode_odometry(tow.events[k].data, Convention.ENU) for k in places[GLANCE:]]
+        return messages + [decode_odometry(event.data, Convention.ENU) for event in odometry[GLANCE:]]
     except Refused:
         return None
-    return None if len(tow.spans) > 1 else (places, messages)
 
 
 def _poses(messages: list[Odometry]) -> np.ndarray:
@@ -117,13 +157,6 @@ def _fits(whole: Samples, value: np.ndarray, twist: np.ndarray, steps: list[floa
     turned = twist[:, 3:5] - whole.rate[:, 3:5]  # of small angles these are the rates of roll and pitch
     maximum = np.maximum(FITS[0] * whole.rate[:, 3:5].std(axis=0), FITS[1] * max(steps[3:]))
     return bool((turned.std(axis=0) <= maximum + 0.05 * np.abs(whole.rate[:, 5]).max()).all())
-
-
-def _replace(tow: RecordedTow, places: list[int], whole: Samples) -> None:
-    events = list(tow.events)
-    for k, made in zip(places, odometry_events(whole, tow.path)):
-        events[k] = made._replace(arrival=events[k].arrival)
-    tow.events = events
 
 
 def _tell(tow: RecordedTow, found: dict[int, Rounding], whole: Samples, sheave: tuple[float, float, float]) -> None:
