@@ -198,6 +198,10 @@ def test_a_bag_is_smoothed_once_for_all_runs_of_a_process_and_another_one_anew(m
     assert [event.arrival for event in again.events] == [event.arrival + 5 for event in first.events]
     assert again.rounded == first.rounded and again.notices[0].startswith("again: ")
     assert [event.data for event in other.events] != [event.data for event in first.events[:-1]]
+    monkeypatch.setattr(coarse_bag, "_kept", {})
+    monkeypatch.setattr(coarse_bag, "LONGEST", 10)
+    smooth_odometry(long := odometry(rate=False)[0], SHEAVE)
+    assert not coarse_bag._kept and [event.data for event in long.events] == [event.data for event in first.events]
 
 
 def _scaled(data):

@@ -23,7 +23,7 @@ from .rounding import FEWEST, even, resolution
 UNEVEN = 0.45  # of the period: stamps further off a line are no jitter
 GLANCE = 500  # messages that show whether any coordinate is rounded
 GAP = 1.5  # periods
-KEPT = 2  # bags whose smoothed odometry is kept, about 1 kB a message
+KEPT, LONGEST = 2, 100_000  # bags whose smoothed odometry is kept; their messages, of about 1 kB each
 FITS = 0.1, 3.0  # of the rms of the rate, increments of the twist: so far a twist may be from the slope of the poses
 DEGREE = np.pi / 180.0
 
@@ -60,6 +60,8 @@ _kept: dict[bytes, Smoothed | None] = {}  # by the odometry; the last KEPT
 
 def _smoothed_once(odometry: list[Event], path: str) -> Smoothed | None:
     """As `_smoothed`, worked out at the first run of the process under this odometry: seconds a run of a sweep."""
+    if len(odometry) > LONGEST:
+        return _smoothed(odometry, path)
     digest = hashlib.sha256()
     for event in odometry:
         digest.update(b"%d %d " % (event.time, len(event.data)))
