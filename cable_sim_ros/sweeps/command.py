@@ -144,14 +144,15 @@ def stoppable(folder: Path | None) -> Iterator[None]:
     try:
         yield
     except KeyboardInterrupt:
+        from ..report.parts import counted
         from .store import Store
 
         if folder is None:
             raise Stopped("stopped by Ctrl-C: nothing is kept without --out DIR") from None
         count = len(Store(folder, look=True).rows)
         raise Stopped(
-            f"stopped by Ctrl-C: {count} rows are kept in {folder / 'rows'}, those in hand are lost. The same command "
-            "goes on with the others"
+            f"stopped by Ctrl-C: {counted(count, 'row')} kept in {folder / 'rows'}; those in hand are lost. The same "
+            "command goes on with the others"
         ) from None
 
 

@@ -6,6 +6,7 @@ import signal
 import warnings
 from concurrent.futures import BrokenExecutor, Executor, Future
 from math import log
+from pathlib import Path
 
 import pytest
 
@@ -13,6 +14,7 @@ from cable_sim_ros.io.scenes.resources import find_bag
 from cable_sim_ros.sweeps import engine
 from cable_sim_ros.sweeps.cases import cases_of
 from cable_sim_ros.sweeps.engine import FAULT, processes, rows_of, workers_of
+from cable_sim_ros.sweeps.sensitivity import points
 from cable_sim_ros.sweeps.store import Store
 from cable_sim_ros.sweeps.sweep import sweep
 from cable_sim_ros.sweeps.sweep_file import SweepError, checked, count_of, load_sweep
@@ -282,6 +284,12 @@ def test_a_sweep_file_finds_the_scene_beside_it_and_names_its_lines(tmp_path):
     (tmp_path / "sweep.yaml").write_text("sweep: one\nscene: flume\nduration: 0.5\ngrid:\n  winch.scope: []\n")
     with pytest.raises(SweepError, match="sweep.yaml"):
         load_sweep(tmp_path / "sweep.yaml")
+
+
+@pytest.mark.parametrize("name, count", [("envelope", 512), ("sensitivity", 352)])
+def test_the_sweeps_of_the_pages_load(name, count):
+    plan = load_sweep(Path(__file__).resolve().parents[2] / "docs" / f"{name}.yaml")
+    assert len(points(plan)) == count if name == "sensitivity" else count_of(plan) == count
 
 
 def test_workers_are_bounded_by_memory(monkeypatch):

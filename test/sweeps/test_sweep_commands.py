@@ -280,7 +280,7 @@ def test_ctrl_c_says_what_is_kept(tmp_path, row, name):
     if name == "table":
         assert "nothing is kept without --out DIR" in told
     else:
-        assert re.search(f"stopped by Ctrl-C: [0-3] rows are kept in {tmp_path / 'out' / 'rows'}", told)
+        assert re.search(f"stopped by Ctrl-C: [0-3] rows? kept in {tmp_path / 'out' / 'rows'}", told)
         assert "The same command goes on" in told
 
 
