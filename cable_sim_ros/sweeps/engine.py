@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import multiprocessing
 import os
+import threading
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future, ProcessPoolExecutor, wait
 from itertools import islice
@@ -50,7 +51,20 @@ def free_memory() -> float:
 
 def processes(workers: int) -> Executor:
     """Workers as processes of this machine, started afresh: they share nothing with the caller."""
-    return ProcessPoolExecutor(workers, mp_context=multiprocessing.get_context("spawn"), initializer=one_thread)
+    return ProcessPoolExecutor(workers, mp_context=multiprocessing.get_context("spawn"), initializer=_begun)
+
+
+def _begun() -> None:
+    """First of all in a worker: one thread, and an end with the caller, of whom a signal leaves nobody to say it."""
+    one_thread()
+    threading.Thread(target=_end_with_caller, name="end_with_caller", daemon=True).start()
+
+
+def _end_with_caller() -> None:
+    caller = multiprocessing.parent_process()
+    if caller is not None:
+        caller.join()
+        os._exit(1)  # the case in hand is lost; its rows are the caller's
 
 
 def rows_of(cases: Iterable[Case], make: Make, workers: int) -> Iterator[tuple[Case, dict[str, Any]]]:

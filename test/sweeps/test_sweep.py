@@ -3,6 +3,9 @@
 import json
 import os
 import signal
+import subprocess
+import sys
+import time
 import warnings
 from concurrent.futures import BrokenExecutor, Executor, Future
 from math import log
@@ -343,3 +346,35 @@ def test_a_row_says_when_the_waves_do_not_move_the_ship(motion, told):
     of_the_file = " ".join(str(one.message) for one in of_the_file)
     assert ["independent" in text for text in (of_the_file, row["warnings"])] == [told, told]
     assert row["verdict"] != "failed"
+
+
+CALLER = """
+import os, time
+from cable_sim_ros.sweeps.engine import processes
+if __name__ == "__main__":
+    executor = processes(1)
+    print(executor.submit(os.getpid).result(), flush=True)
+    executor.submit(time.sleep, 60.0)
+    time.sleep(60.0)
+"""
+
+
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGKILL])
+def test_workers_end_with_a_caller_that_was_ended_by_a_signal(tmp_path, number):
+    """Else each waits for work for ever, with its memory."""
+    (tmp_path / "caller.py").write_text(CALLER)
+    with subprocess.Popen([sys.executable, tmp_path / "caller.py"], stdout=subprocess.PIPE, text=True) as caller:
+        worker = int(caller.stdout.readline())
+        caller.send_signal(number)
+    deadline = time.monotonic() + 60.0
+    while alive(worker) and time.monotonic() < deadline:
+        time.sleep(0.05)
+    assert not alive(worker)
+
+
+def alive(pid):
+    """Is a process there that has not ended?"""
+    try:
+        return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
+    except OSError:
+        return False
