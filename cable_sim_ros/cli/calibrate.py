@@ -100,6 +100,7 @@ def calibrate(bag, scene, free, mapping, motion, heave, winch, duration, signals
     from ..io.scenes.winch_plan import WinchPlan
     from ..runs.calibration.calibrate import Options
     from ..runs.calibration.calibrate import calibrate as fitted
+    from ..runs.calibration.free import CalibrateError
     from ..runs.scores.recordings import read_recording
     from ..runs.settings import apply_to_scene, of_intake, settings_of
     from ..runs.sources import motion_of
@@ -126,11 +127,24 @@ def calibrate(bag, scene, free, mapping, motion, heave, winch, duration, signals
     tow = None if steady else motion_of(run, moved, heave, duration, False, intake)
     if tow is not None and plan is not None:
         tow.events = [event for event in tow.events if not event.is_command]
-    with progress_bar(as_json, "runs") as progress:
-        result = fitted(run, recording.signals, recording.name, free, tow, duration=duration, plan=plan, options=asked,
-                        progress=lambda what, runs: progress(f"{what}: {runs} runs", runs, 0))  # fmt: skip
     of_motion = "" if tow is None or (moved == bag and recording.damage) else tow.damage  # once where it is one bag
-    result.reasons += [check("DAMAGE", text) for text in (recording.damage, of_motion) if text]
+    damage = [text for text in (recording.damage, of_motion) if text]
+    try:
+        with progress_bar(as_json, "runs") as progress:
+            result = fitted(
+                run,
+                recording.signals,
+                recording.name,
+                free,
+                tow,
+                duration=duration,
+                plan=plan,
+                options=asked,
+                progress=lambda what, runs: progress(f"{what}: {runs} runs", runs, 0),
+            )
+    except CalibrateError as error:
+        raise CalibrateError("\n".join([str(error), *(f"damaged: {text}" for text in damage)])) from None
+    result.reasons += [check("DAMAGE", text) for text in damage]
     result.notes += recording.notes
     finish(
         result, scene, base, {key: value for key, value in given.items() if key not in intake}, out, picture, as_json
@@ -174,7 +188,10 @@ def finish(
         from ..runs.calibration.write_scene import rounded, write_scene
 
         values = {**settings, **{key: rounded(value) for key, value in result.values.items()}}
-        write_scene(scene, override(base, values), values, _head(result), out)
+        head = _head(result) + [
+            f"  {key} = {value}, of --set" for key, value in settings.items() if key not in result.values
+        ]
+        write_scene(scene, override(base, values), values, head, out)
         click.echo(f"scene:     {out}", err=as_json)
     elif out is not None:
         click.echo(f"scene:     {out} was not written: the fit has not converged", err=True)
@@ -198,8 +215,8 @@ def finish(
 def _head(result: Calibration) -> list[str]:
     lines = [f"Calibrated by cable-sim calibrate on {Path(result.name).name}, verdict {result.verdict.state}:"]
     for one in result.parameters:
-        if one.number:
-            lines.append(f"  {one.name} = {_fine(one, one.value)} {_interval(one)} (95 %), was {one.start:.5g}")
+        was = f", was {one.start:.5g}" if one.number else ", of the instrument"
+        lines.append(f"  {one.name} = {_fine(one, one.value)} {_interval(one)} (95 %){was}")
     return lines
 
 

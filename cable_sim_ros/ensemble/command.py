@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import json
+import re
 import sys
+import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
 from importlib import import_module
@@ -84,13 +86,16 @@ def _over_a_bag(bag, file, changed, scene, out, twins, outside, as_json) -> None
     folder = out or Path("runs") / "ensemble"
     ready(folder)
     with _bar(as_json) as progress:
-        one = follow_recording(source, tow, plan, progress=progress)
+        with warnings.catch_warnings(record=True) as warned:
+            warnings.simplefilter("always")
+            one = follow_recording(source, tow, plan, progress=progress)
         report = {"scene": tow.name, "path": str(source), **figures(one, plan)}
         if twins:
             report["coverage"] = covered(source, tow, plan, twins, values, progress)
     report["assumed"] = assumed(plan)
-    report["notes"] = [*one.notes, *([one.damage] if one.damage else [])]
-    doubtful = CODE_DOUBTFUL if one.lost or not one.settled.any() else CODE_OK
+    odd = of_copies(tow, [str(item.message) for item in warned if issubclass(item.category, UserWarning)])
+    report["notes"] = [*one.notes, *odd, *([one.damage] if one.damage else [])]
+    doubtful = CODE_DOUBTFUL if one.lost or odd or not one.settled.any() else CODE_OK
     report["exit_code"] = CODE_DAMAGED if one.damage else doubtful
     write_table(folder / CSV_NAME, one)
     (folder / JSON_NAME).write_text(json.dumps(report, indent=1) + "\n", "utf-8")
@@ -100,6 +105,24 @@ def _over_a_bag(bag, file, changed, scene, out, twins, outside, as_json) -> None
     else:
         _tell(report, paths)
     sys.exit(report["exit_code"])
+
+
+def of_copies(scene: Scene, texts: list[str]) -> list[str]:
+    """Of the warnings of copies those that the scene itself does not have, one of a kind, with their number."""
+    from ..io.scenes.load import scene_from_dict
+
+    def kind(text: str) -> str:
+        return re.sub(r"[-+]?\d[\d.e+-]*", "#", text.partition(": ")[2])
+
+    with warnings.catch_warnings(record=True) as own:
+        warnings.simplefilter("always")
+        scene_from_dict(scene.model_dump(mode="json"), scene.name)
+    known = {kind(str(item.message)) for item in own}
+    found: dict[str, list[str]] = {}
+    for text in texts:
+        if kind(text) not in known:
+            found.setdefault(kind(text), []).append(text)
+    return [f"warned of {len(alike)} x in the copies, first: {alike[0].partition(': ')[2]}" for alike in found.values()]
 
 
 def assumed(plan: EnsemblePlan) -> list[str]:

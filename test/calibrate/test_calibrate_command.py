@@ -269,7 +269,7 @@ def test_numbers_have_the_digits_of_their_interval(steady):
     "free, text",
     [
         (("cable.sections.armoured.drag_amplificaton",), f"Did you mean {DRAG}?"),
-        ((f"{DRAG}=2:3",), f"the scene has {DRAG} = 1.8 , outside its range [2, 3]; nothing was simulated"),
+        ((f"{DRAG}=2:3",), f"the scene has {DRAG} = 1.8, outside its range [2, 3]; nothing was simulated"),
         ((f"{DRAG}=3:1",), "3 is not below 1; nothing was simulated"),
         ((f"{DRAG}=0.01:3",), "the range leaves [0.1, 10]"),
         ((f"{DRAG}=x:3",), "'x' is no lower bound"),

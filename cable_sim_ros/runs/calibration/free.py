@@ -80,8 +80,9 @@ def _free(text: str, scene: Scene) -> Free:
     low, high = _range(of, limits if sign else "", start, known)
     unit = "" if unit == "1" else unit
     if not low <= start <= high:
+        had = f"{start:g} {unit}".strip()
         raise CalibrateError(
-            f"{of}: the scene has {key} = {start:g} {unit}, outside its range [{low:g}, {high:g}]; {CONSEQUENCE}. "
+            f"{of}: the scene has {key} = {had}, outside its range [{low:g}, {high:g}]; {CONSEQUENCE}. "
             f"Widen the range, or begin elsewhere with --set {key}=VALUE"
         )
     mean = sd = None
@@ -121,10 +122,10 @@ def _range(of: str, limits: str, start: float, known: Declared | None) -> tuple[
     if not low < high:
         raise CalibrateError(f"{of}: {low:g} is not below {high:g}; {CONSEQUENCE}. Give LOW:HIGH")
     if low < least or (above and low <= least) or high > most:
-        unit = known.unit if known is not None else ""
-        allowed = known.interval if known is not None else ""
+        unit = known.unit if known is not None and known.unit != "1" else ""
+        allowed = f"{known.interval if known is not None else ''} {unit}".strip()
         raise CalibrateError(
-            f"{of}: the range leaves {allowed} {unit}, which the key allows; {CONSEQUENCE}. Give a range inside"
+            f"{of}: the range leaves {allowed}, which the key allows; {CONSEQUENCE}. Give a range inside"
         )
     return low, high
 

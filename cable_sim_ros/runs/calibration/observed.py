@@ -121,7 +121,7 @@ def _enough(
     held = len(fitted) - int(fitted.sum())
     if int(fitted.sum()) >= least and (hold_out == 0.0 or held >= 2):
         return
-    span = f"{series.time[0]:.6g} to {series.time[-1]:.6g} s" if len(series.time) else "no time"
+    span = f"{series.time[0]:.12g} to {series.time[-1]:.12g} s" if len(series.time) else "no time"
     what = f"windows of {WINDOW:g} s" if steady else "values"
     if steady:
         shared = ""
@@ -132,6 +132,6 @@ def _enough(
     raise CalibrateError(
         f"{name}: {int(fitted.sum())} {what} to fit and {held} held out; {least} are needed; {CONSEQUENCE}. The record "
         f"is of {span}{shared} (from the start of the tow, whose start-up does not count; gaps are longer than {GAP:g} "
-        "intervals). Too short: give a longer record or another --hold-out; clocks that differ: cable-sim compare "
-        "--align finds by how much"
+        "intervals). Too short: give a longer record, a longer --duration or another --hold-out; clocks that differ: "
+        "cable-sim compare --align clock finds by how much, clock_offset of a mapping takes it out"
     )

@@ -23,6 +23,8 @@ WORTH = 1.2  # times the spread of a signal about its own mean, that a calibrate
 TINY = 1e-3  # of the spread: what a solver leaves of a log without noise
 MAD = 1.4826  # of a median absolute deviation, to a standard deviation
 FAR, DECIDE = 6.0, 0.5  # deviations of the usual rest, from which a value is alone; share of the squares of such values
+ENOUGH = 36.0  # independent samples: from there on none are told as few
+SINGLE = 0.05  # of the values: more are no outliers
 SPEED, PAYOUT = 0.05, 0.01  # of what is simulated, that the measured one may be beside it
 
 
@@ -66,7 +68,8 @@ def judge(
         )
     _repeated(out, problem, found, known)
     if known.few:
-        told = ", ".join(f"{name} {count:.0f}" for name, count in known.independent.items())
+        few = {name: count for name, count in known.independent.items() if count < ENOUGH} or known.independent
+        told = ", ".join(f"{name} {count:.0f}" for name, count in few.items())
         tell(_reason("FEW_SAMPLES", f"independent samples are few ({told}): the intervals themselves are uncertain"))
     for one in out.parameters:
         beside = [rise for rise in one.rise if rise is not None and abs(rise - 1.0) > RISE]
@@ -92,7 +95,7 @@ def judge(
             )
             tell(_reason("NOISE", text, shown.quantity))
     for shown in out.signals:
-        alone = shown.instrument or shown.given
+        alone, whose = shown.instrument or shown.given, "with the instrument alone" if shown.instrument else "as given"
         if shown.calibrated.held is None or alone.held is None:
             continue
         if shown.calibrated.held[1] > WORSE * alone.held[1]:
@@ -100,11 +103,13 @@ def judge(
                 _reason(
                     "HOLD_OUT",
                     f"{shown.quantity}: calibrated, the scene leaves {shown.calibrated.held[1]:.4g} {shown.unit} rms "
-                    f"on the part held out, as given {alone.held[1]:.4g}: what was fitted does not hold there",
+                    f"on the part held out, {whose} {alone.held[1]:.4g}: what was fitted does not hold there",
                     shown.quantity,
                 )
             )
     _unlike(out, problem, found, known)
+    if out.held_s is None:
+        out.notes.append("nothing was held out (--hold-out 0): no part of the record has judged the fit")
     if not model.steady:
         for reason in model.verdict(problem.values(found.x)).reasons:
             tell(reason._replace(text=f"the calibrated run: {reason.text}"))
@@ -123,8 +128,9 @@ def _unlike(out: Calibration, problem: Problem, found: Fit, known: Confidence) -
             out.notes.append(f"{one.quantity}: {holes:.3g} s of the {span:.3g} s that are fitted have no values")
         rest, spread = problem.rest(found.x, one, curves, one.fitted), float(np.std(one.value[one.fitted]))
         left = float(np.sqrt(np.mean(rest**2)))
-        # of a mean that is known from few samples more is left by chance
-        if left > spread * max(WORTH, (1.0 + 9.0 / known.independent[one.quantity]) ** 0.5):
+        # of a mean of few windows more is left by chance
+        chance = (1.0 + 9.0 / known.independent[one.quantity]) ** 0.5 if out.steady else 1.0
+        if left > spread * max(WORTH, chance):
             text = (
                 f"{one.quantity}: calibrated, the scene leaves {left:.4g} {one.unit} rms, where its own mean would "
                 f"leave {spread:.4g}: another sign, unit, clock or tow; cable-sim compare looks for the first three"
@@ -132,7 +138,8 @@ def _unlike(out: Calibration, problem: Problem, found: Fit, known: Confidence) -
             out.reasons.append(_reason("MISFIT", text, one.quantity))
         off = np.abs(rest - np.median(rest))
         alone = off > max(FAR * MAD * float(np.median(off)), TINY * spread)
-        if alone.any() and float(np.sum(off[alone] ** 2)) > DECIDE * float(np.sum(off**2)):
+        few = one.noise is None and 0.0 < float(alone.mean()) <= SINGLE
+        if few and float(np.sum(off[alone] ** 2)) > DECIDE * float(np.sum(off**2)):
             text = (
                 f"{one.quantity}: {int(alone.sum())} of {len(rest)} values are more than {FAR:g} times the usual rest "
                 f"of {MAD * float(np.median(off)):.3g} {one.unit} away, up to {off.max():.3g}, and make most of its "
@@ -149,12 +156,16 @@ def _repeated(out: Calibration, problem: Problem, found: Fit, known: Confidence)
         text = f"{name}: the simulated signal does the same again after {again:.4g} s, so that"
         if beside:
             text += (
-                f" {beside[0]:.4g} s fits as well as {one.value:.4g} s; give a --max-lag below {0.5 * again:.3g}, or a "
-                "motion that does not repeat itself"
+                f" {beside[0]:.4g} s fits as well as {one.value:.4g} s. A motion that does not repeat itself tells "
+                f"them apart; a --max-lag below {0.5 * again:.3g} takes the one nearest 0: give it where the latency "
+                "is known to be below that"
             )
             out.reasons.append(_reason("LAG", text, name))
         else:
-            out.notes.append(f"{text} it is known up to multiples of that; --max-lag {one.limits[1]:g} leaves one")
+            out.notes.append(
+                f"{text} it is known up to multiples of that: {one.value:.4g} s is the one within --max-lag "
+                f"{one.limits[1]:g}, and a latency beyond would show as this"
+            )
 
 
 def _beside(out: Calibration, problem: Problem, found: Fit, model: TowModel, signals: Sequence[Signal]) -> None:
