@@ -124,6 +124,7 @@ def test_a_log_beside_the_bag_of_its_motion_gives_drag_and_gain(under_way, gaine
     result = call(*gained, "--motion", under_way[0], *FIT)
     told = json.loads(result.stdout)
     assert not {reason["flag"] for reason in told["verdict"]["reasons"]} - {"FEW_SAMPLES"}, told["verdict"]
+    assert told["verdict"]["notes"] == ["nothing was held out (--hold-out 0): no part of the record has judged the fit"]
     for one, true in zip(told["parameters"], (TRUE, 0.9), strict=True):
         assert one["interval"][0] <= true <= one["interval"][1], one
         assert one["interval"][1] - one["interval"][0] < 0.1
@@ -143,6 +144,14 @@ def test_a_damaged_bag_of_the_motion_is_told_though_the_log_is_whole(under_way, 
     assert result.exit_code == 3, result.output
     damage = [reason for reason in json.loads(result.stdout)["verdict"]["reasons"] if reason["flag"] == "DAMAGE"]
     assert len(damage) == 1 and "cut" in damage[0]["text"]
+
+
+def test_damage_is_told_beside_the_refusal_that_it_causes(under_way, gained, tmp_path):
+    shutil.copytree(under_way[0], tmp_path / "cut")
+    (mcap,) = (tmp_path / "cut").rglob("*.mcap")
+    mcap.write_bytes(mcap.read_bytes()[: int(0.5 * mcap.stat().st_size)])
+    result = call(*gained, "--motion", tmp_path / "cut", *FIT)
+    assert result.exit_code == 2 and "Too short: " in result.stderr and "damaged: " in result.stderr, result.output
 
 
 def test_the_mesh_of_a_fit_stays_with_it():

@@ -94,6 +94,16 @@ def test_a_draw_is_of_seed_and_number_and_as_wide_as_it_says():
     assert all(draw.payout == 0.0 for draw in drawn)
 
 
+def test_what_copies_are_warned_of_is_told_once_and_that_of_the_scene_is_not(scene, recwarn):
+    from cable_sim_ros.ensemble.command import of_copies
+
+    load_scene("full_scale_contact")
+    own = str(recwarn.pop(UserWarning).message)
+    texts = [f"override of a: the tow rises {n} m above the surface" for n in ("1.5", "2e-1")]
+    assert of_copies(scene, texts) == ["warned of 2 x in the copies, first: the tow rises 1.5 m above the surface"]
+    assert of_copies(load_scene("full_scale_contact"), [own]) == []
+
+
 def test_twins_follow_the_seed_and_no_two_ensembles_have_the_same():
     seeds = {seed_of(seed, group) for seed in range(10) for group in range(ENSEMBLES)}
     assert len(seeds) == 10 * ENSEMBLES and all(0 <= seed <= MAX_SEED for seed in (*seeds, seed_of(MAX_SEED, 5)))
