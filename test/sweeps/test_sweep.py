@@ -289,7 +289,7 @@ def test_a_sweep_file_finds_the_scene_beside_it_and_names_its_lines(tmp_path):
         load_sweep(tmp_path / "sweep.yaml")
 
 
-@pytest.mark.parametrize("name, count", [("envelope", 512), ("sensitivity", 352)])
+@pytest.mark.parametrize("name, count", [("envelope", 512), ("sensitivity", 704)])
 def test_the_sweeps_of_the_pages_load(name, count):
     plan = load_sweep(Path(__file__).resolve().parents[2] / "docs" / f"{name}.yaml")
     assert len(points(plan)) == count if name == "sensitivity" else count_of(plan) == count
