@@ -74,6 +74,7 @@ def ensemble(bag, file, scene, copies, seed, out, twins, outside, namespace, wai
 
 
 def _over_a_bag(bag, file, changed, scene, out, twins, outside, as_json) -> None:
+    from ..io.scenes.load import SceneWarning
     from ..io.scenes.resources import find_bag
     from .coverage import covered, outside_of
     from .plan import load_plan
@@ -93,7 +94,10 @@ def _over_a_bag(bag, file, changed, scene, out, twins, outside, as_json) -> None
         if twins:
             report["coverage"] = covered(source, tow, plan, twins, values, progress)
     report["assumed"] = assumed(plan)
-    odd = of_copies(tow, [str(item.message) for item in warned if issubclass(item.category, UserWarning)])
+    ours = [item for item in warned if issubclass(item.category, SceneWarning)]
+    for item in (item for item in warned if item not in ours):  # of a library: as it came
+        warnings.warn_explicit(item.message, item.category, item.filename, item.lineno)
+    odd = of_copies(tow, [str(item.message) for item in ours])
     report["notes"] = [*one.notes, *odd, *([one.damage] if one.damage else [])]
     doubtful = CODE_DOUBTFUL if one.lost or odd or not one.settled.any() else CODE_OK
     report["exit_code"] = CODE_DAMAGED if one.damage else doubtful

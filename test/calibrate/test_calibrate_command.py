@@ -229,13 +229,14 @@ def test_a_steady_tow_and_the_scene_that_is_written(steady, tmp_path):
         ({"tension": 500.0}, ("--signal", "tension"), {"AT_BOUND", "MISFIT"}),
         ({"sign": -1.0}, (), {"MISFIT"}),
         ({"spike": 1e5}, (), {"OUTLIERS"}),
+        ({"spike": 1e5, "spikes": 10}, (), {"OUTLIERS"}),
     ],
 )
 def test_a_doubt_is_told_and_leaves_with_its_code(tmp_path, shown, off, more, flags):
     """Each with its own reason; the intervals of short records have one of theirs."""
     rng, t = np.random.default_rng(5), np.arange(0.0, 1800.0, 0.5)
     tension = off.get("sign", 1.0) * shown["tension"] + off.get("tension", 0.0) + 8.0 * rng.standard_normal(len(t))
-    tension[1000] += off.get("spike", 0.0)
+    tension[1000 : 1000 + 60 * off.get("spikes", 1) : 60] += off.get("spike", 0.0)  # 10: a quarter of the windows
     tension[t > 1200.0] += off.get("late", 0.0)
     given = write(
         tmp_path,

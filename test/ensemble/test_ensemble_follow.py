@@ -157,6 +157,15 @@ def call(*arguments):
     return CliRunner().invoke(main, ["ensemble", *map(str, arguments)])
 
 
+def test_copies_that_leave_what_the_model_can_do_are_told_and_code_4(bag, tmp_path):
+    """A towbody lighter than water in most of them: it would rise to the surface."""
+    (tmp_path / "light.yaml").write_text("ensemble: light\nranges: {towbody.net_weight: {low: -3000, high: 300}}\n")
+    result = call(bag, "--file", tmp_path / "light.yaml", "--copies", "5", "--out", tmp_path, "--json")
+    told = json.loads(result.stdout)
+    assert result.exit_code == told["exit_code"] == 4, result.output
+    assert any("x in the copies, first: " in note and "rises to the surface" in note for note in told["notes"]), told
+
+
 def test_the_command_writes_table_picture_and_figures(bag, tmp_path):
     found = call(bag, "--copies", 5, "--out", tmp_path, "--json")
     assert found.exit_code == 0, found.output

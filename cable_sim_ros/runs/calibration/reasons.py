@@ -24,7 +24,6 @@ TINY = 1e-3  # of the spread: what a solver leaves of a log without noise
 MAD = 1.4826  # of a median absolute deviation, to a standard deviation
 FAR, DECIDE = 6.0, 0.5  # deviations of the usual rest, from which a value is alone; share of the squares of such values
 ENOUGH = 36.0  # independent samples: from there on none are told as few
-SINGLE = 0.05  # of the values: more are no outliers
 SPEED, PAYOUT = 0.05, 0.01  # of what is simulated, that the measured one may be beside it
 
 
@@ -138,12 +137,11 @@ def _unlike(out: Calibration, problem: Problem, found: Fit, known: Confidence) -
             out.reasons.append(_reason("MISFIT", text, one.quantity))
         off = np.abs(rest - np.median(rest))
         alone = off > max(FAR * MAD * float(np.median(off)), TINY * spread)
-        few = one.noise is None and 0.0 < float(alone.mean()) <= SINGLE
-        if few and float(np.sum(off[alone] ** 2)) > DECIDE * float(np.sum(off**2)):
+        if one.noise is None and alone.any() and float(np.sum(off[alone] ** 2)) > DECIDE * float(np.sum(off**2)):
             text = (
                 f"{one.quantity}: {int(alone.sum())} of {len(rest)} values are more than {FAR:g} times the usual rest "
                 f"of {MAD * float(np.median(off)):.3g} {one.unit} away, up to {off.max():.3g}, and make most of its "
-                "noise; leave them out by `range` of the mapping, or state the noise"
+                "noise: spikes, which `range` of the mapping leaves out, or a part of the record that is another tow"
             )
             out.reasons.append(_reason("OUTLIERS", text, one.quantity))
 
