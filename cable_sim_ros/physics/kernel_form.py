@@ -80,6 +80,8 @@ class KeptCode:
         if key is not None and _in_use.setdefault(key, self.form) is not self.form:
             key = None  # another dispatcher of the same content: the names in its code are taken
         self.names[args] = key
+        if self.form.apart:
+            return None  # written by another process a moment ago; loaded, it would look for what it calls by symbol
         content = self.files.read(self._file(key)) if key is not None else None
         if content is None:
             return None

@@ -246,6 +246,13 @@ def test_two_processes_at_the_same_time(tmp_path):
     assert small.run() == (AS_IT_IS, [])
 
 
+def test_what_another_process_kept_a_moment_ago_is_not_loaded_before_what_it_calls(small):
+    """Machine code whose calls by symbol are not published yet would end the process."""
+    kept = "import small.physics.kernel_form as f\nf.KeptCode.lacks = lambda *a: True"
+    no_worker = f"{TWO_WORKERS}\ncompiling._serve = lambda *a: None"
+    assert small.run(f"{no_worker}\n{kept}") == (AS_IT_IS, ["_heavier", "_heavy", "run"])
+
+
 def test_what_was_compiled_before_a_number_was_replaced_is_not_kept(small):
     """A function compiled with the old number stands in memory; a caller's name on disk would say the new one."""
     small.edit("physics/numbers.py", "FACTOR = 2.0", "FACTOR = 4.0")
