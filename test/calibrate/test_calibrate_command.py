@@ -124,7 +124,10 @@ def test_a_log_beside_the_bag_of_its_motion_gives_drag_and_gain(under_way, gaine
     result = call(*gained, "--motion", under_way[0], *FIT)
     told = json.loads(result.stdout)
     assert not {reason["flag"] for reason in told["verdict"]["reasons"]} - {"FEW_SAMPLES"}, told["verdict"]
-    assert told["verdict"]["notes"] == ["nothing was held out (--hold-out 0): no part of the record has judged the fit"]
+    *taken, unjudged = told["verdict"]["notes"]
+    assert unjudged == "nothing was held out (--hold-out 0): no part of the record has judged the fit"
+    assert [text.partition(":")[0] for text in taken] == ["tension", "body_depth"]
+    assert "of bias" in taken[0] and "of gain" not in taken[0] and "of gain" in taken[1], "gain of the tension is free"
     for one, true in zip(told["parameters"], (TRUE, 0.9), strict=True):
         assert one["interval"][0] <= true <= one["interval"][1], one
         assert one["interval"][1] - one["interval"][0] < 0.1
@@ -162,6 +165,23 @@ def test_the_mesh_of_a_fit_stays_with_it():
     model((2.5,))
     own, of_fit = layout_of(scene).mesh, model.mesh
     assert own.fractions[0].tolist() == Layout(scene).mesh.fractions[0].tolist() != of_fit.fractions[0].tolist()
+
+
+@pytest.mark.parametrize("kind, off", [("bias", (10.0, 1.0)), ("gain", (0.0, 1.01))])
+def test_the_effect_of_an_error_that_is_not_freed_is_that_of_another_fit(tmp_path, shown, kind, off):
+    rng, t = np.random.default_rng(5), np.arange(0.0, 600.0, 0.5)
+    noise = 8.0 * rng.standard_normal(len(t))
+    values = []
+    for bias, gain in ((0.0, 1.0), off):
+        given = write(tmp_path, t, tension=gain * shown["tension"] + bias + noise, depth=np.full(len(t), 20.0))
+        fit = ("--steady", "--free", f"{DRAG}=1.5:2.5", "--signal", "tension", "--intervals", "linear", "--json")
+        told = json.loads(call(*given, *fit).stdout)
+        values.append(told["parameters"][0]["value"])
+        (note,) = (text for text in told["verdict"]["notes"] if "is not freed" in text)
+        assert "lag" not in note, "a mean has none"
+    per = float(re.search(rf"of {kind} moves {re.escape(DRAG)} by (\S+?);?(?: |$)", note)[1])
+    times = {"bias": off[0], "gain": 100.0 * (off[1] - 1.0)}[kind]
+    assert values[1] - values[0] == pytest.approx(per * times, rel=0.15)
 
 
 def test_a_fit_that_stops_short_is_failed_and_writes_no_scene(steady, tmp_path, monkeypatch):

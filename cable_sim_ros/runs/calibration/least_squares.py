@@ -127,6 +127,14 @@ class Problem:
             ends.append(self.simulate(self.values(at)))
         return ends[0], ends[1], 2.0 * STEP
 
+    def by_instrument(self, x: np.ndarray, one: Observed, curves: Curves, kind: str) -> np.ndarray:
+        """Derivative [n] of a signal over the fitted part with respect to its bias, gain or lag."""
+        _, gain, lag = self.instrument(x, one.quantity)
+        curve, time = curves[one.quantity], one.time[one.fitted] - lag
+        if kind == "lag":
+            return -gain * curve.rate(time)
+        return curve.value(time) if kind == "gain" else np.ones(len(time))
+
     def slopes(self, x: np.ndarray) -> dict[str, np.ndarray]:
         """Derivatives [n, parameters] of each signal over the fitted part."""
         curves = self.simulate(self.values(x))
@@ -139,13 +147,7 @@ class Problem:
                 out[one.quantity][:, k] = change / apart
         for k, nuisance in enumerate(self.nuisances, start=len(self.free)):
             one = next(signal for signal in self.signals if signal.quantity == nuisance.quantity)
-            _, gain, lag = self.instrument(x, one.quantity)
-            curve, time = curves[one.quantity], one.time[one.fitted] - lag
-            if nuisance.kind == "lag":
-                column = -gain * curve.rate(time)
-            else:
-                column = curve.value(time) if nuisance.kind == "gain" else np.ones(len(time))
-            out[one.quantity][:, k] = column
+            out[one.quantity][:, k] = self.by_instrument(x, one, curves, nuisance.kind)
         return out
 
     def priors(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -11,7 +11,7 @@ from ...sim.verdict import Reason
 from ..scores.pairing import GAP, clean
 from .confidence import APART, Confidence, Interval
 from .lags import repeats
-from .least_squares import Fit, Problem
+from .least_squares import KINDS, Fit, Problem, scales
 from .result import Calibration
 from .tow_model import TowModel
 
@@ -24,6 +24,7 @@ TINY = 1e-3  # of the spread: what a solver leaves of a log without noise
 MAD = 1.4826  # of a median absolute deviation, to a standard deviation
 FAR, DECIDE = 6.0, 0.5  # deviations of the usual rest, from which a value is alone; share of the squares of such values
 ENOUGH = 36.0  # independent samples: from there on none are told as few
+TAKEN = {"bias": 1.0, "gain": 0.01, "lag": 0.1}  # unit of the signal, 1, s: the error of an instrument that is told of
 SPEED, PAYOUT = 0.05, 0.01  # of what is simulated, that the measured one may be beside it
 
 
@@ -107,12 +108,37 @@ def judge(
                 )
             )
     _unlike(out, problem, found, known)
+    if not known.apart:
+        _taken_as_true(out, problem, found)
     if out.held_s is None:
         out.notes.append("nothing was held out (--hold-out 0): no part of the record has judged the fit")
     if not model.steady:
         for reason in model.verdict(problem.values(found.x)).reasons:
             tell(reason._replace(text=f"the calibrated run: {reason.text}"))
     _beside(out, problem, found, model, signals)
+
+
+def _taken_as_true(out: Calibration, problem: Problem, found: Fit) -> None:
+    """What an error of an instrument that is not free would move the numbers by, linear about the fit."""
+    scale = scales(problem, found.noise, found.correlated)
+    curves, at = problem.simulate(problem.values(found.x)), 0
+    freed = {(one.kind, one.quantity) for one in problem.nuisances}
+    for one, shown in zip(problem.signals, out.signals, strict=True):
+        part = slice(at, at + int(one.fitted.sum()))
+        at = part.stop
+        told = []
+        sizes = {"bias": f"1 {shown.unit} of bias", "gain": "1 % of gain", "lag": "0.1 s of lag"}
+        for kind in KINDS:
+            if (kind, one.quantity) in freed or (kind == "lag" and out.steady):
+                continue
+            error = np.zeros(len(found.rest))
+            error[part] = TAKEN[kind] * problem.by_instrument(found.x, one, curves, kind) / scale[one.quantity]
+            moved = np.linalg.lstsq(found.slope, error, rcond=None)[0]
+            by = (f"{free.key} by {x * (free.high - free.low):.2g}" for free, x in zip(problem.free, moved))
+            told.append(f"{sizes[kind]} moves {', '.join(by)}")
+        if told:
+            text = f"{one.quantity}: what its instrument is off and is not freed goes into the numbers: "
+            out.notes.append(text + "; ".join(told))
 
 
 def _unlike(out: Calibration, problem: Problem, found: Fit, known: Confidence) -> None:
