@@ -161,6 +161,7 @@ class Beside:
         """One task of /diagnostics."""
         follower, ensemble = self.follower, self.follower.ensemble
         members = len(ensemble.draws) - 1 - len(ensemble.lost)
+        flags = ensemble.flagged(newest=True)
         if self.problem:
             level, text = ERROR, self.problem
         elif self.silent > SILENT:
@@ -171,6 +172,8 @@ class Beside:
             level, text = ERROR, f"out of real time: the band is {follower.lag:.1f} s old, no look-ahead is made"
         elif follower.settling:
             level, text = WARN, f"joined under way: the copies settle for another {follower.settling:.0f} s"
+        elif flags:
+            level, text = WARN, next(iter(flags.values()))
         elif self.let_go:
             level, text = WARN, f"{self.let_go} copies were let go to hold real time, {members} are left"
         else:
@@ -181,6 +184,8 @@ class Beside:
             "lost": "; ".join(f"{lost.number}: {lost.why}" for lost in ensemble.lost)[:500],
             "lag_s": f"{follower.lag:.2f}",
             "silent_s": f"{self.silent:.1f}",
+            "flags": ", ".join(flags),
+            "flags_since_start": ", ".join(ensemble.flagged()),
             "starts": str(follower.begun),
             "seed": str(follower.plan.seed),
             "payout_apart_m": f"{follower.apart[0]:.3f}",

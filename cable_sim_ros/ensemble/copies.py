@@ -22,6 +22,7 @@ from ..physics.inputs import Inputs
 from ..sim.inputs import ShipMotion, WinchCommand, push
 from ..sim.scene import Scene
 from ..sim.simulator import Simulator, SolverError
+from .flagged import Seen, flagged
 from .plan import Draw, EnsemblePlan, draw_of, scene_of
 
 LEVEL = 0.95
@@ -97,6 +98,8 @@ class Ensemble:
         self.scene, self.plan, self.threads = scene, plan, threads
         self.draws = [draw_of(plan, number) for number in range(plan.copies + 1)] if draws is None else list(draws)
         self.lost: list[Lost] = []
+        self.seen: dict[int, Seen] = {}  # of each copy, over all starts
+        self.newest: dict[int, Seen] = {}  # of the newest run
         self.inputs: Inputs | None = None
         self.start_cpu = 0.0  # s, of the last start
         self._sims: dict[int, Simulator] = {}
@@ -110,7 +113,7 @@ class Ensemble:
     ) -> None:
         """Static start of every copy. heading: mean yaw [rad], None: the scene's; scope: cable out [m], None: the
         scene's. Raises EnsembleEnded where too many do not settle, Stopped where `alive` says no."""
-        self._sims, self.lost, self.inputs = {}, [], None
+        self._sims, self.newest, self.lost, self.inputs = {}, {}, [], None
         used = time.process_time()
         yaw = math.radians(self.scene.ship.heading_deg) if heading is None else heading
         for number, draw in enumerate(self.draws):
@@ -151,21 +154,30 @@ class Ensemble:
         Raises EnsembleEnded where the solver gives up in too many.
         """
 
+        seen = {number: Seen() for number in self._sims}
         if self.threads > 1:
             with ThreadPoolExecutor(self.threads) as pool:
-                ran = dict(pool.map(lambda number: (number, self._one(number, count, every)), list(self._sims)))
+                ran = dict(pool.map(lambda number: (number, self._one(number, count, every, seen[number])), seen))
         else:
-            ran = {number: self._one(number, count, every) for number in list(self._sims)}
+            ran = {number: self._one(number, count, every, seen[number]) for number in seen}
+        self.newest = seen
+        for number, one in seen.items():
+            self.seen.setdefault(number, Seen()).add(one)
         for number in [number for number, rows in ran.items() if rows is None]:
             del self._sims[number]
         self._enough()
         return _joined(ran)
 
-    def _one(self, number: int, count: int, every: int) -> Rows | None:
+    def flagged(self, newest: bool = False) -> dict[str, str]:
+        """Flags of the copies by name, as flagged.flagged; newest: of the newest run only."""
+        return flagged(self.scene, self.newest if newest else self.seen, len(self.draws) - 1)
+
+    def _one(self, number: int, count: int, every: int, seen: Seen) -> Rows | None:
         sim, parts, done = self._sims[number], [], 0
         try:
             while done < count:
                 frames = sim.run(min(CHUNK, count - done))
+                seen.take(frames)
                 parts.append(frames[(-done - 1) % every :: every])
                 done += len(frames)
         except SolverError as error:
@@ -197,7 +209,7 @@ class Ensemble:
             try:
                 sim.inputs = inputs
                 sim.restore(fork)
-                ran[number] = self._one(number, count, every)
+                ran[number] = self._one(number, count, every, Seen())
             finally:
                 sim.inputs, self.lost = shared, lost
                 sim.restore(own)
@@ -212,6 +224,7 @@ class Ensemble:
         self.draws = self.draws[: kept + 1]
         self._sims = {number: sim for number, sim in self._sims.items() if number <= kept}
         self.lost = [lost for lost in self.lost if lost.number <= kept]
+        self.seen = {number: seen for number, seen in self.seen.items() if number <= kept}
 
     def _lose(self, number: int, error: Exception) -> None:
         self.lost.append(Lost(number, self.draws[number], str(error)))

@@ -23,6 +23,7 @@ from ..sim.inputs import InputError, ShipMotion, WinchCommand
 from ..sim.scene import Scene
 from ..sim.tables.attitude import angles_of
 from .copies import Band, Ensemble
+from .flagged import Seen
 from .motion_ahead import motion_ahead
 from .plan import EnsemblePlan
 
@@ -52,7 +53,7 @@ class Heard(NamedTuple):
 class Follower:
     """An ensemble beside a tow. `begun`: starts so far; `notes`: what happened, newest last; `apart`: newest pay-out
     [m] and towbody [m] of copy 0 from the tow's; `settling`: s until the copies have settled; `tow`: the tow's own tick
-    output at the newest band."""
+    output at the newest band; `seen`: of its tick outputs."""
 
     def __init__(
         self,
@@ -75,6 +76,7 @@ class Follower:
         self.frames: deque[np.record] = deque()  # heard and not run yet
         self.newest: np.record | None = None
         self.tow: np.record | None = None
+        self.seen = Seen()
         self.settling, self.apart = 0.0, (math.nan, math.nan)
         self.orders: WinchPlan | None = None
         self.orders_begin = 0
@@ -236,7 +238,10 @@ class Follower:
                 self.ensemble.push(sample)
         for command in self._due(end):
             self._give(command)
+        self.seen.take(np.array(frames))
         band = self.ensemble.run(count, count)
+        if self.settling:
+            self.ensemble.seen.clear()
         self.at = last
         copy, tow = self.ensemble.nominal.frame, frames[-1]
         self.tow = tow

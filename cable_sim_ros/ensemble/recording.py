@@ -18,6 +18,7 @@ from ..io.recordings.recorded_run import HEALTH as HEALTH_CHANNEL
 from ..io.scenes.load import load_scene, scene_from_text
 from ..sim.scene import Scene
 from .copies import FIGURES, Band, Ensemble, EnsembleEnded, Lost, figures_of, level_of
+from .flagged import of_recorded
 from .follow import HEALTH, Follower, Heard
 from .plan import EnsemblePlan
 
@@ -29,8 +30,8 @@ CSV_NAME, PICTURE, JSON_NAME = "ensemble.csv", "ensemble.png", "ensemble.json"
 class Followed(NamedTuple):
     """The band over a recording: time [s since its first tick output], bands low, median, high, nominal and the
     recorded tow [n, FIGURES], all copies [copies, n, FIGURES]; settled [n]: had the copies, where the tow was joined
-    under way; lost copies; notes; damage: what of the bag could not be read; CPU time of following and of the static
-    starts [s]; simulated by one copy [s]."""
+    under way; lost copies; notes; flags: what tick outputs say against the figures; damage: what of the bag could not
+    be read; CPU time of following and of the static starts [s]; simulated by one copy [s]."""
 
     time: np.ndarray
     low: np.ndarray
@@ -42,6 +43,7 @@ class Followed(NamedTuple):
     settled: np.ndarray
     lost: list[Lost]
     notes: list[str]
+    flags: list[str]
     damage: str
     cpu: float
     start_cpu: float
@@ -135,6 +137,7 @@ def follow_recording(
     drain(last=True)
     if not bands:
         raise EnsembleEnded(f"bag '{path}': the recording is shorter than one band, {plan.every:g} s; nothing is told")
+    flags = follower.ensemble.flagged()
     count = min(band.members for band in bands)
     times = np.concatenate([band.time for band in bands])
     parts = {name: np.concatenate([getattr(band, name) for band in bands]) for name in ("low", "median", "high")}
@@ -152,6 +155,7 @@ def follow_recording(
         np.array(settled),
         lost,
         list(follower.notes),
+        [*flags.values(), *of_recorded(scene, follower.seen, flags)],
         str(damage) if damage else "",
         time.process_time() - used - follower.ensemble.start_cpu,
         follower.ensemble.start_cpu,

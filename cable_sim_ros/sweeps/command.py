@@ -134,7 +134,7 @@ def replacing(figures: dict[str, Any], folder: Path) -> list[str]:
         return []
     return [
         f"{folder} had the tables of another sweep, '{before}': those of '{figures['sweep']}' replace them. The rows "
-        f"of both are kept: its own file makes its tables again, with another --out beside these"
+        f"of both are kept: its own file or command makes its tables again, with another --out beside these"
     ]
 
 

@@ -15,7 +15,7 @@ import click
 
 from ..errors import CODE_DOUBTFUL, CODE_FAILED, CODE_OK, CableSimError
 from ..sim.flag_rules import DOUBTFUL, FAILED
-from .command import WORKERS, stoppable
+from .command import WORKERS, replaced_by, replacing, stoppable
 
 if TYPE_CHECKING:
     from .sweep import Swept
@@ -28,6 +28,7 @@ SHOWN = (  # figure, title, title of its panel, unit, digits
     ("departure_angle_deg", "departure angle from the downward vertical", "departure angle", "deg", 1),
 )
 SHORT = {SCOPE: "scope", SPEED: "speed"}
+JSON_NAME = "table.json"
 TOLD = ("verdict", "reasons", "error")  # columns of text
 LINES = 4  # of panels in the picture
 FEW = 5  # lines of a panel that have colours of their own
@@ -65,7 +66,9 @@ def values_of(text: str, what: str) -> list[float]:
 @click.option("--speed", metavar="VALUES", help="Speeds over ground in m/s. Default: that of the scene.")
 @click.option("--vary", multiple=True, metavar="KEY=VALUES", help="Another key of the scene; may be repeated.")
 @click.option("--set", "settings", multiple=True, metavar="KEY=VALUE", help="A value of the scene by its key.")
-@click.option("--out", type=click.Path(file_okay=False, path_type=Path), help="Folder for table.csv and table.png.")
+@click.option(
+    "--out", type=click.Path(file_okay=False, path_type=Path), help="Folder for table.csv, table.json and table.png."
+)
 @WORKERS
 @click.option("--json", "as_json", is_flag=True, help="Print the figures as JSON, nothing else.")
 def table(scene, scope, speed, vary, settings, out, workers, as_json) -> None:
@@ -92,14 +95,19 @@ def table(scene, scope, speed, vary, settings, out, workers, as_json) -> None:
         | {"reasons": LASTED.sub("", row["reasons"])}
         for case, row in zip(swept.cases, swept.rows)
     ]
+    told = {"scene": base.name, "sweep": plan.sweep, "replaced": None, "rows": figures}
     if out is not None:
+        told["replaced"] = replaced_by(plan, out / JSON_NAME)
         _write(swept, figures, out)
+        (out / JSON_NAME).write_text(json.dumps(told, indent=1) + "\n", "utf-8")
     if as_json:
-        click.echo(json.dumps({"scene": base.name, "rows": figures}, indent=1))
+        click.echo(json.dumps(told, indent=1))
     else:
         _tell(base.name, figures)
         if out is not None:
-            click.echo(f"table:     {out / 'table.csv'}\npicture:   {out / 'table.png'}")
+            for line in replacing(told, out):
+                click.echo(f"warning: {line}", err=True)
+            click.echo(f"table:     {out / 'table.csv'}\nfigures:   {out / JSON_NAME}\npicture:   {out / 'table.png'}")
     verdicts = {row["verdict"] for row in figures}
     sys.exit(CODE_FAILED if "failed" in verdicts else CODE_DOUBTFUL if "doubtful" in verdicts else CODE_OK)
 

@@ -12,6 +12,7 @@ from cable_sim_ros.ensemble.copies import EnsembleEnded, Stopped
 from cable_sim_ros.ensemble.follow import Follower
 from cable_sim_ros.ensemble.plan import EnsemblePlan
 from cable_sim_ros.ensemble.recording import heard_of, scene_kept
+from cable_sim_ros.physics.tick_output import Flag
 from cable_sim_ros.ros.status import ERROR, OK, WARN
 
 
@@ -65,6 +66,11 @@ def test_band_look_ahead_and_status_are_said(bag, made):
     status = beside.status()
     assert (status.level, status.message) == (OK, "6 copies in real time")
     assert status.values["winch_ahead"] == "the last command held" and "mean way" in status.values["assumed_ahead"]
+    assert status.values["flags"] == status.values["flags_since_start"] == ""
+    beside.follower.ensemble.newest[1].statuses[int(Flag.SLACK)] += 20
+    status = beside.status()
+    assert status.level == WARN and status.message.startswith("SLACK in 1 of 6 copies, for up to 1 s")
+    assert (status.values["flags"], status.values["flags_since_start"]) == ("SLACK", "")
     beside.order("0 haul 3")
     assert beside.follower.notes[-1].startswith("plan refused: ") and beside.follower.orders is None
     beside.order("0 rate 0.2, 10 hold")

@@ -13,6 +13,7 @@ from cable_sim_ros.ensemble.coverage import ENSEMBLES, seed_of
 from cable_sim_ros.ensemble.limits import MAX_SEED
 from cable_sim_ros.ensemble.plan import NOMINAL, EnsembleError, EnsemblePlan, draw_of, load_plan, scene_of
 from cable_sim_ros.io.scenes.load import load_scene, override
+from cable_sim_ros.physics.tick_output import Flag
 from cable_sim_ros.sim.inputs import ShipMotion, WinchCommand
 from cable_sim_ros.sim.simulator import Simulator, SolverError
 
@@ -182,3 +183,29 @@ def test_a_file_that_cannot_be_is_refused_in_a_line(text, problem, tmp_path, sce
     with pytest.raises(EnsembleError, match=problem) as error:
         load_plan(file, {}, scene)
     assert "a.yaml" in str(error.value)
+
+
+def test_flags_of_copies_are_judged_as_those_of_a_run_and_counted(scene):
+    from cable_sim_ros.ensemble.flagged import Seen, flagged, of_recorded
+
+    def seen(*words, tension=100.0):
+        one = Seen()
+        for part in (words[:1], words[1:]):
+            frames = np.zeros(len(part), [("status", "i8"), ("tension_most", "f8")])
+            frames["status"], frames["tension_most"] = part, tension
+            one.take(frames)
+        return one
+
+    ticks = round(1.0 / scene.solver.tick)
+    well, slack = [0] * 3 * ticks, [int(Flag.SLACK)] * ticks
+    tows = {0: seen(*well), 1: seen(*well, *slack), 2: seen(*slack[1:], *well), 3: seen(*well, tension=1e6)}
+    told = flagged(scene, tows, 3)
+    assert set(told) == {"SLACK", "OVERLOAD"}
+    assert told["SLACK"].startswith("SLACK in 2 of 3 copies, for up to 1 s (25 %): part of the cable carried less")
+    assert told["OVERLOAD"].startswith("OVERLOAD in 1 of 3 copies: ")
+    tows[0] = tows[1]
+    assert flagged(scene, tows, 3)["SLACK"].startswith("SLACK in 2 of 3 copies and in copy 0, for")
+    stale = seen(*well, *[int(Flag.MOTION_STALE | Flag.SLACK)] * 3 * ticks)
+    (line,) = of_recorded(scene, stale, told)
+    assert line.startswith("the recorded tow: MOTION_STALE for 3 s (50 % of the run): there was no motion")
+    assert flagged(scene, {0: seen(*slack), 1: seen()}, 1)["SLACK"].startswith("SLACK in copy 0 alone, for")

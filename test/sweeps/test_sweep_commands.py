@@ -339,6 +339,9 @@ def test_a_table_of_one_scope_is_drawn_over_speed(tmp_path, row, monkeypatch):
     assert len(told["rows"]) == 3 and not undocumented("table", {*told, *told["rows"][0]})
     assert titles.count("speed [m/s]") == 3 and "Table of flume, scope 1 m" in titles
     assert not any(text.startswith("scope [") for text in titles)
+    assert told["replaced"] is None and told == json.loads((tmp_path / "table.json").read_text("utf-8"))
+    other = command("table", "full_scale", "--workers", 1, "--scope", "100", "--out", tmp_path)
+    assert "had the tables of another sweep, 'table of flume': those of 'table of full_scale' replace" in other.stderr
 
 
 @pytest.mark.parametrize("name", ["sweep", "envelope", "sensitivity"])
