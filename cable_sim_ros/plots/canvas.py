@@ -40,7 +40,7 @@ def canvas(
         figure.get_layout_engine().set(w_pad=0.1, h_pad=0.1)  # inches: titles keep off the edge and the panel above
         FigureCanvasAgg(figure)
         if title:
-            wide = textwrap.fill(title, int(inches[0] / LETTER))
+            wide = textwrap.fill(title, int(inches[0] / LETTER)).replace("$", r"\$")  # a name is no formula
             figure.suptitle(wide, x=0.012, ha="left", size=15, weight="bold")
         foot = FOOT / inches[1] if source else 0.0
         figure.get_layout_engine().set(rect=(0.0, foot, 1.0, 1.0 - foot))

@@ -29,6 +29,12 @@ def stepped(scene: Scene, step: str | None, every: float | None) -> Scene:
     """
     if step not in (None, "chosen", "fixed"):
         raise ValueError(f"step = {step!r} is not known: nothing was simulated; give 'chosen', 'fixed' or None")
+    values = values_of_steps(scene, step, every)
+    return override(scene, values) if values else scene
+
+
+def values_of_steps(scene: Scene, step: str | None, every: float | None = None) -> dict[str, float | None]:
+    """Values of the scene by key that the choice of the steps puts in place of its own."""
     solver = scene.solver
     values: dict[str, float | None] = {}
     if step == "fixed" and solver.tension_error is not None:
@@ -41,7 +47,7 @@ def stepped(scene: Scene, step: str | None, every: float | None) -> Scene:
             values["solver.position_error"] = scene.accuracy.position
     if every is not None:
         values["solver.tick"] = every
-    return override(scene, values) if values else scene
+    return values
 
 
 def metrics_of_steps(steps: dict[float, int], control: np.record, solver: Solver) -> dict[str, Any]:

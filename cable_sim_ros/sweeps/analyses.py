@@ -25,16 +25,11 @@ def envelope(file, out, workers, cluster, report, as_json) -> None:
     """Operating envelope of the sweep FILE: extremes of every cell over its seeds, and the rules it breaks."""
     from . import envelope as cells_of
     from .clusters import executors
-    from .figures import refuse_texts
     from .sweep import sweep
     from .sweep_file import load_sweep
 
     plan = load_sweep(file)
-    if not plan.grid:
-        raise cells_of.EnvelopeError(
-            f"{file}: varies nothing by grid; nothing was simulated. Give sea, speed or scope in grid"
-        )
-    refuse_texts(plan.figures, "extremes")
+    cells_of.refuse_others(plan, str(file))
     folder = out or place_of(plan)
     with stoppable(folder), executors(cluster, workers) as (make, count), bar(as_json) as progress:
         swept = sweep(plan, folder, workers=count, make=make, progress=progress)
@@ -49,6 +44,7 @@ def envelope(file, out, workers, cluster, report, as_json) -> None:
         "simulated_s": sum(row["simulated_s"] for row in swept.rows),
         **{name: summary(swept)[name] for name in ROWS},
         "notes": cells_of.notes_of(cells),
+        "doubts": cells_of.doubts_of(cells),
         "replaced": replaced_by(plan, folder / "envelope.json"),
         "cells": [cells_of.as_dict(cell) for cell in cells],
     }
@@ -67,6 +63,7 @@ def envelope(file, out, workers, cluster, report, as_json) -> None:
                 kind="envelope",
                 tables=[found],
                 notes=[*figures["notes"], *replacing(figures, folder)],
+                doubts=figures["doubts"],
             )
         )
     if as_json:
@@ -76,7 +73,9 @@ def envelope(file, out, workers, cluster, report, as_json) -> None:
         for note in replacing(figures, folder):
             click.echo(f"warning: {note}", err=True)
         click.echo(f"figures:   {folder / 'envelope.json'}\npicture:   {picture}")
-    _leave(swept, as_json)
+        for text in figures["doubts"]:
+            click.echo(f"doubtful: {text}", err=True)
+    _leave(swept, as_json, bool(figures["doubts"]))
 
 
 @click.command()

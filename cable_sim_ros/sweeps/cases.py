@@ -6,8 +6,7 @@ import hashlib
 import itertools
 import json
 import os
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import suppress
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import lru_cache
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -28,7 +27,8 @@ DECIDES = ("physics", "sim", "io", "runs", "sweeps/worker", "sweeps/figures")  #
 
 class Case(NamedTuple):
     """One run. number: its place in the order; varied: what tells it from the others, by key; settings: values of the
-    scene by key; seed: of all that is random; key: of its row."""
+    scene by key; seed: of all that is random; winch: a plan in words; files: hashes of scene, bag and response
+    operators as the case was made of them; key: of its row."""
 
     number: int
     varied: dict[str, Any]
@@ -41,6 +41,7 @@ class Case(NamedTuple):
     duration: float | None
     step: str
     figures: tuple[str, ...]
+    files: tuple[str, str, str]
     key: str
 
 
@@ -67,18 +68,10 @@ def cases_of(plan: SweepPlan, drawn: Sequence[dict[str, float]] | None = None) -
                 varied["setpoint"] = setpoint.value if setpoint else "scene"
             settings = {**plan.settings, **values}
             law = None if setpoint is None else setpoint.value
-            rest = (
-                plan.scene,
-                settings,
-                seed.get("seed"),
-                motion,
-                winch,
-                law,
-                plan.duration,
-                plan.step,
-                tuple(plan.figures),
-            )
-            yield Case(number, varied, *rest, _key(*rest))
+            words = None if winch is None else str(WinchPlan.of(winch))
+            files = contents(plan.scene, motion)
+            rest = (settings, seed.get("seed"), motion, words, law, plan.duration, plan.step, tuple(plan.figures))
+            yield Case(number, varied, plan.scene, *rest, files, _key(files, *rest))
             number += 1
 
 
@@ -104,11 +97,9 @@ def within(ranges: Mapping[str, Range], unit: np.ndarray) -> list[dict[str, floa
     return [dict(zip(ranges, row)) for row in rows.tolist()]
 
 
-def _key(scene: str, settings: dict, seed: int | None, motion: ShipMotion, winch: str | None, *rest: Any) -> str:
+def _key(files: Sequence[str], settings: dict, seed: int | None, motion: ShipMotion, *rest: Any) -> str:
     """Hash of what decides a row: contents of the files, values, version and physics; not where the files lie."""
-    files = [_content(name) for name in (scene, motion.bag, motion.rao)]
-    plan = None if winch is None else str(WinchPlan.of(winch))
-    what = [files, settings, seed, motion.heave, plan, *rest]
+    what = [files, settings, seed, motion.heave, *rest]
     text = json.dumps([*what, __version__, code_of()], sort_keys=True, default=str)
     return hashlib.sha256(text.encode()).hexdigest()[:32]
 
@@ -122,20 +113,29 @@ def code_of() -> str:
     return found.hexdigest()
 
 
-@lru_cache(maxsize=1024)
-def _content(name: str | None) -> str:
+def contents(scene: str, motion: ShipMotion) -> tuple[str, str, str]:
+    """Hashes of the scene's file, of the motion's bag or table and of its response amplitude operators, as they are
+    now."""
+    return _content(scene, find_scene), _content(motion.bag, find_bag), _content(motion.rao, Path)
+
+
+def _content(name: str | None, find: Callable[[str], Path]) -> str:
     """Hash of a file, of all files of a bag, or the word itself where it is neither."""
     if name is None:
         return ""
-    path = Path(name)
-    for find in (find_scene, find_bag):
-        if not path.exists():
-            with suppress(ResourceError):
-                path = Path(find(name))
-    if not path.exists():
+    try:
+        path = find(name)
+        files = sorted(p for p in path.rglob("*") if p.is_file()) if path.is_dir() else [path]
+        stats = [(file, file.stat()) for file in files]
+    except (ResourceError, OSError):
         return name
-    files = sorted(p for p in path.rglob("*") if p.is_file()) if path.is_dir() else [path]
+    return _hash(tuple((file, one.st_size, one.st_mtime_ns, one.st_ino) for file, one in stats))
+
+
+@lru_cache(maxsize=1024)
+def _hash(files: tuple[tuple[Path, int, int, int], ...]) -> str:
+    """Hash of files; each with its size, time and number, by which a change is known without reading."""
     found = hashlib.sha256()
-    for file in files:
+    for file, *_ in files:
         found.update(file.name.encode() + os.sep.encode() + hashlib.sha256(file.read_bytes()).digest())
     return found.hexdigest()

@@ -42,6 +42,9 @@ OF_A_FILE = (  # what every command on a sweep FILE takes
 )
 
 
+SHOWN = 20  # texts of a kind
+
+
 class Stopped(RunError):
     """A command that was ended by Ctrl-C."""
 
@@ -68,12 +71,15 @@ def sweep(file, out, workers, cluster, dry_run, report, as_json) -> None:
     from .sweep import cases_of
     from .sweep import sweep as run_sweep
     from .sweep_file import load_sweep
+    from .worker import AGAIN
 
     plan = load_sweep(file)
     folder = out or place_of(plan)
     if dry_run:
         keys, there = [case.key for case in cases_of(plan)], Store(folder, look=True).rows
-        click.echo(f"{len(keys)} cases, {sum(key not in there for key in keys)} of them new")
+        new = sum(there.get(key, {AGAIN: True}).get(AGAIN, False) for key in keys)
+        told = {"sweep": plan.sweep, "cases": len(keys), "new": new}
+        click.echo(json.dumps(told) if as_json else f"{len(keys)} cases, {new} of them new")
         return
     with stoppable(folder), executors(cluster, workers) as (make, count), bar(as_json) as progress:
         swept = run_sweep(plan, folder, workers=count, make=make, progress=progress)
@@ -105,9 +111,9 @@ def summary(swept: Swept) -> dict[str, Any]:
         "cases": len(swept.rows),
         "computed": swept.computed,
         "verdicts": dict(states),
-        "errors": dict(errors.most_common(20)),
-        "reasons": dict(reasons.most_common(20)),
-        "warnings": dict(warnings.most_common(20)),
+        "errors": _commonest(errors),
+        "reasons": _commonest(reasons),
+        "warnings": _commonest(warnings),
         "faults": len(swept.faults),
         "damaged_parts": swept.damaged,
         "simulated_s": simulated,
@@ -116,6 +122,13 @@ def summary(swept: Swept) -> dict[str, Any]:
         "workers": swept.workers,
         "exit_code": code,
     }
+
+
+def _commonest(texts: Counter[str]) -> dict[str, int]:
+    """The SHOWN commonest texts with their numbers, and a line for the others."""
+    shown = dict(texts.most_common(SHOWN))
+    others = {text: count for text, count in texts.items() if text not in shown}
+    return shown | ({f"{len(others)} other texts, see the rows": sum(others.values())} if others else {})
 
 
 def replaced_by(plan: SweepPlan, path: Path) -> str | None:

@@ -11,9 +11,10 @@ import numpy as np
 
 from ..report.sweep_page import declared_as
 from ..version import __version__
-from .figures import MEANINGS, RULE, unit_of
+from .figures import FIGURES, MEANINGS, RULE, unit_of
 from .store import EXTRA, StoreError
 from .sweep import Swept
+from .worker import AGAIN
 
 if TYPE_CHECKING:
     import xarray
@@ -23,9 +24,9 @@ NUMBERS = ("cpu_s", "simulated_s")
 
 
 def names_of(swept: Swept) -> list[str]:
-    """Figures of the rows, in the order of the first that has them."""
-    plain = {*WORDS, *NUMBERS, "flags", "rule_units"}
-    return list(dict.fromkeys(name for row in swept.rows for name in row if name not in plain))
+    """Figures of the rows, in the order of FIGURES, then rules: that of the rows is another once they were kept."""
+    there = {name for row in swept.rows for name in row} - {*WORDS, *NUMBERS, "flags", "rule_units", AGAIN}
+    return [*(name for name in FIGURES if name in there), *sorted(there.difference(FIGURES))]
 
 
 def rule_units(swept: Swept) -> dict[str, str]:

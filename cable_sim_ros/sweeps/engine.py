@@ -19,7 +19,7 @@ from ..errors import CableSimError
 from ..sim.flag_rules import FAILED
 from .cases import Case
 from .threads import one_thread
-from .worker import simulate
+from .worker import AGAIN, simulate
 
 AHEAD = 2  # cases a worker has in hand, the one that it runs counted
 TRIES = 2
@@ -124,4 +124,4 @@ def _row(future: Future, case: Case) -> dict[str, Any]:
 def failed(case: Case, why: str) -> dict[str, Any]:
     """Row of a case that gave none itself."""
     nothing = {"reasons": "", "warnings": "", "cpu_s": 0.0, "simulated_s": 0.0, "flags": {}}
-    return {"key": case.key, "verdict": FAILED, "error": why} | nothing
+    return {"key": case.key, "verdict": FAILED, "error": why, AGAIN: True} | nothing

@@ -23,8 +23,9 @@ from scipy.stats import t as student
 from ..errors import CableSimError
 from ..report.sweep_page import named
 from .dataset import names_of
-from .figures import BROKEN, RULE
+from .figures import BROKEN, RULE, refuse_texts, significant
 from .sweep import Swept
+from .sweep_file import SweepPlan
 
 LEVEL, ONCE_IN = 0.95, 20
 FEWEST = 5  # seeds for what is passed once in ONCE_IN runs: the deviation of fewer is not known
@@ -78,7 +79,8 @@ class Share(NamedTuple):
 
 class Cell(NamedTuple):
     """varied: by key; failed, doubtful: runs without figures, and runs whose figures are doubtful; rules: on watch, by
-    name; within: runs that broke none of them, None: none is on watch, or nothing ran."""
+    name, of the runs that have a reading; within: runs that broke none of them, None: none is on watch, nothing ran, or
+    no run has a reading of all; unread: rules without a reading in some run; alike: its seeds gave the same run."""
 
     varied: dict[str, Any]
     runs: int
@@ -87,12 +89,16 @@ class Cell(NamedTuple):
     extremes: dict[str, Extreme]
     rules: dict[str, Share]
     within: int | None = None
+    unread: tuple[str, ...] = ()
+    alike: bool = False
 
     @property
     def allowed(self) -> bool | None:
         """No run of it failed or broke a rule; whether it was right to be sure of that says the interval. None: no rule
         was on watch."""
-        return None if self.within is None else self.within == self.runs
+        if any(share.broken for share in self.rules.values()):
+            return False
+        return None if self.within is None or self.unread else self.within == self.runs
 
     @property
     def ran(self) -> int:
@@ -127,21 +133,31 @@ def envelope(swept: Swept) -> list[Cell]:
 
 def _cell(varied: dict[str, Any], rows: list[dict[str, Any]], rules: list[str]) -> Cell:
     whole = [row for row in rows if row["verdict"] != "failed"]
-    extremes = {}
-    for name, end, _ in EXTREMES:
-        values = np.array([row.get(name, np.nan) for row in whole], float)
-        if len(values) and np.isfinite(values).all():
-            extremes[name] = extreme_of(values, end)
-    shares = {}
-    for name in rules:
-        broken = [bool(row[name]) for row in whole if name in row]
-        if broken:
-            interval = binomtest(sum(broken), len(broken)).proportion_ci(LEVEL)
-            word = name.removeprefix(RULE).removesuffix(BROKEN)
-            shares[word] = Share(sum(broken), len(broken), float(interval.low), float(interval.high))
+    table = {name: np.array([row.get(name, np.nan) for row in whole], float) for name, *_ in EXTREMES}
+    table = {name: values for name, values in table.items() if len(values) and np.isfinite(values).all()}
+    alike = len(whole) > 1 and bool(table) and all(np.ptp(values) == 0.0 for values in table.values())
+    extremes = {  # one run, however often: no interval
+        name: extreme_of(table[name][:1] if alike else table[name], end) for name, end, _ in EXTREMES if name in table
+    }
+    rules = [name for name in rules if any(name in row for row in whole)]
+    broken = np.array([[row.get(name, np.nan) for name in rules] for row in whole], float)
+    broken = broken.reshape(len(whole), len(rules))
+    shares, unread = {}, []
+    for name, column in zip(rules, broken.T, strict=True):
+        read = column[np.isfinite(column)][: 1 if alike else None]
+        word = name.removeprefix(RULE).removesuffix(BROKEN)
+        if len(read):
+            interval = binomtest(int(read.sum()), len(read)).proportion_ci(LEVEL)
+            shares[word] = Share(int(read.sum()), len(read), float(interval.low), float(interval.high))
+        if not np.isfinite(column).all():
+            unread.append(word)
     doubtful = sum(row["verdict"] == "doubtful" for row in rows)
-    within = sum(not any(row.get(name) for name in rules) for row in whole) if shares else None
-    return Cell(varied, len(rows), len(rows) - len(whole), doubtful, extremes, shares, within)
+    judged = np.isfinite(broken).all(axis=1)
+    clear = judged & ~(broken > 0.0).any(axis=1)
+    within = int(clear.sum()) if rules and (judged.any() or (broken > 0.0).any()) else None
+    return Cell(
+        varied, len(rows), len(rows) - len(whole), doubtful, extremes, shares, within, tuple(sorted(unread)), alike
+    )
 
 
 def as_dict(cell: Cell) -> dict[str, Any]:
@@ -153,6 +169,8 @@ def as_dict(cell: Cell) -> dict[str, Any]:
         "doubtful": cell.doubtful,
         "allowed": cell.allowed,
         "within": cell.within,
+        "unread": list(cell.unread),
+        "alike": cell.alike,
         "extremes": {
             name: {key: None if np.isnan(value) else value for key, value in one._asdict().items()}
             for name, one in cell.extremes.items()
@@ -161,9 +179,40 @@ def as_dict(cell: Cell) -> dict[str, Any]:
     }
 
 
+def doubts_of(cells: list[Cell]) -> list[str]:
+    """Why the cells are doubtful, beside their runs."""
+    alike = [cell for cell in cells if cell.alike]
+    if not alike:
+        return []
+    first = alike[0]
+    where = ", ".join(f"{key} = {_word(value)}" for key, value in first.varied.items())
+    return [
+        f"the seeds of {len(alike)} of {len(cells)} cells gave the same run {first.ran} times (first: {where}): "
+        "nothing that is random acts on it, and there is no interval. Leave seeds out, or give waves or turbulence"
+    ]
+
+
+def refuse_others(plan: SweepPlan, file: str) -> None:
+    """Raise EnvelopeError where a sweep makes no cells, or keeps no figure of them."""
+    if not plan.grid:
+        raise EnvelopeError(f"{file}: varies nothing by grid; nothing was simulated. Give sea, speed or scope in grid")
+    if plan.samples is not None:
+        raise EnvelopeError(
+            f"{file}: samples: each sample would be a cell of its own, in no order; nothing was simulated. Leave "
+            "samples out, or take cable-sim sweep"
+        )
+    refuse_texts(plan.figures, "extremes")
+    names = [name for name, *_ in EXTREMES]
+    if plan.figures and not set(plan.figures) & set(names):
+        raise EnvelopeError(
+            f"{file}: figures keeps no extreme, so every cell would be empty; nothing was simulated. Leave figures "
+            f"out, or name of {', '.join(names)}"
+        )
+
+
 def watched(cells: list[Cell]) -> bool:
     """Is any rule on watch?"""
-    return any(cell.rules for cell in cells)
+    return any(cell.rules or cell.unread for cell in cells)
 
 
 def notes_of(cells: list[Cell]) -> list[str]:
@@ -173,6 +222,11 @@ def notes_of(cells: list[Cell]) -> list[str]:
         notes.append(
             "The scene has no rules on watch: nothing is said of what is allowed. Set rules.set and thresholds, see "
             "docs/rules.md"
+        )
+    for name in sorted({name for cell in cells for name in cell.unread}):
+        notes.append(
+            f"Rule {name} has no reading in runs of {sum(name in cell.unread for cell in cells)} of {len(cells)} "
+            "cells: these are not counted as within the rules. Make runs longer, or leave the rule out"
         )
     few = sorted({cell.ran for cell in cells if 0 < cell.ran < FEWEST})
     if few:
@@ -196,10 +250,12 @@ def rows_of(cells: list[Cell]) -> tuple[list[str], list[list[str]]]:
         odd = [f"{n} {word}" for n, word in ((cell.doubtful, "doubtful"), (cell.failed, "failed")) if n]
         ends = [text for end in ("max", "min") for text in _texts(cell.extremes.get(f"tension_{end}_n"))]
         depth = [cell.extremes.get(f"body_depth_{end}_m") for end in ("min", "max")]
-        band = " to ".join("-" if one is None else f"{one.worst:.1f}" for one in depth)
-        values = [f"{v:g}" if isinstance(v, int | float) else str(v) for v in cell.varied.values()]
+        band = " to ".join("-" if one is None else significant(one.worst, 1) for one in depth)
+        if cell.unread:
+            broken = ", ".join([*([broken] if broken else []), *(f"{name} not read" for name in cell.unread)])
+        values = list(map(_word, cell.varied.values()))
         row = [*values, str(cell.runs), *ends, "-" if band == "- to -" else band]
-        row += [(broken or "none") if cell.rules else "-"] if rules else []
+        row += [(broken or "none") if cell.rules or cell.unread else "-"] if rules else []
         rows.append(row + (["; ".join(odd) or "none"] if bad else []))
     return head, rows
 
@@ -230,8 +286,9 @@ def _texts(one: Extreme | None) -> list[str]:
     """Mean with its interval, worst and what is passed once in ONCE_IN runs, "-" for what there is not."""
     if one is None:
         return ["-"] * 3
-    interval = "" if np.isnan(one.low) else f" ({one.low:.0f} to {one.high:.0f})"
-    return [f"{one.mean:.0f}{interval}", f"{one.worst:.0f}", "-" if np.isnan(one.rare) else f"{one.rare:.0f}"]
+    interval = "" if np.isnan(one.low) else f" ({significant(one.low)} to {significant(one.high)})"
+    rare = "-" if np.isnan(one.rare) else significant(one.rare)
+    return [f"{significant(one.mean)}{interval}", significant(one.worst), rare]
 
 
 def draw(title: str, cells: list[Cell], path: Path) -> Path:
@@ -246,10 +303,10 @@ def draw(title: str, cells: list[Cell], path: Path) -> Path:
     x, y, third = (*keys[:3], "", "", "")[:3]
     rest = {key: cells[0].varied[key] for key in keys[3:]}
     kept = [cell for cell in cells if all(cell.varied[key] == value for key, value in rest.items())]
-    every = list(dict.fromkeys(cell.varied.get(third, "") for cell in kept))
+    every = list(dict.fromkeys(_at(cell, third) for cell in kept))
     lines = every[:LINES]
     less = f", the first {LINES} of {len(every)} values of {third}" if len(every) > LINES else ""
-    heading = f"{title}{''.join(f', {key} = {value}' for key, value in rest.items())}{less}"
+    heading = f"{title}{''.join(f', {key} = {_word(value)}' for key, value in rest.items())}{less}"
     panels = PANELS if watched(cells) else PANELS[1:]
     empty, many = any(not cell.ran for cell in kept), any(cell.runs > 1 for cell in kept)
     size = (4.0 * len(panels), 1.6 + 3.2 * len(lines) + 0.3 * empty)
@@ -259,7 +316,7 @@ def draw(title: str, cells: list[Cell], path: Path) -> Path:
             known = [value for cell in kept if np.isfinite(value := _value(cell, name))]
             ends = (0.0, 1.0) if name == KEPT or not known else (min(known), max(known))
             for axes, line in zip(grid[:, k], lines):
-                _panel(axes, [cell for cell in kept if cell.varied.get(third, "") == line], name, (x, y), ends)
+                _panel(axes, [cell for cell in kept if _at(cell, third) == line], name, (x, y), ends)
                 axes.set_ylabel(
                     (f"{named(third)} = {line}\n\n" if third and k == 0 else "") + (named(y) if k == 0 else "")
                 )
@@ -275,10 +332,10 @@ def _panel(axes: Any, cells: list[Cell], name: str, keys: tuple[str, str], ends:
     """One map of a figure over two keys, a number a cell; ends: of the colours, the same for all maps of a figure."""
     from matplotlib.patches import Rectangle
 
-    xs, ys = (list(dict.fromkeys(cell.varied.get(key, "") for cell in cells)) for key in keys)
+    xs, ys = (list(dict.fromkeys(_at(cell, key) for cell in cells)) for key in keys)
     grid = np.full((len(ys), len(xs)), np.nan)
     for cell in cells:
-        i, j = xs.index(cell.varied.get(keys[0], "")), ys.index(cell.varied.get(keys[1], ""))
+        i, j = xs.index(_at(cell, keys[0])), ys.index(_at(cell, keys[1]))
         grid[j, i] = _value(cell, name)
         if not cell.ran:
             axes.add_patch(Rectangle((i - 0.5, j - 0.5), 1, 1, facecolor=MISSING, edgecolor="white", hatch="///"))
@@ -286,9 +343,19 @@ def _panel(axes: Any, cells: list[Cell], name: str, keys: tuple[str, str], ends:
     for (j, i), value in np.ndenumerate(grid):
         color = "white" if np.isfinite(value) and image.norm(value) < 0.5 else "black"
         axes.text(i, j, _shown(value, name), ha="center", va="center", color=color)
-    axes.set_xticks(range(len(xs)), [f"{value:g}" if isinstance(value, float) else str(value) for value in xs])
-    axes.set_yticks(range(len(ys)), [f"{value:g}" if isinstance(value, float) else str(value) for value in ys])
+    axes.set_xticks(range(len(xs)), xs)
+    axes.set_yticks(range(len(ys)), ys)
     axes.grid(False)
+
+
+def _word(value: Any) -> str:
+    """A value of a key as it is shown."""
+    return f"{value:.12g}" if isinstance(value, int | float) and not isinstance(value, bool) else str(value)
+
+
+def _at(cell: Cell, key: str) -> str:
+    """The value of a key in a cell as it is shown, "" where the key is none."""
+    return _word(cell.varied[key]) if key in cell.varied else ""
 
 
 def _shown(value: float, name: str) -> str:

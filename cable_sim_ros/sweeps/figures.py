@@ -47,10 +47,25 @@ def numbers_of(metrics: Mapping[str, Any]) -> dict[str, float]:
         if name in metrics:
             found[name] = float("nan") if value is None else float(value)
     rules = metrics.get("rules") or {}
+    unseen = {row["rule"] for row in rules.get("not_watched", ())}
     for rule in rules.get("rules", ()):
         found[f"{RULE}{rule['rule']}"] = float("nan") if rule["worst"] is None else float(rule["worst"])
-        found[f"{RULE}{rule['rule']}{BROKEN}"] = float(rule["broken"])
+        unread = rule["rule"] in unseen  # neither kept nor broken
+        found[f"{RULE}{rule['rule']}{BROKEN}"] = float("nan") if unread else float(rule["broken"])
     return found
+
+
+def significant(value: float, digits: int = 0) -> str:
+    """A number for a table: so many digits behind the point, or three that count where these are fewer."""
+    return f"{value:.{digits}f}" if not value or abs(value) >= 10.0 ** (2 - digits) else f"{value:.3g}"
+
+
+def unwatched(metrics: Mapping[str, Any]) -> list[str]:
+    """A line for each rule of a run that was not watched."""
+    return [
+        f"rule {row['rule']} was not watched ({row['why']})"
+        for row in (metrics.get("rules") or {}).get("not_watched", ())
+    ]
 
 
 def unit_of(name: str, rules: Mapping[str, str] = NO_RULES) -> str:

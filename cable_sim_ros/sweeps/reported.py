@@ -47,6 +47,10 @@ def _same(plan: SweepPlan) -> list[tuple[str, str]]:
     motions = [Path(one.name).name if one.bag else one.name for one in plan.motions]
     said = ["none: the mean track, so nothing swings" if name == "none" else name for name in motions]
     rows.append(("ship motion", "; ".join(said)))
+    if plan.plans != [None]:
+        rows.append(("winch plan", "; ".join(words or "none" for words in plan.plans)))
+    if plan.setpoints != [None]:
+        rows.append(("set-point law", "; ".join(law.value if law else "that of the scene" for law in plan.setpoints)))
     rows.append(("length of each run", f"{plan.duration:g} s" if plan.duration else "as cable-sim run"))
     rows.append(("seeds of what is random", f"1 to {plan.seeds}" if plan.seeds else "those of the scene"))
     rows.append(("time steps", f"{plan.step} by their error" if plan.step == "chosen" else "fixed, one a tick"))

@@ -18,7 +18,7 @@ from ..errors import CableSimError
 from .cases import RNG, within
 from .figures import refuse_texts
 from .sweep import Progress, Swept, sweep
-from .sweep_file import Method, SweepPlan
+from .sweep_file import MAX_CASES, Method, SweepPlan
 
 RESAMPLES, LEVEL = 400, 0.95
 CAPTION = "Share of the variance: alone (first order), with all others (total); 95 % intervals"
@@ -85,6 +85,11 @@ def points(plan: SweepPlan) -> list[dict[str, float]]:
             f"{1 << samples.count.bit_length()}"
         )
     d = len(samples.ranges)
+    if samples.count * (d + 2) > MAX_CASES:
+        raise SensitivityError(
+            f"{plan.sweep}: samples.count = {samples.count} with {d} ranges makes {samples.count * (d + 2)} runs, more "
+            f"than {MAX_CASES}; nothing was simulated. Give a smaller samples.count"
+        )
     drawn = qmc.Sobol(2 * d, **{RNG: np.random.default_rng(samples.seed)}).random(samples.count)
     a, b = drawn[:, :d], drawn[:, d:]
     mixed = []
@@ -120,17 +125,19 @@ def sensitivity(
     assert plan.samples is not None
     n, keys = plan.samples.count, list(plan.samples.ranges)
     names = plan.figures or [name for name in swept.rows[0] if isinstance(swept.rows[0][name], float)]
-    indices, constant, spread = [], [], {}
+    indices, constant, spread, gone = [], [], {}, []
     for name in (name for name in names if name not in ("cpu_s", "simulated_s")):
         values = np.array([row.get(name, np.nan) for row in swept.rows]).reshape(len(keys) + 2, n)
-        if not np.isfinite(values).all():
+        if lost := int((~np.isfinite(values)).sum()):
+            if name in plan.figures or lost < values.size:  # what no run has is no figure of these runs
+                gone.append(f"{name} has no number in {lost} of {values.size} runs, so no index. Leave it out")
             continue
         spread[name] = float(values[:2].mean()), float(values[:2].std())
         if spread[name][1] <= NOTHING * abs(spread[name][0]):
             constant.append(name)
             continue
         indices += indices_of(name, keys, values, plan.samples.seed)
-    return Sensitivity(indices, constant, spread, swept, doubts_of(indices))
+    return Sensitivity(indices, constant, spread, swept, [*gone, *doubts_of(indices)])
 
 
 def doubts_of(indices: list[Index]) -> list[str]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import secrets
 import time
 from collections.abc import Iterable
@@ -14,6 +15,7 @@ from ..errors import CableSimError
 
 PART_ROWS, PART_SECONDS = 256, 5.0  # a part is written when it has so many rows, or is so old
 COUNT = b"rows"  # in the metadata of a part: checksums are of its pages alone
+NUMBER = re.compile(r"part-(\d+)")
 EXTRA = "pip install 'cable_sim_ros[sweep]'"
 
 
@@ -80,7 +82,7 @@ class Store:
         import pyarrow
         import pyarrow.parquet as parquet
 
-        numbers = [int(p.stem.split("-")[1]) for p in self.folder.glob("part-*")]
+        numbers = [int(found[1]) for p in self.folder.glob("part-*") if (found := NUMBER.match(p.name))]
         path = self.folder / f"part-{max(numbers, default=-1) + 1:06d}-{self._own}.parquet"
         text = [json.dumps(row, sort_keys=True) for row in self._waiting]
         table = pyarrow.table({"key": [row["key"] for row in self._waiting], "row": text})

@@ -11,6 +11,7 @@ from .cases import Case, cases_of
 from .engine import FAULT, Make, processes, rows_of, workers_of
 from .store import Store
 from .sweep_file import SweepPlan
+from .worker import AGAIN
 
 Progress = Callable[[int, int], None]  # cases done, cases in all
 
@@ -42,7 +43,7 @@ def sweep(
     drawn: Sequence[dict[str, float]] | None = None,
     progress: Progress = lambda done, total: None,
 ) -> Swept:
-    """Run the cases of a plan that the folder ``out`` does not have yet.
+    """Run the cases of a plan that the folder ``out`` does not have yet, or that failed by the machine.
 
     workers: processes, default one a core; make: another Executor, with ``workers`` of them in hand at a time;
     drawn: samples in place of those that the plan draws.
@@ -50,7 +51,7 @@ def sweep(
     """
     store = Store(out)
     cases = list(cases_of(plan, drawn))
-    todo = {case.key: case for case in cases if case.key not in store.rows}
+    todo = {case.key: case for case in cases if store.rows.get(case.key, {AGAIN: True}).get(AGAIN)}
     number = workers_of(workers) if make is None else max(1, workers or 1)
     begun, total = time.monotonic(), len(cases)
     done = total - len(todo)

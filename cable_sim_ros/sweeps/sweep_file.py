@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import difflib
 import os
+import re
 from collections.abc import Iterable, Mapping
 from enum import Enum
-from math import prod
+from math import isfinite, prod
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -23,6 +24,7 @@ from ..physics.heave_filter import Heave
 from ..physics.parameter import REQUIRED, Block, quantity
 from ..runs.settings import apply_to_scene, of_intake
 from ..runs.sources import in_the_sea
+from ..runs.step_choice import values_of_steps
 from ..sim.problem import Problem
 from ..sim.scene import Scene
 from .figures import FIGURES, IN_EVERY_ROW, NO_NUMBERS
@@ -32,6 +34,8 @@ MAX_CASES = 1_000_000
 MAX_VALUES = 100_000  # of one key
 MAX_SEEDS = 10_000
 NOTHING_DONE = "nothing was simulated"
+SEEDS = ("water.waves.seed", "water.turbulence.seed", "instruments.seed")
+SETPOINT = "setpoint.algorithm"
 
 
 class SweepError(SceneError):
@@ -143,13 +147,14 @@ def _problems(plan: SweepPlan) -> list[Problem]:
         if isinstance(one, list) and not 0 < len(one) <= MAX_VALUES:
             found.append(Problem(f"grid.{key}", f"has {len(one)} values", f"Give 1 to {MAX_VALUES}"))
         elif isinstance(one, list):
-            found += _twice(f"grid.{key}", map(_plain, one), one)
+            found += _twice(f"grid.{key}", map(_plain, one), one) + _not_finite(f"grid.{key}", one)
         elif one.first == one.last:
             text = f"= {one.first:g} to {one.last:g} has the same value {one.count} times"
             found.append(Problem(f"grid.{key}", text, "Give another last value, or the list of that one value"))
     keys = _keys(plan)
     for key in sorted({key for key in keys if keys.count(key) > 1 or key in plan.settings}):
         found.append(Problem(f"grid.{key}", "stands twice, in grid, samples or settings", "Keep one of them"))
+    found += _hidden(plan)
     for key in [key for key in keys if of_intake({key: 0})]:
         text = "says how messages are taken in, and is not varied here"
         found.append(Problem(f"grid.{key}", text, "Vary keys of the scene"))
@@ -196,9 +201,40 @@ def _problems(plan: SweepPlan) -> list[Problem]:
     return found
 
 
+def _hidden(plan: SweepPlan) -> list[Problem]:
+    """Keys whose values would not be those of the runs, for what is put over them later."""
+    found, keys = [], _keys(plan)
+    every = [*keys, *plan.settings]
+    for key in [key for key in SEEDS if plan.seeds and key in every]:
+        found.append(Problem(key, "is set by seeds, and stands in grid, samples or settings", "Keep one of the two"))
+    if SETPOINT in keys and plan.setpoints != [None] or SETPOINT in plan.settings and None not in plan.setpoints:
+        text = "is set by setpoints, and stands in grid, samples or settings"
+        found.append(Problem(SETPOINT, text, "Keep one of the two"))
+    for key in every:
+        for block in [block for block in every if key.startswith(f"{block}.")]:
+            found.append(Problem(key, f"is a part of {block}, which is given as well", "Keep one of the two"))
+    return found
+
+
+def _not_finite(key: str, values: list[Any]) -> list[Problem]:
+    """A problem where a value, or a part of one, is no finite number."""
+    for value in values:
+        parts = value if isinstance(value, list) else [value]
+        if any(isinstance(part, float) and not isfinite(part) for part in parts):
+            return [Problem(key, f"has {value!r:.60}, which is no finite number", "Give numbers")]
+    return []
+
+
+def overwritten_by_steps(key: str, step: str) -> str:
+    """What is said of a key of the scene that the choice of the time steps sets."""
+    if step == "fixed":
+        return f"{key} is a bound of chosen steps, and step: fixed has none; {NOTHING_DONE}. Give step: chosen"
+    return f"{key} is set by step: chosen, and its own value counts for nothing; {NOTHING_DONE}. Give step: fixed"
+
+
 def _in_words(plan: str) -> bool:
-    """Is a plan its text, which begins with a time, and not a file?"""
-    return not plan.strip() or plan.lstrip()[0] in "+-.0123456789"
+    """Is a plan its text, which begins with a time and an order, and not a file?"""
+    return not plan.strip() or re.match(r"\s*[-+.\d]\S*\s+\S", plan) is not None
 
 
 def _plain(value: Any) -> Any:
@@ -248,14 +284,16 @@ def load_sweep(path: str | os.PathLike) -> SweepPlan:
         one.model_copy(update={"bag": _beside(folder, one.bag), "rao": _beside(folder, one.rao)})
         for one in plan.motions
     ]
-    plans = [words if words is None or _in_words(words) else _beside(folder, words) for words in plan.plans]
-    plan = plan.model_copy(update={"scene": _beside(folder, plan.scene), "motions": motions, "plans": plans})
+    plans = [words if words is None or _in_words(words) else _beside(folder, words, True) for words in plan.plans]
+    plan = plan.model_copy(update={"scene": _beside(folder, plan.scene, True), "motions": motions, "plans": plans})
     return _fitting(plan, os.fspath(path))
 
 
-def _beside(folder: Path, name: str | None) -> str | None:
-    """A file or bag beside the sweep; the name itself where there is none, to be looked for elsewhere."""
-    return os.fspath(folder / name) if name and (folder / name).exists() else name
+def _beside(folder: Path, name: str | None, file: bool = False) -> str | None:
+    """A file or bag beside the sweep; the name itself where there is none, to be looked for elsewhere; file: no
+    folder."""
+    there = bool(name) and ((folder / str(name)).is_file() or not file and (folder / str(name)).exists())
+    return os.fspath(folder / str(name)) if there else name
 
 
 def checked(data: Mapping[str, Any], origin: str) -> SweepPlan:
@@ -273,27 +311,53 @@ def _checked(plan: SweepPlan, origin: str) -> SweepPlan:
     firsts = {key: one.first if isinstance(one, Steps) else one[0] for key, one in plan.grid.items()}
     firsts |= {key: limits.low for key, limits in (plan.samples.ranges if plan.samples else {}).items()}
     problems = []
-    try:  # settings may need what the grid gives: the kind of the waves their height
-        scene = apply_to_scene(base, {**plan.settings, **firsts})
-    except CableSimError:
-        scene = apply_to_scene(base, plan.settings)
+    scene = _first_that_is(base, plan, firsts)  # settings may need what the grid gives: the kind of waves their height
+    if scene is None:
+        try:
+            scene = apply_to_scene(base, plan.settings)
+        except SceneError as error:
+            raise SweepError([f"{origin}: settings: {text}" for text in error.problems]) from None
         for key, value in firsts.items():
             problems += _refused(scene, key, value, origin)
+    for key in values_of_steps(scene, plan.step):
+        if key in {**firsts, **plan.settings}:
+            problems.append(f"{origin}: {overwritten_by_steps(key, plan.step)}")
     if plan.seeds and not seeds_of(scene):
         problems.append(
             f"{origin}: seeds = {plan.seeds}: nothing of {scene.name} is random, so all would be the same run; "
             f"{NOTHING_DONE}. Leave seeds out, or give the scene waves, turbulence or instruments"
         )
     own = scene.setpoint.algorithm
-    if None in plan.setpoints and own in plan.setpoints and "setpoint.algorithm" not in firsts:
+    if None in plan.setpoints and own in plan.setpoints and SETPOINT not in firsts:
         problems.append(
             f"{origin}: setpoints has a value twice (null and {own.value}, which the scene has): the same run would "
             f"count as two that are independent; {NOTHING_DONE}. Keep one"
         )
     problems += [f"{origin}: {text}" for text in _inputs(plan, scene, base)]
+    if not problems:  # two names of one file, or a file and its words
+        read = [None if words is None else str(WinchPlan.of(words)) for words in plan.plans]
+        shown = [words if words is None or _in_words(words) else Path(words).name for words in plan.plans]
+        twice = _twice("plans", read, shown)
+        problems += [f"{origin}: {one.key} {one.text}; {NOTHING_DONE}. {one.remedy}" for one in twice]
     if problems:
         raise SweepError(problems)
     return plan
+
+
+def _first_that_is(base: Scene, plan: SweepPlan, firsts: Mapping[str, Any]) -> Scene | None:
+    """The scene with the first values of all keys, or with the last, or as near to them as there is one."""
+    for values in (firsts, _lasts(plan)):
+        try:
+            return apply_to_scene(base, {**plan.settings, **values})
+        except CableSimError:
+            continue
+    return None
+
+
+def _lasts(plan: SweepPlan) -> dict[str, Any]:
+    """The last value of each key."""
+    found = {key: one.last if isinstance(one, Steps) else one[-1] for key, one in plan.grid.items()}
+    return found | {key: limits.high for key, limits in (plan.samples.ranges if plan.samples else {}).items()}
 
 
 def _inputs(plan: SweepPlan, scene: Scene, base: Scene) -> list[str]:
@@ -307,9 +371,7 @@ def _inputs(plan: SweepPlan, scene: Scene, base: Scene) -> list[str]:
     for i, words in enumerate(plan.plans):
         if words and (why := plan_problem(scene, words)):
             try:
-                lasts = {key: one.last if isinstance(one, Steps) else one[-1] for key, one in plan.grid.items()}
-                lasts |= {key: limits.high for key, limits in (plan.samples.ranges if plan.samples else {}).items()}
-                other = apply_to_scene(base, {**plan.settings, **lasts})
+                other = apply_to_scene(base, {**plan.settings, **_lasts(plan)})
             except CableSimError:
                 other = scene
             if plan_problem(other, words):  # else some cases can carry it out, and the others are rows that failed
@@ -320,12 +382,12 @@ def _inputs(plan: SweepPlan, scene: Scene, base: Scene) -> list[str]:
 def seeds_of(scene: Scene) -> list[str]:
     """Keys of the seeds from which anything of a scene is drawn."""
     devices = [getattr(scene.instruments, name) for name in type(scene.instruments).model_fields]
-    drawn = {
-        "water.waves.seed": scene.water.waves.height > 0.0,
-        "water.turbulence.seed": any(scene.water.turbulence.deviation),
-        "instruments.seed": any(getattr(device, "on", False) for device in devices),
-    }
-    return [key for key, there in drawn.items() if there]
+    drawn = (
+        scene.water.waves.height > 0.0,
+        any(scene.water.turbulence.deviation),
+        any(getattr(device, "on", False) for device in devices),
+    )
+    return [key for key, there in zip(SEEDS, drawn, strict=True) if there]
 
 
 def _refused(scene: Scene, key: str, value: Any, path: str) -> list[str]:

@@ -16,6 +16,7 @@ import click
 from ..errors import CODE_DOUBTFUL, CODE_FAILED, CODE_OK, CableSimError
 from ..sim.flag_rules import DOUBTFUL, FAILED
 from .command import WORKERS, replaced_by, replacing, stoppable
+from .figures import significant
 
 if TYPE_CHECKING:
     from .sweep import Swept
@@ -45,7 +46,7 @@ def values_of(text: str, what: str) -> list[float]:
         if ":" in text:
             first, last, count = text.split(":")
             begin, end, n = float(first), float(last), int(count)
-            if not 1 <= n <= MOST:
+            if not (2 if begin != end else 1) <= n <= MOST:
                 raise ValueError
             values = [begin + (end - begin) * k / max(n - 1, 1) for k in range(n)]
         else:
@@ -87,7 +88,12 @@ def table(scene, scope, speed, vary, settings, out, workers, as_json) -> None:
             raise TableError(f"--vary {text!r:.60}: is no KEY=VALUES of another key; nothing was simulated")
         grid[key] = values_of(values, f"--vary {key}")
     place = str(Path(scene)) if Path(scene).is_file() else scene
-    plan = checked({"sweep": f"table of {base.name}", "scene": place, "settings": given, "grid": grid}, "the table")
+    if speed is None:
+        given.pop(SPEED, None)  # it is the speed of the grid
+    words = "".join(f", {key} = {value}" for key, value in given.items())
+    plan = checked(
+        {"sweep": f"table of {base.name}{words}", "scene": place, "settings": given, "grid": grid}, "the table"
+    )
     with stoppable(out), tempfile.TemporaryDirectory(prefix="cable_sim_table_") as scratch:
         swept = sweep(plan, out if out is not None else scratch, workers=workers)
     figures = [
@@ -95,7 +101,7 @@ def table(scene, scope, speed, vary, settings, out, workers, as_json) -> None:
         | {"reasons": LASTED.sub("", row["reasons"])}
         for case, row in zip(swept.cases, swept.rows)
     ]
-    told = {"scene": base.name, "sweep": plan.sweep, "replaced": None, "rows": figures}
+    told = {"scene": base.name, "settings": given, "sweep": plan.sweep, "replaced": None, "rows": figures}
     if out is not None:
         told["replaced"] = replaced_by(plan, out / JSON_NAME)
         _write(swept, figures, out)
@@ -103,7 +109,7 @@ def table(scene, scope, speed, vary, settings, out, workers, as_json) -> None:
     if as_json:
         click.echo(json.dumps(told, indent=1))
     else:
-        _tell(base.name, figures)
+        _tell(f"{base.name}{words}", figures)
         if out is not None:
             for line in replacing(told, out):
                 click.echo(f"warning: {line}", err=True)
@@ -133,7 +139,7 @@ def _tell(name: str, figures: list[dict[str, Any]]) -> None:
             }
             for scope in scopes:
                 cells = [mine[scope, speed] for speed in speeds]
-                shown.add_row(f"{scope:g}", *("-" if cell is None else f"{cell:.{digits}f}" for cell in cells))
+                shown.add_row(f"{scope:g}", *("-" if cell is None else significant(cell, digits) for cell in cells))
             console.print(shown)
     for words, key in (("failed", "error"), ("doubtful", "reasons")):
         for text, count in Counter(row[key] for row in figures if row[key]).items():

@@ -13,15 +13,24 @@ from typing import TYPE_CHECKING, Any
 
 from ..errors import CableSimError
 from ..sim.flag_rules import FAILED
-from .cases import Case
-from .figures import OWN, RULE, numbers_of
-from .sweep_file import seeds_of
+from .cases import Case, contents
+from .figures import OWN, RULE, numbers_of, unwatched
+from .sweep_file import overwritten_by_steps, seeds_of
 
 if TYPE_CHECKING:
     from ..runs.result import Run
 
 CUT = 2.5  # ticks; a motion that is shorter than duration by more ended the run
+AGAIN = "again"  # column of a row that failed by the machine: the next start runs its case again
 COSTS = ("cpu_s", "simulated_s")  # cpu_s: of the machine; left out of comparisons
+
+
+class FileChanged(CableSimError):
+    """A file is not the one that the case was made of."""
+
+
+class Overwritten(CableSimError, ValueError):
+    """A value of the case would not be that of its run."""
 
 
 def simulate(case: Case) -> dict[str, Any]:
@@ -38,11 +47,16 @@ def simulate(case: Case) -> dict[str, Any]:
     with warnings.catch_warnings(record=True) as warned:
         warnings.simplefilter("always")
         try:
-            row |= _run(case)
-        except CableSimError as error:
+            _unchanged(case)
+            found = _run(case)
+            _unchanged(case)
+            row |= found
+        except FileChanged as error:
+            row |= {"error": f"{type(error).__name__}: {error}", AGAIN: True}
+        except (CableSimError, ArithmeticError) as error:
             row["error"] = f"{type(error).__name__}: {error}"
-        except (ArithmeticError, MemoryError, OSError) as error:
-            row["error"] = f"{type(error).__name__}: {error}"
+        except (MemoryError, OSError) as error:
+            row |= {"error": f"{type(error).__name__}: {error}", AGAIN: True}
     row["warnings"] = "; ".join(
         dict.fromkeys(str(one.message) for one in warned if issubclass(one.category, UserWarning))
     )
@@ -50,16 +64,31 @@ def simulate(case: Case) -> dict[str, Any]:
     return row
 
 
+def _unchanged(case: Case) -> None:
+    """Raise FileChanged where a file of the case is not what it was as the sweep began: its row would be of another
+    file, and be found again for this one."""
+    names = case.scene, case.motion.bag, case.motion.rao
+    for name, then, now in zip(names, case.files, contents(case.scene, case.motion), strict=True):
+        if now != then:
+            raise FileChanged(
+                f"{name}: is another file than when the sweep began, or is gone: this run is not kept. Leave files of "
+                "a sweep alone while it runs, the same on every worker, and start it again: it goes on"
+            )
+
+
 def _run(case: Case) -> dict[str, Any]:
     from ..runs import offline
     from ..runs.settings import apply_to_scene
     from ..runs.sources import in_the_sea
+    from ..runs.step_choice import values_of_steps
     from ..runs.summary import after_start
 
     with in_the_sea(case.motion.rao is not None):
-        scene = apply_to_scene(_scene(case.scene), case.settings)
+        scene = apply_to_scene(_scene(case.scene, case.files[0]), case.settings)
         if case.seed is not None:
             scene = apply_to_scene(scene, {key: case.seed for key in seeds_of(scene)})
+    if lost := [key for key in values_of_steps(scene, case.step) if key in case.settings]:
+        raise Overwritten(overwritten_by_steps(lost[0], case.step))
     result = offline.run(
         scene,
         case.motion.bag,
@@ -80,6 +109,8 @@ def _run(case: Case) -> dict[str, Any]:
             "are of these",
             stacklevel=2,
         )
+    for line in unwatched(result.metrics):
+        warnings.warn(f"{line}: nothing is said of it", stacklevel=2)
     rules = {rule["rule"]: rule["unit"] for rule in (result.metrics.get("rules") or {}).get("rules", ())}
     kept = {
         name: numbers[name] for name in numbers if not case.figures or name in case.figures or name.startswith(RULE)
@@ -99,7 +130,8 @@ def _tick(result: Run) -> float:
 
 
 @lru_cache(maxsize=8)
-def _scene(name: str) -> Any:
+def _scene(name: str, content: str) -> Any:
+    """The scene of a file with this content."""
     from ..io.scenes.load import load_scene
 
     return load_scene(name)

@@ -8,15 +8,18 @@ import sys
 import time
 import warnings
 from concurrent.futures import BrokenExecutor, Executor, Future
-from math import log
+from math import isnan, log
 from pathlib import Path
 
 import pytest
 
+from cable_sim_ros.io.scenes.load import dump_scene, load_scene, override
 from cable_sim_ros.io.scenes.resources import find_bag
 from cable_sim_ros.sweeps import engine
 from cable_sim_ros.sweeps.cases import cases_of
+from cable_sim_ros.sweeps.dataset import names_of
 from cable_sim_ros.sweeps.engine import FAULT, processes, rows_of, workers_of
+from cable_sim_ros.sweeps.figures import FIGURES, numbers_of, unwatched
 from cable_sim_ros.sweeps.sensitivity import points
 from cable_sim_ros.sweeps.store import Store
 from cable_sim_ros.sweeps.sweep import sweep
@@ -247,6 +250,14 @@ def test_cases_are_the_product_in_a_fixed_order_with_samples_that_repeat():
         ({"setpoints": ["hold", "foo"]}, r"setpoints\[1\] = 'foo' is none of its values .* Known: hold, simp"),
         ({"seeds": 3}, "nothing of flume is random"),
         ({"step": "sometimes"}, "neither chosen nor fixed"),
+        ({"grid": {"solver.tick": [0.01, 0.02]}}, "here: solver.tick is set by step: chosen, and .* Give step: fixed"),
+        ({"settings": {"solver.tick": 0.01}}, "solver.tick is set by step: chosen"),
+        ({"step": "fixed", "grid": {"solver.tension_error": [1e-3, 1e-2]}}, "is a bound of chosen steps"),
+        ({"setpoints": ["hold"], "grid": {"setpoint.algorithm": ["hold"]}}, "setpoint.algorithm is set by setpoints"),
+        ({"seeds": 2, "settings": {"water.turbulence.seed": 9}}, "water.turbulence.seed is set by seeds"),
+        ({"grid": {"water.density": [1000.0], "water": [{}]}}, "water.density is a part of water, which is given"),
+        ({"grid": {"winch.scope": [1.0, float("nan")]}}, "grid.winch.scope has nan, which is no finite number"),
+        ({"settings": {"winch.scop": 1.0}}, "here: settings: .*there is no such key"),
         ({"duration": -1.0}, "duration"),
         ({"grid": {"heave.imu_position": [1.0]}}, "is not varied here"),
         (
@@ -266,10 +277,17 @@ def test_a_sweep_that_cannot_be_made_is_refused(change, text):
 def test_files_are_looked_for_beside_the_sweep_and_decide_its_rows(tmp_path):
     (tmp_path / "up.txt").write_text("0 rate -0.01\n")
     (tmp_path / "tow.csv").write_text("time_s,heave_m\n" + "".join(f"{k / 10},{k % 7 / 100}\n" for k in range(9)))
+    (tmp_path / "2up.txt").write_text("0 rate -0.03\n")
+    told = "sweep: one\nscene: flume\nduration: 0.5\nplans: [./2up.txt, 2up.txt]\n"
+    (tmp_path / "s.yaml").write_text(told)
+    with pytest.raises(SweepError, match=r"s.yaml: plans has a value twice \(2up.txt\)"):
+        load_sweep(tmp_path / "s.yaml")
+    (tmp_path / "s.yaml").write_text(told.replace(", 2up.txt", ""))
+    assert [case.winch for case in cases_of(load_sweep(tmp_path / "s.yaml"))] == ["0 rate -0.03"]
     told = "sweep: one\nscene: flume\nduration: 0.5\nplans: [up.txt]\nmotions: [{bag: tow.csv}]\n"
     (tmp_path / "s.yaml").write_text(told)
     (case,) = cases_of(load_sweep(tmp_path / "s.yaml"))
-    assert case.winch == str(tmp_path / "up.txt") and case.motion.bag == str(tmp_path / "tow.csv")
+    assert case.winch == "0 rate -0.01" and case.motion.bag == str(tmp_path / "tow.csv"), "a plan is read once"
     (tmp_path / "up.txt").write_text("0 rate -0.02\n")
     (other,) = cases_of(load_sweep(tmp_path / "s.yaml"))
     assert other.key != case.key, "another plan is another row"
@@ -289,7 +307,7 @@ def test_a_sweep_file_finds_the_scene_beside_it_and_names_its_lines(tmp_path):
         load_sweep(tmp_path / "sweep.yaml")
 
 
-@pytest.mark.parametrize("name, count", [("envelope", 512), ("sensitivity", 704)])
+@pytest.mark.parametrize("name, count", [("envelope", 512), ("sensitivity", 1408)])
 def test_the_sweeps_of_the_pages_load(name, count):
     plan = load_sweep(Path(__file__).resolve().parents[2] / "docs" / f"{name}.yaml")
     assert len(points(plan)) == count if name == "sensitivity" else count_of(plan) == count
@@ -378,3 +396,63 @@ def alive(pid):
         return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
     except OSError:
         return False
+
+
+def test_a_file_that_changes_while_the_sweep_runs_gives_no_row_that_stays(tmp_path):
+    """Its row would be that of the new file under the key of the old one, for ever."""
+    place = tmp_path / "my.yaml"
+    place.write_text(dump_scene(load_scene("flume")))
+    plan = {**SHORT, "scene": str(place), "grid": {"winch.scope": [0.9, 1.0]}}
+    cases = list(cases_of(checked(plan, "here")))
+    place.write_text(dump_scene(override(load_scene("flume"), {"water.density": 1025.0})))
+    row = simulate(cases[0])
+    assert row["verdict"] == "failed" and row["again"] and "FileChanged" in row["error"]
+    others = list(cases_of(checked(plan, "here")))
+    assert others[0].key != cases[0].key, "in the same process too"
+    place.unlink()
+    assert simulate(others[0])["again"]
+
+
+def test_what_failed_by_the_machine_is_run_again_by_the_next_start(tmp_path, monkeypatch):
+    plan = checked({**SHORT, "grid": {"winch.scope": [0.9, 1.0]}}, "here")
+    monkeypatch.setattr(engine, "simulate", killer)
+    lost = sweep(plan, tmp_path, make=lambda: processes(1), workers=1)
+    assert [row["verdict"] for row in lost.rows] == ["ok", "failed"] and lost.rows[1]["again"]
+    monkeypatch.setattr(engine, "simulate", simulate)
+    again = sweep(plan, tmp_path, make=Here)
+    assert again.computed == 1 and again.rows[1]["verdict"] != "failed" and "again" not in again.rows[1]
+    assert sweep(plan, tmp_path, make=Here).computed == 0
+    (tmp_path / "rows" / "part-abc.parquet").touch()
+    assert Store(tmp_path).damaged == ["part-abc.parquet"]
+
+
+def test_a_case_whose_value_would_not_be_that_of_its_run_fails():
+    """The first value lets the tick alone, for instruments read at it; another does not."""
+    (case,) = cases_of(checked({**SHORT, "grid": {"winch.scope": [0.9]}}, "here"))
+    row = simulate(case._replace(settings={**case.settings, "solver.tick": 0.02}))
+    assert row["verdict"] == "failed" and "Overwritten: solver.tick is set by step: chosen" in row["error"]
+
+
+def test_a_folder_with_the_name_of_the_scene_is_not_the_scene(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    plan = checked({**SHORT, "grid": {"winch.scope": [0.9]}}, "here")
+    (case,) = cases_of(plan)
+    (tmp_path / "flume").mkdir()
+    (tmp_path / "flume" / "sweep.csv").touch()
+    (again,) = cases_of(plan)
+    assert again.key == case.key
+    (tmp_path / "s.yaml").write_text("sweep: one\nscene: flume\nduration: 0.5\n")
+    assert load_sweep(tmp_path / "s.yaml").scene == "flume"
+
+
+def test_columns_stand_in_one_order_however_the_rows_came(swept):
+    other = swept._replace(rows=[dict(sorted(row.items())) for row in swept.rows])
+    assert names_of(swept) == names_of(other) and names_of(swept)[0] in FIGURES
+
+
+def test_a_rule_without_a_reading_is_neither_kept_nor_broken():
+    rows = [{"rule": "working_load", "worst": 5.0, "broken": True}, {"rule": "slack", "worst": None, "broken": False}]
+    metrics = {"rules": {"rules": rows, "not_watched": [{"rule": "slack", "why": "no reading"}]}}
+    found = numbers_of(metrics)
+    assert found["rule.working_load.broken"] == 1.0 and isnan(found["rule.slack.broken"])
+    assert unwatched(metrics) == ["rule slack was not watched (no reading)"] and unwatched({}) == []

@@ -191,6 +191,61 @@ def test_an_envelope_says_what_it_knows_and_no_more(tmp_path, row, seeds, rules,
         assert "What one run in 20 passes is not given from fewer than 5 runs" in shown.stdout
 
 
+def test_an_envelope_counts_no_run_as_within_a_rule_without_a_reading_and_no_seed_twice(tmp_path, row, monkeypatch):
+    """Scope 1.0: the rule was never read; both cells: the seeds do nothing. The name is no formula."""
+    titles = texts_of_pictures(monkeypatch)
+    row["rule.slack.broken"] = lambda case: float("nan" if case.settings.get("winch.scope") == 1 else 0)
+    (tmp_path / "e.yaml").write_text(SWEEP.replace("a flume", '"cost $x_{ and $ done"'))
+    given = "envelope", tmp_path / "e.yaml", "--out", tmp_path, "--workers", 1
+    shown = command(*given, code=4)
+    assert "doubtful: the seeds of 2 of 2 cells gave the same run 2 times (first: winch.scope = 0.9)" in shown.stderr
+    assert "Rule slack has no reading in runs of 1 of 2 cells" in shown.stdout and "slack not read" in shown.stdout
+    told = json.loads((tmp_path / "envelope.json").read_text())
+    read, unread = told["cells"]
+    assert (read["allowed"], read["within"], read["rules"]["slack"]["runs"]) == (True, 2, 1)
+    assert (unread["allowed"], unread["within"], unread["unread"], unread["rules"]) == (None, None, ["slack"], None)
+    assert all(cell["alike"] and cell["extremes"]["tension_max_n"]["low"] is None for cell in told["cells"])
+    assert any("x_{ and" in text for text in titles)
+    lists = SWEEP.replace("{winch.scope: [0.9, 1.0]}", "{water.turbulence.deviation: [[0.01, 0, 0], [0.02, 0, 0]]}")
+    (tmp_path / "e.yaml").write_text(re.sub("settings.*\n", "", lists))
+    command(*given, code=4)
+    assert "[0.02, 0, 0]" in titles
+
+
+@pytest.mark.parametrize(
+    "add, why",
+    [
+        ("samples: {count: 2, ranges: {water.density: {low: 990, high: 1000}}}", "each sample would be a cell of its"),
+        ("figures: [tension_mean_n]", "figures keeps no extreme, so every cell would be empty"),
+    ],
+)
+def test_a_sweep_that_makes_no_cells_is_refused(tmp_path, add, why):
+    (tmp_path / "e.yaml").write_text(f"{SWEEP}{add}\n")
+    assert why in command("envelope", tmp_path / "e.yaml", "--out", tmp_path / "out", code=2).stderr
+    assert not (tmp_path / "out").exists()
+
+
+def test_figures_without_a_number_are_said_and_a_table_has_what_was_set(tmp_path, row):
+    row["tension_mean_n"] = lambda case: case.settings["towbody.mass"]
+    row["body_depth_m"] = lambda case: float("nan") if case.number == 3 else 1.0 * case.number
+    (tmp_path / "s.yaml").write_text(RANGES)
+    given = "sensitivity", tmp_path / "s.yaml", "--out", tmp_path, "--workers", 1
+    told = json.loads(command(*given, "--json", code=4).stdout)
+    assert told["doubts"][0] == "body_depth_m has no number in 1 of 64 runs, so no index. Leave it out"
+    (tmp_path / "s.yaml").write_text(RANGES.replace("count: 16", "count: 262144"))
+    assert "makes 1048576 runs, more than 1000000" in command(*given, code=2).stderr
+
+    static_tow(row)
+    row["tension_mean_n"] = 0.00891
+    given = "table", "flume", "--workers", 1, "--scope", "1.0", "--out", tmp_path
+    shown = command(*given, "--set", "ship.tow_speed=0.3", "--set", "towbody.mass=0.002")
+    assert "flume, towbody.mass = 0.002: tension at the sheave [N]" in shown.stdout and "0.00891" in shown.stdout
+    told = json.loads((tmp_path / "table.json").read_text())
+    assert told["settings"] == {"towbody.mass": 0.002} and told["rows"][0]["ship.tow_speed"] == 0.3
+    assert "replace" in command(*given).stderr, "another tow"
+    assert "0.9:1.0:1" in command("table", "flume", "--scope", "0.9:1.0:1", code=2).stderr
+
+
 def texts_of_pictures(monkeypatch):
     """List that gets every text of the pictures that are drawn."""
     from matplotlib.figure import Figure
@@ -229,6 +284,7 @@ def test_every_figure_that_is_no_number_is_known(swept):
 def test_a_dry_run_writes_nothing(tmp_path, row):
     (tmp_path / "a.yaml").write_text(SWEEP)
     given = "sweep", tmp_path / "a.yaml", "--out", tmp_path / "out", "--dry-run"
+    assert json.loads(command(*given, "--json").stdout) == {"sweep": "a flume", "cases": 4, "new": 4}
     assert command(*given).stdout == "4 cases, 4 of them new\n" and not (tmp_path / "out").exists()
     rows = tmp_path / "out" / "rows"
     rows.mkdir(parents=True)
