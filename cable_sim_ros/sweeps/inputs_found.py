@@ -9,9 +9,10 @@ from pathlib import Path
 from ..errors import CableSimError
 from ..io.scenes.resources import ResourceError, find_bag
 from ..io.scenes.winch_plan import PlanError, WinchPlan
-from ..io.sources.motion_table import read_table
+from ..io.sources.motion_table import HEAVE_PERIODS, read_table
 from ..io.sources.recorded_tow import read_tow
 from ..io.sources.sea_motion import response_of, sea_motion
+from ..physics.heave_filter import Heave
 from ..runs.live_changes import ChangeError
 from ..runs.message_run import MessageRun
 from ..sim.scene import Scene
@@ -37,6 +38,16 @@ def motion_problem(scene: Scene, kind: str, name: str, waves_vary: bool) -> str:
                     return "holds no motion of a ship; nothing was simulated. Give a bag with odometry or IMU"
     except (CableSimError, OSError) as error:
         return str(error).replace("--rao simple: ", "").replace("--rao simple", "rao: simple")  # as a sweep has it
+    return ""
+
+
+def heave_problem(heave: tuple[float, float]) -> str:
+    """Why amplitude and period [m, s] are none that --heave of the command line takes, "" where they are."""
+    shown, most = f"= [{heave[0]:g}, {heave[1]:g}]", Heave().max_displacement
+    if not 0.0 < heave[0] <= most:
+        return f"{shown}: the amplitude is outside (0, {most:g}] m"
+    if not HEAVE_PERIODS[0] <= heave[1] <= HEAVE_PERIODS[1]:
+        return f"{shown}: the period is outside [{HEAVE_PERIODS[0]:g}, {HEAVE_PERIODS[1]:g}] s"
     return ""
 
 

@@ -17,10 +17,8 @@ from ..errors import CableSimError
 from ..io.scenes.document import Document, SceneError
 from ..io.scenes.load import load_scene
 from ..io.scenes.winch_plan import PlanError, WinchPlan
-from ..io.sources.motion_table import HEAVE_PERIODS
 from ..limits import LONGEST_RUN
 from ..physics.heave_compensation import SetpointLaw
-from ..physics.heave_filter import Heave
 from ..physics.parameter import REQUIRED, Block, quantity
 from ..runs.settings import apply_to_scene, of_intake
 from ..runs.sources import in_the_sea
@@ -28,7 +26,7 @@ from ..runs.step_choice import values_of_steps
 from ..sim.problem import Problem
 from ..sim.scene import Scene
 from .figures import FIGURES, IN_EVERY_ROW, NO_NUMBERS
-from .inputs_found import motion_problem, place_of, plan_problem
+from .inputs_found import heave_problem, motion_problem, place_of, plan_problem
 
 MAX_CASES = 1_000_000
 MAX_VALUES = 100_000  # of one key
@@ -171,7 +169,9 @@ def _problems(plan: SweepPlan) -> list[Problem]:
     for i, motion in enumerate(plan.motions):
         if sum(one is not None for one in (motion.bag, motion.heave, motion.rao)) > 1:
             found.append(Problem(f"motions.{i}", "names more than one motion", "Keep one of bag, heave, rao"))
-        found += _heave(f"motions.{i}.heave", motion.heave) if motion.heave is not None else []
+        if motion.heave is not None and (text := heave_problem(motion.heave)):
+            remedy = "Write amplitude in m and period in s, for example heave: [1, 8]"
+            found.append(Problem(f"motions.{i}.heave", text, remedy))
     read = []
     for i, words in enumerate(plan.plans):
         if words is None or not _in_words(words):  # a file is looked for beside the sweep, later
@@ -254,18 +254,6 @@ def _twice(key: str, compared: Iterable[Any], shown: list[Any]) -> list[Problem]
             return [Problem(key, text, "Keep one")]
         first[one] = words
     return []
-
-
-def _heave(key: str, heave: tuple[float, float]) -> list[Problem]:
-    """Problems of a heave, those of --heave of the command line."""
-    shown, most = f"= [{heave[0]:g}, {heave[1]:g}]", Heave().max_displacement
-    if not 0.0 < heave[0] <= most:
-        text = f"{shown}: the amplitude is outside (0, {most:g}] m"
-    elif not HEAVE_PERIODS[0] <= heave[1] <= HEAVE_PERIODS[1]:
-        text = f"{shown}: the period is outside [{HEAVE_PERIODS[0]:g}, {HEAVE_PERIODS[1]:g}] s"
-    else:
-        return []
-    return [Problem(key, text, "Write amplitude in m and period in s, for example heave: [1, 8]")]
 
 
 def _find(path: str | os.PathLike) -> Path:
