@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import sys
 from math import floor, log10
 from pathlib import Path
@@ -19,6 +20,7 @@ from .progress import progress_bar
 if TYPE_CHECKING:
     from ..runs.calibration.result import Calibration, Left, Parameter
 
+PICTURES = (".png", ".pdf", ".svg", ".jpg", ".jpeg")
 OF_ONE = "NAME[~SD]"
 
 
@@ -90,6 +92,8 @@ def calibrate(bag, scene, free, mapping, motion, heave, winch, duration, signals
     for path in (out, picture):
         if path is not None and not path.parent.is_dir():
             raise click.UsageError(f"{path}: there is no folder {path.parent}; nothing was simulated. Make it first")
+    if picture is not None and picture.suffix.lower() not in PICTURES:
+        raise click.UsageError(f"{picture}: is none of {', '.join(PICTURES)}; nothing was simulated. Name one of these")
     if steady and (motion not in (None, "none") or any(one is not None for one in (heave, winch, duration, every))):
         raise click.UsageError(
             "--steady has no motion; nothing was simulated. Leave --motion, --heave, --winch, --duration, --every out"
@@ -98,12 +102,13 @@ def calibrate(bag, scene, free, mapping, motion, heave, winch, duration, signals
         raise click.UsageError("--heave and --motion contradict each other; nothing was simulated. Leave one out")
     from ..io.scenes.load import load_scene
     from ..io.scenes.winch_plan import WinchPlan
+    from ..io.sources.imported_bag import provenance
     from ..runs.calibration.calibrate import Options
     from ..runs.calibration.calibrate import calibrate as fitted
     from ..runs.calibration.free import CalibrateError
     from ..runs.scores.recordings import read_recording
     from ..runs.settings import apply_to_scene, of_intake, settings_of
-    from ..runs.sources import motion_of
+    from ..runs.sources import motion_of, notes_of, sea_motion_kept
     from ..runs.step_choice import stepped
     from ..sim.verdict import check
 
@@ -146,6 +151,9 @@ def calibrate(bag, scene, free, mapping, motion, heave, winch, duration, signals
         raise CalibrateError("\n".join([str(error), *(f"damaged: {text}" for text in damage)])) from None
     result.reasons += [check("DAMAGE", text) for text in damage]
     result.notes += recording.notes
+    if tow is not None and moved != bag:
+        imported, waves = provenance(tow.about), sea_motion_kept(tow)
+        result.notes += [f"motion: {text}" for text in notes_of({"imported": imported, "rao": waves})]
     finish(
         result, scene, base, {key: value for key, value in given.items() if key not in intake}, out, picture, as_json
     )
@@ -180,7 +188,7 @@ def finish(
     from .compare import lines_of
 
     if as_json:
-        click.echo(json.dumps(result.as_dict(), indent=1))
+        click.echo(json.dumps(_plain(result.as_dict()), indent=1, allow_nan=False))
     else:
         tell(result)
     if out is not None and result.converged:
@@ -212,9 +220,21 @@ def finish(
     sys.exit(result.verdict.code)
 
 
+def _plain(value: Any) -> Any:
+    """A JSON value without numbers that JSON does not have."""
+    if isinstance(value, dict):
+        return {key: _plain(one) for key, one in value.items()}
+    if isinstance(value, list | tuple):
+        return [_plain(one) for one in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
 def _head(result: Calibration) -> list[str]:
     lines = [f"Calibrated by cable-sim calibrate on {Path(result.name).name}, verdict {result.verdict.state}:"]
     for one in result.parameters:
+        if one.number and one.interval == (None, None):
+            lines.append(f"  {one.name} is not known from it: {one.start:.5g} as it was")
+            continue
         was = f", was {one.start:.5g}" if one.number else ", of the instrument"
         lines.append(f"  {one.name} = {_fine(one, one.value)} {_interval(one)} (95 %){was}")
     return lines

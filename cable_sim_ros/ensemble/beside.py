@@ -6,6 +6,7 @@ fewest do not hold it either, it begins again at the present, and says that.
 
 from __future__ import annotations
 
+import math
 import os
 import signal
 import time
@@ -32,6 +33,7 @@ WATCHED = 10.0  # s of wall time in which a lag has to shrink
 LET_GO = 0.8  # of the copies are kept where it does not
 SILENT = 3.0  # s without a tick output from which the node is said to be silent
 SAY = 1.0  # s from one status to the next
+APART, LEAST_APART = 0.5, 0.1  # of the width of the towbody's band, m: copy 0 that is further away does not follow
 NOTES = 20  # that are kept
 PAUSE = 0.02  # s between looks
 OVER = object()  # of a look-ahead that gave no band
@@ -71,6 +73,8 @@ class Beside:
         self._heard: float | None = None  # wall time of the newest message
         self.silent = 0.0  # s since then
         self.let_go = 0
+        self.blind = ""  # why the newest look-ahead gave no band
+        self.width = math.inf  # m, of the widest band of the towbody
 
     def step(self, items: list[Heard], now: float) -> bool:
         """Take messages, run a block or a copy of the look-ahead; was there anything to do? now: wall time [s]."""
@@ -85,8 +89,8 @@ class Beside:
             if band is not None:
                 busy, self.problem = True, ""
                 self._tell(band)
-            elif self._look_ahead(now):
-                busy = True
+            else:
+                busy = self._looks_ahead(now)
         except EnsembleEnded as error:
             self.problem, self._looking = str(error), None
             follower.start_again(f"{error}; the copies begin again")
@@ -139,8 +143,18 @@ class Beside:
         members = band.members
         state = [members, level_of(members), follower.lag, self.behind, follower.settling, follower.apart[1]]
         self.voice.band(stamp, BAND_NAMES, [*ends, *map(float, state)])
+        self.width = float((band.high[-1, BODY] - band.low[-1, BODY]).max())
         places = band.values[:, -1, BODY] * (1.0, 1.0, -1.0)
         self.voice.towbody(stamp, places)
+
+    def _looks_ahead(self, now: float) -> bool:
+        """As `_look_ahead`; one that gives no band leaves the copies as they are."""
+        try:
+            busy = self._look_ahead(now)
+        except EnsembleEnded as error:
+            self._looking, self.blind = None, str(error)
+            return True
+        return busy
 
     def _look_ahead(self, now: float) -> bool:
         follower = self.follower
@@ -153,14 +167,15 @@ class Beside:
         if band is OVER:  # nothing to look from
             self._looking = None
         elif isinstance(band, Band):
-            self._looking = None
+            self._looking, self.blind = None, ""
             self.voice.ahead(self._from, AHEAD_NAMES, ahead_table(band, self._from))
         return True
 
     def status(self) -> Status:
         """One task of /diagnostics."""
         follower, ensemble = self.follower, self.follower.ensemble
-        members = len(ensemble.draws) - 1 - len(ensemble.lost)
+        members = len(ensemble.draws) - 1 - len({lost.number for lost in ensemble.lost} - {0})
+        apart = follower.apart[1]
         flags = ensemble.flagged(newest=True)
         if self.problem:
             level, text = ERROR, self.problem
@@ -172,8 +187,13 @@ class Beside:
             level, text = ERROR, f"out of real time: the band is {follower.lag:.1f} s old, no look-ahead is made"
         elif follower.settling:
             level, text = WARN, f"joined under way: the copies settle for another {follower.settling:.0f} s"
-        elif flags:
-            level, text = WARN, next(iter(flags.values()))
+        elif apart > max(APART * self.width, LEAST_APART):
+            why = "another scene, a value that was changed under way, or a motion that was not heard"
+            level, text = WARN, f"copy 0 is {apart:.3g} m from the towbody: the copies do not follow ({why})"
+        elif flags or follower.doubts:
+            level, text = WARN, next(iter([*flags.values(), *follower.doubts]))
+        elif self.blind:
+            level, text = WARN, f"no look-ahead: {self.blind}"
         elif self.let_go:
             level, text = WARN, f"{self.let_go} copies were let go to hold real time, {members} are left"
         else:
@@ -184,6 +204,7 @@ class Beside:
             "lost": "; ".join(f"{lost.number}: {lost.why}" for lost in ensemble.lost)[:500],
             "lag_s": f"{follower.lag:.2f}",
             "silent_s": f"{self.silent:.1f}",
+            "doubts": "; ".join(follower.doubts)[:1000],
             "flags": ", ".join(flags),
             "flags_since_start": ", ".join(ensemble.flagged()),
             "starts": str(follower.begun),

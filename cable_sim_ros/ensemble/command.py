@@ -78,7 +78,7 @@ def _over_a_bag(bag, file, changed, scene, out, twins, outside, as_json) -> None
     from ..io.scenes.resources import find_bag
     from .coverage import covered, outside_of
     from .plan import load_plan
-    from .recording import CSV_NAME, JSON_NAME, figures, follow_recording, scene_kept, write_table
+    from .recording import CSV_NAME, JSON_NAME, doubts_of, figures, follow_recording, scene_kept, write_table
 
     values = outside_of(outside)
     source = find_bag(bag)
@@ -98,8 +98,9 @@ def _over_a_bag(bag, file, changed, scene, out, twins, outside, as_json) -> None
     for item in (item for item in warned if item not in ours):  # of a library: as it came
         warnings.warn_explicit(item.message, item.category, item.filename, item.lineno)
     odd = of_copies(tow, [str(item.message) for item in ours])
-    report["notes"] = [*one.notes, *odd, *one.flags, *([one.damage] if one.damage else [])]
-    doubtful = CODE_DOUBTFUL if one.lost or odd or one.flags or not one.settled.any() else CODE_OK
+    odd += [*one.flags, *doubts_of(one, report, plan)]
+    report["notes"] = [*one.notes, *odd, *([one.damage] if one.damage else [])]
+    doubtful = CODE_DOUBTFUL if one.lost or odd or not one.settled.any() else CODE_OK
     report["exit_code"] = CODE_DAMAGED if one.damage else doubtful
     write_table(folder / CSV_NAME, one)
     (folder / JSON_NAME).write_text(json.dumps(report, indent=1) + "\n", "utf-8")

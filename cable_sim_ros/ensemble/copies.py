@@ -148,29 +148,30 @@ class Ensemble:
         """Give a sample of ship motion or a winch command to all copies. Raises InputError."""
         self.nominal.push(item)
 
-    def run(self, count: int, every: int = 1) -> Band:
-        """Advance all copies by ``count`` ticks; the band at each ``every``-th of them.
+    def run(self, count: int, every: int = 1, judged: bool = True) -> Band:
+        """Advance all copies by ``count`` ticks; the band at each ``every``-th of them; judged: flags of these ticks
+        count for the copies.
 
         Raises EnsembleEnded where the solver gives up in too many.
         """
 
-        seen = {number: Seen() for number in self._sims}
+        seen = {number: Seen(sim.scene) for number, sim in self._sims.items()}
         if self.threads > 1:
             with ThreadPoolExecutor(self.threads) as pool:
                 ran = dict(pool.map(lambda number: (number, self._one(number, count, every, seen[number])), seen))
         else:
             ran = {number: self._one(number, count, every, seen[number]) for number in seen}
         self.newest = seen
-        for number, one in seen.items():
-            self.seen.setdefault(number, Seen()).add(one)
+        for number, one in seen.items() if judged else ():
+            self.seen.setdefault(number, Seen(one.scene)).add(one)
         for number in [number for number, rows in ran.items() if rows is None]:
             del self._sims[number]
         self._enough()
         return _joined(ran)
 
     def flagged(self, newest: bool = False) -> dict[str, str]:
-        """Flags of the copies by name, as flagged.flagged; newest: of the newest run only."""
-        return flagged(self.scene, self.newest if newest else self.seen, len(self.draws) - 1)
+        """Flags of the copies by name, as flagged.flagged; newest: of any tick of the newest run."""
+        return flagged(self.newest if newest else self.seen, len(self.draws) - 1, any_tick=newest)
 
     def _one(self, number: int, count: int, every: int, seen: Seen) -> Rows | None:
         sim, parts, done = self._sims[number], [], 0
@@ -209,7 +210,7 @@ class Ensemble:
             try:
                 sim.inputs = inputs
                 sim.restore(fork)
-                ran[number] = self._one(number, count, every, Seen())
+                ran[number] = self._one(number, count, every, Seen(sim.scene))
             finally:
                 sim.inputs, self.lost = shared, lost
                 sim.restore(own)
@@ -224,7 +225,9 @@ class Ensemble:
         self.draws = self.draws[: kept + 1]
         self._sims = {number: sim for number, sim in self._sims.items() if number <= kept}
         self.lost = [lost for lost in self.lost if lost.number <= kept]
-        self.seen = {number: seen for number, seen in self.seen.items() if number <= kept}
+        for seen in (self.seen, self.newest):
+            for number in [number for number in seen if number > kept]:
+                del seen[number]
 
     def _lose(self, number: int, error: Exception) -> None:
         self.lost.append(Lost(number, self.draws[number], str(error)))

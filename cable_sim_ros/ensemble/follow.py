@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import itertools
 import math
+import re
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator
 from typing import NamedTuple
@@ -22,10 +23,10 @@ from ..io.scenes.winch_plan import PlanError, WinchPlan
 from ..sim.inputs import InputError, ShipMotion, WinchCommand
 from ..sim.scene import Scene
 from ..sim.tables.attitude import angles_of
-from .copies import Band, Ensemble
+from .copies import Band, Ensemble, EnsembleEnded
 from .flagged import Seen
 from .motion_ahead import motion_ahead
-from .plan import EnsemblePlan
+from .plan import EnsemblePlan, doubts_when_joined
 
 SECOND = 1_000_000_000
 HEALTH = "health"  # kind of a tick output among the commands of COMMANDS
@@ -39,6 +40,8 @@ APART = 1.0  # m of pay-out between the tow and copy 0 from which the copies beg
 QUIET = 30.0  # s between two of these
 REPEAT = 0.9  # of winch.command_timeout: how often a command ahead is given again
 NEEDED = ("ship_position", "ship_velocity", "ship_quaternion", "ship_rate", "body_position", "payout", "scope")
+LATELY = 2 * SECOND  # ns, of which the way of a tick output to here is known
+TIMES = re.compile(r"\d[\d.]*")
 MISSED = 1.0  # s of tick outputs that may be missing in one go: the motion is taken across
 
 
@@ -53,7 +56,8 @@ class Heard(NamedTuple):
 class Follower:
     """An ensemble beside a tow. `begun`: starts so far; `notes`: what happened, newest last; `apart`: newest pay-out
     [m] and towbody [m] of copy 0 from the tow's; `settling`: s until the copies have settled; `tow`: the tow's own tick
-    output at the newest band; `seen`: of its tick outputs."""
+    output at the newest band; `seen`: of its tick outputs; `doubts`: why bands
+    cannot be taken as they are, each once; `heard`: tick outputs so far."""
 
     def __init__(
         self,
@@ -76,7 +80,9 @@ class Follower:
         self.frames: deque[np.record] = deque()  # heard and not run yet
         self.newest: np.record | None = None
         self.tow: np.record | None = None
-        self.seen = Seen()
+        self.seen = Seen(self.base)
+        self.doubts: list[str] = []
+        self.heard = 0
         self.settling, self.apart = 0.0, (math.nan, math.nan)
         self.orders: WinchPlan | None = None
         self.orders_begin = 0
@@ -84,11 +90,14 @@ class Follower:
             self.orders = WinchPlan.of(plan.ahead.winch)
         self._forget()
 
-    def _forget(self) -> None:
-        self.frames.clear()
-        self.offset: int | None = None  # ns, least arrival less time of a tick output
-        self.pending: deque[tuple[int, Command]] = deque()  # (estimated time, command) that no block has had
-        self.told: deque[int] = deque(maxlen=2000)  # times of the commands that the tow carried out
+    def _forget(self, keep: bool = False) -> None:
+        """Begin anew; keep: with what was heard and not run yet."""
+        if not keep:
+            self.frames.clear()
+            self.offsets: deque[tuple[int, int]] = deque()  # (arrival, arrival less time) of tick outputs of late
+            self.early: list[tuple[int, Command]] = []  # (arrival, command) before any tick output
+            self.pending: deque[tuple[int, Command]] = deque()  # (estimated time, command) that no block has had
+            self.told: deque[int] = deque(maxlen=2000)  # times of the commands that the tow carried out
         self.past: deque[ShipMotion] = deque(maxlen=max(2, round(HISTORY * SECOND / self.tick)))
         self.running, self.last_stamp, self.length_shift = False, -1, 0.0
         self.held: WinchCommand | None = None
@@ -114,9 +123,14 @@ class Follower:
                 self.notes.append("the tow began again, or its clock jumped: so did the copies")
                 self._forget()
             self.newest = frame
-            offset = item.arrival - time
-            self.offset = offset if self.offset is None else min(offset, self.offset)
+            while self.offsets and item.arrival - self.offsets[0][0] > LATELY:  # a clock may stand still, or drift
+                self.offsets.popleft()
+            self.offsets.append((item.arrival, item.arrival - time))
+            for arrival, command in self.early:
+                self.pending.append((arrival - self.offset, command))
+            self.early.clear()
             self.frames.append(frame)
+            self.heard += 1
             if frame["command_age"] >= 0.0:
                 stamp = time - round(float(frame["command_age"]) * 1e9)
                 if not self.told or stamp > self.told[-1]:
@@ -146,8 +160,22 @@ class Follower:
             command = COMMANDS[item.kind](item.data)
         except Refused:
             return  # by the tow too
-        if not command.is_none and self.offset is not None:
-            self.pending.append((item.arrival - self.offset, command))
+        if command.is_none:
+            return
+        if not self.offsets:
+            self.early.append((item.arrival, command))
+            return
+        self.pending.append((item.arrival - self.offset, command))
+
+    @property
+    def offset(self) -> int:
+        """Least arrival less time of the tick outputs of late, ns."""
+        return min(offset for _, offset in self.offsets)
+
+    def doubt(self, text: str) -> None:
+        """Say once why bands cannot be taken as they are."""
+        if text not in self.doubts:
+            self.doubts.append(text)
 
     @property
     def lag(self) -> float:
@@ -156,10 +184,10 @@ class Follower:
             return 0.0
         return (int(self.frames[-1]["tick"]) - self.at) * self.tick * 1e-9
 
-    def start_again(self, why: str) -> None:
-        """Leave what was heard and begin with what comes."""
+    def start_again(self, why: str, keep: bool = False) -> None:
+        """Leave what was heard and begin with what comes; keep: begin with what was heard and not run yet."""
         self.notes.append(why)
-        self._forget()
+        self._forget(keep)
 
     def advance(self) -> Band | None:
         """Run the next block, where all of it is heard; its band. Raises EnsembleEnded."""
@@ -183,6 +211,7 @@ class Follower:
         return self.at + self.every - self.at % self.every
 
     def _start(self, over: bool = False) -> bool:
+        self._same_tick()
         if not self.frames or (len(self.frames) * self.tick < JOIN * SECOND and not over):
             return False
         first, ship = self.frames[0], self.base.ship
@@ -210,6 +239,8 @@ class Follower:
             way = float(first["scope"]) / max(float(np.hypot(*first["ship_velocity"][:2])), 0.1)
             self.settling = SETTLE * way
             self.notes.append(f"joined under way: the copies settle for {self.settling:.0f} s")
+            for text in doubts_when_joined(self.base, self.plan):
+                self.doubt(text)
         if self.orders is not None and self.begun == 1:  # now there is a drum to check it with
             try:
                 self.orders.check(self.ensemble.nominal.model.settings[0].drum, self.base)
@@ -229,7 +260,9 @@ class Follower:
         lost = max(b - a for a, b in itertools.pairwise(numbers)) * self.tick * 1e-9
         on_time = all(int(f["time"]) == self.began + (int(f["tick"]) - self.first) * self.tick for f in seen)
         if not frames or not on_time or lost > MISSED:
-            self.start_again("the clock of the tow jumped, or a second of it was not heard: the copies begin again")
+            self.start_again(
+                "the clock of the tow jumped, or a second of it was not heard: the copies begin again", True
+            )
             return None
         for frame in frames if numbers[len(frames)] == last else seen:
             sample = motion_of(frame)
@@ -239,9 +272,7 @@ class Follower:
         for command in self._due(end):
             self._give(command)
         self.seen.take(np.array(frames))
-        band = self.ensemble.run(count, count)
-        if self.settling:
-            self.ensemble.seen.clear()
+        band = self.ensemble.run(count, count, judged=not self.settling)
         self.at = last
         copy, tow = self.ensemble.nominal.frame, frames[-1]
         self.tow = tow
@@ -253,11 +284,32 @@ class Follower:
         return band
 
     def _give(self, command: WinchCommand) -> None:
+        if command.payout is not None and self._scope_varies:
+            self.doubt(
+                "a length was commanded while half_widths.payout or winch.scope varies: every copy goes to that "
+                "length, and the band loses what varies. Leave the one out, or read the band before"
+            )
         try:
             self.ensemble.push(command)
             self.held = command
         except InputError as error:
-            self.notes.append(str(error))
+            self.doubt(f"a winch command could not be given to the copies: {re.sub(TIMES, 'N', str(error))}")
+
+    @property
+    def _scope_varies(self) -> bool:
+        return bool(self.plan.half_widths.payout) or "winch.scope" in self.plan.ranges
+
+    def _same_tick(self) -> None:
+        """Raise EnsembleEnded where the tick outputs are those of another tick length."""
+        if len(self.frames) < 2:
+            return
+        one, two = self.frames[0], self.frames[1]
+        apart = (int(two["time"]) - int(one["time"])) / max(int(two["tick"]) - int(one["tick"]), 1)
+        if abs(apart - self.tick) > 0.01 * self.tick:
+            raise EnsembleEnded(
+                f"the tow ticks each {apart * 1e-9:g} s, solver.tick of {self.base.name} is {self.tick * 1e-9:g} s: "
+                "that is another scene; there is no band. Give --scene the scene of the tow"
+            )
 
     def _due(self, end: int) -> Iterable[WinchCommand]:
         """Commands that count by the end of a block, at the times that the tow tells of them."""

@@ -18,6 +18,7 @@ from ..io.scenes.document import Document, SceneError, SceneWarning
 from ..io.scenes.load import scene_from_dict
 from ..io.scenes.winch_plan import PlanError, WinchPlan
 from ..physics.parameter import Block, quantity
+from ..physics.viv_amplification import StrumLaw
 from ..physics.water import CurrentFrame, CurrentTable, Water
 from ..runs.settings import apply_to_scene, of_intake
 from ..sim.layback.ranges import LEAST_FACTOR, MOST_FACTOR, Ranges, with_drag
@@ -60,6 +61,9 @@ def _problems(plan: EnsemblePlan) -> list[Problem]:
     found = []
     for key in of_intake(plan.ranges):
         found.append(Problem(f"ranges.{key}", "says how messages are taken in, and is not varied", "Leave it out"))
+    for key in [key for key in plan.ranges if key.startswith("solver.") or key in OF_THE_START]:
+        text = "is the same in all copies: they have the ticks, the heading and the speed of the tow"
+        found.append(Problem(f"ranges.{key}", text, "Leave it out; of speed half_widths.speed"))
     for key, one in plan.ranges.items():
         if not one.low < one.high:
             found.append(Problem(f"ranges.{key}", f"= {one.low:g} to {one.high:g} is no range", "Give low below high"))
@@ -98,6 +102,11 @@ def load_plan(path: str | os.PathLike | None, changed: Mapping[str, Any], scene:
     return plan
 
 
+OF_THE_START = ("ship.heading_deg", "ship.tow_speed", "ship.start_blend")
+MIDDLE = 0.3819660112501051  # of a range: a value of no round number
+MOST_TICKS = 500  # from one band to the next
+
+
 def fits(plan: EnsemblePlan, scene: Scene, origin: str) -> None:
     """Does the scene have the keys and take both ends of each range? Raises EnsembleError."""
     problems = []
@@ -108,15 +117,48 @@ def fits(plan: EnsemblePlan, scene: Scene, origin: str) -> None:
             f"winch.command_timeout = {scene.winch.command_timeout:g} s: a rate ahead takes more commands than are "
             "kept; nothing was started. Look less far ahead, or raise winch.command_timeout"
         )
+    if plan.every / scene.solver.tick > MOST_TICKS:
+        problems.append(
+            f"{origin}: every = {plan.every:g} s is {plan.every / scene.solver.tick:.4g} ticks of solver.tick = "
+            f"{scene.solver.tick:g} s, more than {MOST_TICKS} of which inputs are kept; nothing was started. Give "
+            f"every of at most {MOST_TICKS * scene.solver.tick:g} s"
+        )
+    if scene.viv.law is not StrumLaw.OFF and plan.half_widths.drag:
+        problems.append(
+            f"{origin}: half_widths.drag = {plan.half_widths.drag:g} multiplies the drag amplification, which viv.law "
+            f"= {scene.viv.law.value} computes; nothing was started. Give a file with half_widths: {{drag: 0}}, and "
+            "ranges of cable.sections.<name>.drag_coefficient"
+        )
     for key, one in plan.ranges.items():
-        for end in (one.low, one.high):
+        for value in (one.low, one.high, one.low + MIDDLE * (one.high - one.low)):
             try:
-                apply_to_scene(scene, {key: end})
+                apply_to_scene(scene, {key: value})
             except SceneError as error:
                 problems += [f"{origin}: ranges.{key}: {text}" for text in error.problems]
                 break
     if problems:
         raise EnsembleError(problems)
+
+
+def doubts_when_joined(scene: Scene, plan: EnsemblePlan) -> list[str]:
+    """Why the copies of a tow that is joined under way cannot be taken as they are."""
+    water, found = scene.water, []
+    there = {
+        "waves": water.waves.height > 0.0,
+        "turbulence": any(water.turbulence.deviation),
+        "variation of the current": water.current_variation.time is not None,
+    }
+    if names := [name for name, yes in there.items() if yes]:
+        found.append(
+            f"joined under way: the copies count {' and '.join(names)} of the water from there, the tow from its "
+            "start: they are in other water than the tow. Follow it from its start"
+        )
+    if "winch.scope" in plan.ranges:
+        found.append(
+            "joined under way: the cable out is that of the tow, so that ranges.winch.scope varies nothing. Vary "
+            "half_widths.payout"
+        )
+    return found
 
 
 class Draw(NamedTuple):

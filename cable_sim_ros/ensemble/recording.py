@@ -23,7 +23,9 @@ from .follow import HEALTH, Follower, Heard
 from .plan import EnsemblePlan
 
 COMMAND_TOPICS = {topic: kind for kind, (_, topic) in KINDS.items() if kind.startswith("command")}
-PIECE = 500  # messages that are decoded at once
+PIECE = 50  # messages that are decoded at once: so many are lost at most where a tow begins again
+APART = 0.25  # of the mean width of a band, rms: a copy 0 that is further from the tow does not follow it
+LEFT_OUT = 0.05  # of the tow that was heard, that may be in no band
 CSV_NAME, PICTURE, JSON_NAME = "ensemble.csv", "ensemble.png", "ensemble.json"
 
 
@@ -31,7 +33,7 @@ class Followed(NamedTuple):
     """The band over a recording: time [s since its first tick output], bands low, median, high, nominal and the
     recorded tow [n, FIGURES], all copies [copies, n, FIGURES]; settled [n]: had the copies, where the tow was joined
     under way; lost copies; notes; flags: what tick outputs say against the figures; damage: what of the bag could not
-    be read; CPU time of following and of the static starts [s]; simulated by one copy [s]."""
+    be read; CPU time of following and of the static starts [s]; simulated by one copy [s]; heard: of the tow [s]."""
 
     time: np.ndarray
     low: np.ndarray
@@ -48,6 +50,7 @@ class Followed(NamedTuple):
     cpu: float
     start_cpu: float
     simulated: float
+    heard: float
 
     @property
     def members(self) -> int:
@@ -155,11 +158,12 @@ def follow_recording(
         np.array(settled),
         lost,
         list(follower.notes),
-        [*flags.values(), *of_recorded(scene, follower.seen, flags)],
+        [*flags.values(), *of_recorded(follower.seen, flags), *follower.doubts],
         str(damage) if damage else "",
         time.process_time() - used - follower.ensemble.start_cpu,
         follower.ensemble.start_cpu,
         len(bands) * follower.every * follower.tick * 1e-9,
+        follower.heard * follower.tick * 1e-9,
     )
 
 
@@ -173,6 +177,7 @@ def figures(one: Followed, plan: EnsemblePlan) -> dict[str, Any]:
         "seed": plan.seed,
         "level": level_of(one.members),
         "duration_s": float(one.time[-1]),
+        "heard_s": one.heard,
         "bands": len(one.time),
         "bands_settled": int(one.settled.sum()),
         "lost": [{"copy": lost.number, "draw": str(lost.draw), "why": lost.why} for lost in one.lost],
@@ -190,7 +195,24 @@ def figures(one: Followed, plan: EnsemblePlan) -> dict[str, Any]:
             "width_max": float(width.max()),
             "recorded_inside": float(inside[counted, k].mean()),
             "copy_0_apart_max": float(np.abs(one.nominal[:, k] - one.tow[:, k])[counted].max()),
+            "copy_0_apart_rms": float(np.sqrt(np.mean((one.nominal[:, k] - one.tow[:, k])[counted] ** 2))),
         }
+    return found
+
+
+def doubts_of(one: Followed, told: dict[str, Any], plan: EnsemblePlan) -> list[str]:
+    """Why the bands cannot be taken as they are, beside flags; told: of `figures`."""
+    found = []
+    left = one.heard - one.simulated
+    if left > max(2.0 * plan.every, LEFT_OUT * one.heard):
+        found.append(f"{left:.3g} s of the {one.heard:.4g} s of the tow that were heard are in no band")
+    for name, row in told["figures"].items():
+        if row["copy_0_apart_rms"] > APART * row["width_mean"]:
+            found.append(
+                f"copy 0 is {row['copy_0_apart_rms']:.3g} {row['unit']} rms from the recorded {name}, more than "
+                f"{APART:g} of the width of the band, {row['width_mean']:.3g} {row['unit']}: the copies do not follow "
+                "this tow, as of another scene, a value that was changed under way, or ticks too coarse for its motion"
+            )
     return found
 
 

@@ -11,6 +11,7 @@ import numpy as np
 
 from ..io.messages.markers import check_rate
 from ..io.recordings.journal import read_journal
+from ..io.scenes.document import SceneError
 from ..io.scenes.fault_plan import FaultPlan
 from ..io.scenes.load import load_scene, override
 from ..io.scenes.resources import find_bag
@@ -40,7 +41,7 @@ from .resume import save as save_run
 from .run_folder import bag_path, write_summary
 from .settings import NOTHING, Settings, apply_to_bag, apply_to_scene, of_intake, recorded_intake, refuse_without_bag
 from .sources import in_the_sea, motion_of, notes_of, scene_of_bag, sea_motion_kept, seconds_of
-from .step_choice import doubts_of_steps, metrics_of_steps, stepped
+from .step_choice import doubts_of_steps, metrics_of_steps, overwritten, stepped
 from .stepping import Progress, Stepped, silent
 from .summary import summarize
 from .transient import growth, start_up, still_growing
@@ -204,6 +205,8 @@ def _scene_of(
     scene = apply_to_scene(scene, settings)
     if algorithm is not None:
         scene = override(scene, {"setpoint.algorithm": algorithm})
+    if lost := overwritten(scene, settings, step, every):
+        raise SceneError(lost)
     scene = stepped(scene, step, every)
     if resumed is not None:
         same_scene(

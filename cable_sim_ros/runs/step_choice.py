@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 import numpy as np
@@ -48,6 +48,20 @@ def values_of_steps(scene: Scene, step: str | None, every: float | None = None) 
     if every is not None:
         values["solver.tick"] = every
     return values
+
+
+def overwritten(scene: Scene, settings: Iterable[str], step: str | None, every: float | None = None) -> list[str]:
+    """A text for each key of the settings whose value the choice of the steps would put aside; scene: with them."""
+    found = []
+    for key in sorted(values_of_steps(scene, step, every).keys() & set(settings)):
+        if every is not None and key == "solver.tick":
+            why, remedy = f"is set by every = {every:g} s", "Leave one of the two out"
+        elif step == "fixed":
+            why, remedy = "is a bound of chosen steps, and step = fixed has none", "Give step = chosen"
+        else:
+            why, remedy = "is set by step = chosen", "Give step = fixed"
+        found.append(f"{key} {why}: its own value would count for nothing; nothing was simulated. {remedy}")
+    return found
 
 
 def metrics_of_steps(steps: dict[float, int], control: np.record, solver: Solver) -> dict[str, Any]:

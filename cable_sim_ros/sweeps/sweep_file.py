@@ -22,7 +22,7 @@ from ..physics.heave_compensation import SetpointLaw
 from ..physics.parameter import REQUIRED, Block, quantity
 from ..runs.settings import apply_to_scene, of_intake
 from ..runs.sources import in_the_sea
-from ..runs.step_choice import values_of_steps
+from ..runs.step_choice import overwritten
 from ..sim.problem import Problem
 from ..sim.scene import Scene
 from .figures import FIGURES, IN_EVERY_ROW, NO_NUMBERS
@@ -225,13 +225,6 @@ def _not_finite(key: str, values: list[Any]) -> list[Problem]:
     return []
 
 
-def overwritten_by_steps(key: str, step: str) -> str:
-    """What is said of a key of the scene that the choice of the time steps sets."""
-    if step == "fixed":
-        return f"{key} is a bound of chosen steps, and step: fixed has none; {NOTHING_DONE}. Give step: chosen"
-    return f"{key} is set by step: chosen, and its own value counts for nothing; {NOTHING_DONE}. Give step: fixed"
-
-
 def _in_words(plan: str) -> bool:
     """Is a plan its text, which begins with a time and an order, and not a file?"""
     return not plan.strip() or re.match(r"\s*[-+.\d]\S*\s+\S", plan) is not None
@@ -307,9 +300,7 @@ def _checked(plan: SweepPlan, origin: str) -> SweepPlan:
             raise SweepError([f"{origin}: settings: {text}" for text in error.problems]) from None
         for key, value in firsts.items():
             problems += _refused(scene, key, value, origin)
-    for key in values_of_steps(scene, plan.step):
-        if key in {**firsts, **plan.settings}:
-            problems.append(f"{origin}: {overwritten_by_steps(key, plan.step)}")
+    problems += [f"{origin}: {text}" for text in overwritten(scene, {**plan.settings, **firsts}, plan.step)]
     if plan.seeds and not seeds_of(scene):
         problems.append(
             f"{origin}: seeds = {plan.seeds}: nothing of {scene.name} is random, so all would be the same run; "

@@ -16,7 +16,6 @@ import click
 from ..errors import CODE_DOUBTFUL, CODE_FAILED, CODE_OK, CableSimError
 from ..sim.flag_rules import DOUBTFUL, FAILED
 from .command import WORKERS, replaced_by, replacing, stoppable
-from .figures import significant
 
 if TYPE_CHECKING:
     from .sweep import Swept
@@ -122,6 +121,8 @@ def _tell(name: str, figures: list[dict[str, Any]]) -> None:
     from rich.console import Console
     from rich.markup import escape
     from rich.table import Table
+
+    from .figures import significant
 
     console = Console(width=None if sys.stdout.isatty() else 120)
     scopes, speeds = _axis(figures, SCOPE), _axis(figures, SPEED)

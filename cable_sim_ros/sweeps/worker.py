@@ -12,10 +12,11 @@ from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
 from ..errors import CableSimError
+from ..io.scenes.document import SceneError
 from ..sim.flag_rules import FAILED
 from .cases import Case, contents
 from .figures import OWN, RULE, numbers_of, unwatched
-from .sweep_file import overwritten_by_steps, seeds_of
+from .sweep_file import seeds_of
 
 if TYPE_CHECKING:
     from ..runs.result import Run
@@ -27,10 +28,6 @@ COSTS = ("cpu_s", "simulated_s")  # cpu_s: of the machine; left out of compariso
 
 class FileChanged(CableSimError):
     """A file is not the one that the case was made of."""
-
-
-class Overwritten(CableSimError, ValueError):
-    """A value of the case would not be that of its run."""
 
 
 def simulate(case: Case) -> dict[str, Any]:
@@ -80,15 +77,15 @@ def _run(case: Case) -> dict[str, Any]:
     from ..runs import offline
     from ..runs.settings import apply_to_scene
     from ..runs.sources import in_the_sea
-    from ..runs.step_choice import values_of_steps
+    from ..runs.step_choice import overwritten
     from ..runs.summary import after_start
 
     with in_the_sea(case.motion.rao is not None):
         scene = apply_to_scene(_scene(case.scene, case.files[0]), case.settings)
         if case.seed is not None:
             scene = apply_to_scene(scene, {key: case.seed for key in seeds_of(scene)})
-    if lost := [key for key in values_of_steps(scene, case.step) if key in case.settings]:
-        raise Overwritten(overwritten_by_steps(lost[0], case.step))
+    if lost := overwritten(scene, case.settings, case.step):
+        raise SceneError(lost)
     result = offline.run(
         scene,
         case.motion.bag,

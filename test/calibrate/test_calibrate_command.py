@@ -250,12 +250,17 @@ def test_a_steady_tow_and_the_scene_that_is_written(steady, tmp_path):
         ({"sign": -1.0}, (), {"MISFIT"}),
         ({"spike": 1e5}, (), {"OUTLIERS"}),
         ({"spike": 1e5, "spikes": 10}, (), {"OUTLIERS"}),
+        ({"rounded": 40.0}, ("--signal", "tension"), {"ROUNDED"}),
+        ({}, ("--set", "cable.breaking_load=500"), {"OVERLOAD"}),
+        ({}, ("--signal", "body_depth~1000"), {"UNKNOWN"}),
     ],
 )
 def test_a_doubt_is_told_and_leaves_with_its_code(tmp_path, shown, off, more, flags):
     """Each with its own reason; the intervals of short records have one of theirs."""
     rng, t = np.random.default_rng(5), np.arange(0.0, 1800.0, 0.5)
     tension = off.get("sign", 1.0) * shown["tension"] + off.get("tension", 0.0) + 8.0 * rng.standard_normal(len(t))
+    if "rounded" in off:
+        tension = off["rounded"] * np.round(tension / off["rounded"])
     tension[1000 : 1000 + 60 * off.get("spikes", 1) : 60] += off.get("spike", 0.0)  # 10: a quarter of the windows
     tension[t > 1200.0] += off.get("late", 0.0)
     given = write(
@@ -271,6 +276,48 @@ def test_a_doubt_is_told_and_leaves_with_its_code(tmp_path, shown, off, more, fl
     found = {reason["flag"] for reason in told["reasons"]} - {"FEW_SAMPLES"}
     assert found >= flags and (flags or not found), told
     assert result.exit_code == (4 if told["reasons"] else 0)
+
+
+def test_a_number_that_begins_at_the_end_of_its_range_moves(steady):
+    """The scene has 1.8: its own value is the commonest bound, and a trust region there has no size."""
+    told = json.loads(call(*steady, "--steady", "--free", f"{DRAG}=1.8:3", "--intervals", "linear", "--json").stdout)
+    assert told["parameters"][0]["value"] == pytest.approx(TRUE, abs=0.03)
+    assert "AT_BOUND" not in {reason["flag"] for reason in told["verdict"]["reasons"]}
+
+
+def test_what_was_assumed_of_the_log_is_said_and_a_prior_or_mesh_that_contradicts(steady, tmp_path, monkeypatch):
+    (tmp_path / "map.yaml").write_text((tmp_path / "map.yaml").read_text().replace("depth, unit: m}", "depth}"))
+    own = TowModel.on_own_mesh
+
+    def another(self, values):
+        curves = own(self, values)
+        mean = float(curves["tension"].value(np.zeros(1))[0])
+        return {**curves, "tension": curves["tension"]._replace(value=lambda at: np.full(len(at), mean + 20.0))}
+
+    monkeypatch.setattr(TowModel, "on_own_mesh", another)
+    given = "--steady", "--free", f"{DRAG}=1:3~1.6:0.01", "--intervals", "linear", "--json"
+    told = json.loads(call(*steady, *given).stdout)["verdict"]
+    assert any(note.startswith("body_depth: ") and "taken" in note for note in told["notes"]), told["notes"]
+    texts = {reason["flag"]: reason["text"] for reason in told["reasons"]}
+    assert "deviations beside its prior: data and prior contradict each other" in texts["PRIOR"]
+    assert "on that of the found numbers the scene shows other signals" in texts["MESH"]
+
+
+def test_a_number_of_which_the_data_say_nothing_is_not_written(steady, tmp_path):
+    out = tmp_path / "mine.yaml"
+    result = call(*steady, "--steady", "--free", f"{DRAG}=1.5:2.5", "--signal", "body_depth~1000", "--out", out)
+    assert (
+        result.exit_code == 4 and f"the data say nothing of {DRAG}: its interval is all of its range" in result.output
+    )
+    assert value_of(load_scene(out), DRAG) == 1.8 and "is not known from it: 1.8 as it was" in out.read_text()
+
+
+def test_the_json_has_no_number_that_json_has_not():
+    from cable_sim_ros.cli.calibrate import _plain
+
+    assert _plain({"a": [(1.0, float("nan")), float("inf"), "x", None, True]}) == {
+        "a": [[1.0, None], None, "x", None, True]
+    }
 
 
 def test_a_gap_of_the_record_is_told(tmp_path, shown):
@@ -312,6 +359,8 @@ def test_numbers_have_the_digits_of_their_interval(steady):
         (("towbody.lift_area",), "the scene has 0, and no range follows from it"),
         (("towbody.net_weight",), "--free towbody.net_weight=LOW:HIGH"),
         (("drive.max_power",), "drive.max_power"),
+        (("cable.sections.armoured.length=300:400",), "moves the line on its mesh, which a fit holds"),
+        (("sheave.position[0]=-20:-10",), "Give it by --set sheave.position[0]=VALUE"),
     ],
 )
 def test_what_is_not_free_is_said_in_a_line(steady, free, text):
@@ -331,6 +380,7 @@ def test_what_is_not_free_is_said_in_a_line(steady, free, text):
         (("--signal", "tension", "--signal", "tension~5"), "tension was given before; nothing was simulated"),
         (("--out", "/no/such/folder/x.yaml"), "there is no folder /no/such/folder"),
         (("--signal", "tension~-3"), "is not above 0"),
+        (("--picture", "x.foo"), "x.foo: is none of .png, .pdf, .svg, .jpg, .jpeg; nothing was simulated"),
         (("--hold-out", "0.9"), "Too short"),
     ],
 )

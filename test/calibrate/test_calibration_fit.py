@@ -1,14 +1,21 @@
 """A fit finds what made a log, within intervals that hold for correlated rests; what it cannot know it says."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from made_tow import NUMBERS, TRUE, log, tow
 
+from cable_sim_ros.runs.calibration import confidence as confidence_module
 from cable_sim_ros.runs.calibration.confidence import QUANTILE, Surface, confidence, linear_intervals, profile
 from cable_sim_ros.runs.calibration.free import CalibrateError
 from cable_sim_ros.runs.calibration.lags import first_lags, repeats
 from cable_sim_ros.runs.calibration.least_squares import Nuisance, Problem, fit, scales
+from cable_sim_ros.runs.calibration.observed import _slower
+from cable_sim_ros.runs.calibration.result import Calibration
+from cable_sim_ros.runs.calibration.systematic import SHARE, _faster, systematic
 from cable_sim_ros.runs.calibration.tow_model import Curve
+from cable_sim_ros.runs.scores.pairing import Cleaned
 
 LAG = Nuisance("lag", "tension", None, -2.0, 2.0)
 BIAS = Nuisance("bias", "tension", None, -500.0, 500.0)
@@ -154,3 +161,66 @@ def test_the_surface_goes_through_the_runs_that_made_it():
         for one in problem.signals:
             exact = problem.rest(x, one, tow(problem.values(x)), one.fitted)
             assert np.allclose(surface.rest(x, one), exact, atol=1e-8)
+
+
+def test_a_profile_that_minuit_gives_up_on_is_no_open_end(monkeypatch):
+    pytest.importorskip("iminuit")
+    problem, found, known = fitted(log(1, lag=0.3))
+
+    class Fitter:
+        """Finds the lower end, gives up at the upper one, far from the range."""
+
+        def __init__(self, cost, x, name):
+            self.values, self.fixed = np.array(x), {}
+            one = SimpleNamespace(lower=-1e-3, upper=0.0, lower_valid=True, upper_valid=False)
+            one.at_lower_limit = one.at_upper_limit = False
+            self.merrors = dict.fromkeys(name, one)
+
+        def migrad(self):
+            pass
+
+        def minos(self, name, cl):
+            pass
+
+    monkeypatch.setattr(confidence_module, "minuit", lambda: Fitter)
+    half = QUANTILE**0.5 * known.deviation
+    for k, one in enumerate(profile(problem, found, known)):
+        assert one.linear and one.low == pytest.approx(found.x[k] - 1e-3)
+        assert one.high == pytest.approx(found.x[k] + half[k])
+
+
+def test_signals_or_a_prior_that_contradict_each_other_are_told():
+    """A depth 3 m off, which no free number explains; a bias that is known to be none."""
+    signals = [one._replace(value=one.value + 3.0) if one.quantity == "body_depth" else one for one in log(1)]
+    problem, found, known = fitted(signals, (), NUMBERS[:1], lambda values: tow((values[0], TRUE[1])))
+    still = SimpleNamespace(steady=True, scene=SimpleNamespace(solver=SimpleNamespace(tick=0.1)))
+    still.on_own_mesh = lambda values: None
+    out = Calibration("made", None)
+    systematic(out, problem, found, known, still)
+    flags = [reason.flag for reason in out.reasons]
+    assert "OFFSET" in flags and "calibrated, the scene is " in out.reasons[0].text, out.reasons
+
+    known_well = (BIAS._replace(sd=0.5),)
+    problem, found, known = fitted(log(1, bias=50.0), known_well, NUMBERS[:1], lambda values: tow((values[0], TRUE[1])))
+    out = Calibration("made", None)
+    systematic(out, problem, found, known, still)
+    assert any(reason.flag == "PRIOR" and "bias of tension lies" in reason.text for reason in out.reasons), out.reasons
+
+
+def test_a_direction_without_any_slope_is_not_known_and_no_division():
+    problem, found, _ = fitted(log(1, lag=0.3))
+    with np.errstate(all="raise"):
+        known = confidence(problem, found._replace(slope=0.0 * found.slope))
+    assert all(end is None for one in linear_intervals(problem, found, known) for end in one[:2])
+    assert np.isfinite(known.correlation).all()
+
+
+def test_waves_that_simulated_values_are_too_seldom_for_are_seen():
+    for tick, fast in ((0.1, False), (0.5, False), (1.0, True)):
+        assert (_faster(lambda t: 50.0 + np.sin(2.0 * np.pi * t / 3.0), (20.0, 120.0), tick) > SHARE) == fast
+
+
+def test_a_stamp_far_off_makes_no_grid_of_years():
+    t = np.append(np.arange(0.0, 60.0, 0.02), 1.7e9)
+    grid, value = _slower(Cleaned(t, np.sin(t), 0.02), 0.1, 10.0, 50.0)
+    assert 9.7 <= grid[0] <= 10.0 and 49.9 <= grid[-1] <= 50.2 and len(grid) == len(value) < 420

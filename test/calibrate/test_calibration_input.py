@@ -74,5 +74,5 @@ def test_the_verdict_is_of_the_numbers_asked_for_not_of_the_last_run(monkeypatch
     model = TowModel(scene, free_of(["towbody.net_weight"], scene), None, None)
     for weight in (357.0, 400.0, 357.0):
         model((weight,))
-    assert model.verdict((357.0,)).notes == ("357",) and model.verdict((400.0,)).notes == ("400",)
+    assert model.told((357.0,))[0].notes == ("357",) and model.told((400.0,))[0].notes == ("400",)
     assert model.runs == 2

@@ -71,6 +71,14 @@ def test_band_look_ahead_and_status_are_said(bag, made):
     status = beside.status()
     assert status.level == WARN and status.message.startswith("SLACK in 1 of 6 copies, for up to 1 s")
     assert (status.values["flags"], status.values["flags_since_start"]) == ("SLACK", "")
+    beside.follower.ensemble.newest[1].statuses.clear()
+    beside.follower.apart = (0.0, 50.0)
+    status = beside.status()
+    assert status.level == WARN and status.message.startswith("copy 0 is 50 m from the towbody: the copies do not fol")
+    beside.follower.apart = (0.0, 0.0)
+    beside.follower.doubt("other water")
+    assert (beside.status().level, beside.status().message) == (WARN, "other water")
+    beside.follower.doubts.clear()
     beside.order("0 haul 3")
     assert beside.follower.notes[-1].startswith("plan refused: ") and beside.follower.orders is None
     beside.order("0 rate 0.2, 10 hold")
@@ -175,3 +183,18 @@ def test_copies_that_are_given_up_begin_again_with_the_reason(bag, made, monkeyp
     beside.step(items[160:330], 2.0)
     until_idle(beside, 3.0)
     assert beside.status().level == WARN and "joined under way: the copies settle" in beside.status().message
+
+
+def test_a_look_ahead_that_gives_no_band_leaves_the_copies_as_they_are(bag, made, monkeypatch):
+    beside, _ = made(ahead={"seconds": 20.0, "every": 1.0})
+
+    def ended(*_, **__):
+        raise EnsembleEnded("6 of 6 copies cannot be looked ahead")
+
+    monkeypatch.setattr(beside.follower.ensemble, "ahead", ended)
+    beside.step(list(heard_of(bag))[:220], 0.0)
+    for now in range(1, 15):
+        beside.step([], 1.0 + 0.1 * now)
+    status = beside.status()
+    assert beside.follower.begun == 1 and beside.follower.running and not beside.problem
+    assert (status.level, status.message) == (WARN, "no look-ahead: 6 of 6 copies cannot be looked ahead")

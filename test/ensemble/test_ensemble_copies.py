@@ -19,6 +19,7 @@ from cable_sim_ros.sim.simulator import Simulator, SolverError
 
 SECOND = 1_000_000_000
 COUNT = 60  # ticks
+STILL = {"cable.sections.armoured.drag_amplification": 1.0}
 
 
 @pytest.fixture(scope="module")
@@ -171,6 +172,9 @@ def test_the_file_of_the_page_is_the_default_but_for_what_it_adds(tmp_path, scen
         ("ensemble: a\nranges: {winch.scope: {low: 5, high: 5}}\n", "is no range"),
         ("ensemble: a\nranges: {winch.scop: {low: 5, high: 6}}\n", "winch.scop"),
         ("ensemble: a\nranges: {towbody.mass: {low: -5, high: 60}}\n", "towbody.mass"),
+        ("ensemble: a\nranges: {solver.tick: {low: 0.01, high: 0.1}}\n", "solver.tick is the same in all copies"),
+        ("ensemble: a\nranges: {ship.heading_deg: {low: 0, high: 9}}\n", "ship.heading_deg is the same in all copies"),
+        ("ensemble: a\nranges: {cable.sections.armoured.elements: {low: 10, high: 20}}\n", "ranges.cable.sections.arm"),
         ("ensemble: a\nahead: {winch: '0 haul 3'}\n", "ahead.winch.*is no plan"),
         ("ensemble: a\nahead: {seconds: 200}\n", "ahead.seconds = 200 s is beyond .*raise winch.command_timeout"),
         ("- a\n", "a.yaml"),
@@ -189,7 +193,7 @@ def test_flags_of_copies_are_judged_as_those_of_a_run_and_counted(scene):
     from cable_sim_ros.ensemble.flagged import Seen, flagged, of_recorded
 
     def seen(*words, tension=100.0):
-        one = Seen()
+        one = Seen(scene)
         for part in (words[:1], words[1:]):
             frames = np.zeros(len(part), [("status", "i8"), ("tension_most", "f8")])
             frames["status"], frames["tension_most"] = part, tension
@@ -199,13 +203,23 @@ def test_flags_of_copies_are_judged_as_those_of_a_run_and_counted(scene):
     ticks = round(1.0 / scene.solver.tick)
     well, slack = [0] * 3 * ticks, [int(Flag.SLACK)] * ticks
     tows = {0: seen(*well), 1: seen(*well, *slack), 2: seen(*slack[1:], *well), 3: seen(*well, tension=1e6)}
-    told = flagged(scene, tows, 3)
+    told = flagged(tows, 3)
     assert set(told) == {"SLACK", "OVERLOAD"}
     assert told["SLACK"].startswith("SLACK in 2 of 3 copies, for up to 1 s (25 %): part of the cable carried less")
     assert told["OVERLOAD"].startswith("OVERLOAD in 1 of 3 copies: ")
     tows[0] = tows[1]
-    assert flagged(scene, tows, 3)["SLACK"].startswith("SLACK in 2 of 3 copies and in copy 0, for")
+    assert flagged(tows, 3)["SLACK"].startswith("SLACK in 2 of 3 copies and in copy 0, for")
     stale = seen(*well, *[int(Flag.MOTION_STALE | Flag.SLACK)] * 3 * ticks)
-    (line,) = of_recorded(scene, stale, told)
+    (line,) = of_recorded(stale, told)
     assert line.startswith("the recorded tow: MOTION_STALE for 3 s (50 % of the run): there was no motion")
-    assert flagged(scene, {0: seen(*slack), 1: seen()}, 1)["SLACK"].startswith("SLACK in copy 0 alone, for")
+    assert flagged({0: seen(*slack), 1: seen()}, 1)["SLACK"].startswith("SLACK in copy 0 alone, for")
+
+
+def test_a_scene_that_no_band_can_be_of_is_refused(scene):
+    strums = override(load_scene("side_scan"), {"viv.law": "govardhan_williamson", **STILL})
+    with pytest.raises(
+        EnsembleError, match="half_widths.drag = 0.2 multiplies .* govardhan_williamson computes; nothing"
+    ):
+        load_plan(None, {}, strums)
+    with pytest.raises(EnsembleError, match=r"every = 10 s is 1000 ticks of solver.tick = 0.01 s, more than 500"):
+        load_plan(None, {"every": 10.0}, load_scene("side_scan"))

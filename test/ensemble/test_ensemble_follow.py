@@ -16,7 +16,9 @@ from cable_sim_ros.ensemble import coverage
 from cable_sim_ros.ensemble.copies import FIGURES, EnsembleEnded, figures_of
 from cable_sim_ros.ensemble.follow import Follower, Heard
 from cable_sim_ros.ensemble.plan import EnsemblePlan
-from cable_sim_ros.ensemble.recording import figures, follow_recording, heard_of, scene_kept
+from cable_sim_ros.ensemble.recording import doubts_of, figures, follow_recording, heard_of, scene_kept
+from cable_sim_ros.io.scenes.load import override
+from cable_sim_ros.sim.inputs import WinchCommand
 
 PLAN = EnsemblePlan(copies=5)
 NAMES = list(FIGURES)
@@ -229,3 +231,58 @@ def heard_dtype():
     from cable_sim_ros.physics.tick_output import TICK_OUTPUT
 
     return TICK_OUTPUT
+
+
+def test_copies_that_do_not_follow_and_seconds_in_no_band_are_doubts(followed):
+    told = figures(followed, PLAN)
+    assert doubts_of(followed, told, PLAN) == [] and told["heard_s"] == pytest.approx(90.0, abs=0.2)
+    told["figures"]["body_depth"]["copy_0_apart_rms"] = 8.0
+    one, two = doubts_of(followed._replace(heard=110.0), told, PLAN)
+    assert one == "20 s of the 110 s of the tow that were heard are in no band"
+    assert two.startswith("copy 0 is 8 m rms from the recorded body_depth, more than 0.25 of the width of the band")
+
+
+def test_what_the_copies_cannot_follow_is_a_doubt(bag, scene):
+    """Joined under way in waves, a length while the length varies; another tick is no band; a command before all."""
+    items = list(heard_of(bag))
+    ticks = [item for item in items if item.kind == "health"]
+    sea = override(scene, {"water.waves.height": 1.0, "water.waves.kind": "airy"})
+    follower = Follower(sea, EnsemblePlan.model_validate({"copies": 5, "half_widths": {"payout": 3.0}}))
+    follower.hear(ticks[200:320])
+    assert follower.advance() is not None
+    assert "the copies count waves of the water from there" in follower.doubts[0] and len(follower.doubts) == 1
+    follower._give(WinchCommand(payout=100.0, time_ns=int(follower.ensemble.now) + 1))
+    follower._give(WinchCommand(payout=100.0, time_ns=int(follower.ensemble.now) + 2))
+    assert "every copy goes to that length" in follower.doubts[1] and len(follower.doubts) == 2
+    other = Follower(override(scene, {"solver.tick": 0.02}), PLAN)
+    other.hear(ticks[:140])
+    with pytest.raises(EnsembleEnded, match=r"the tow ticks each 0.05 s, solver.tick of side_scan is 0.02 s"):
+        other.advance()
+
+    follower = Follower(scene, PLAN)
+    (command,) = [item for item in items if item.kind != "health"][:1]
+    follower.hear([command._replace(arrival=ticks[0].arrival - 1000)])
+    assert not follower.pending and len(follower.early) == 1
+    follower.hear(ticks[:1])
+    assert len(follower.pending) == 1 and not follower.early
+
+
+def test_a_clock_that_stood_still_dates_commands_anew(bag, scene):
+    ticks = [item for item in heard_of(bag) if item.kind == "health"][:60]
+    follower, pause = Follower(scene, PLAN), 12_000_000_000
+    follower.hear(ticks[:30])
+    before = follower.offset
+    follower.hear([item._replace(arrival=item.arrival + pause) for item in ticks[30:]])
+    assert abs(follower.offset - before - pause) < 50_000_000
+
+
+def test_after_a_gap_the_copies_begin_with_what_was_heard(bag, scene):
+    ticks = [item for item in heard_of(bag) if item.kind == "health"]
+    follower = Follower(scene, PLAN)
+    follower.hear([*ticks[:100], *ticks[140:400]])
+    bands = 0
+    while follower.ready() or not follower.running:
+        bands += follower.advance() is not None
+        if follower.notes and not follower.frames:
+            break
+    assert bands >= 15 and sum("joined under way" in note for note in follower.notes) == 1

@@ -250,8 +250,8 @@ def test_cases_are_the_product_in_a_fixed_order_with_samples_that_repeat():
         ({"setpoints": ["hold", "foo"]}, r"setpoints\[1\] = 'foo' is none of its values .* Known: hold, simp"),
         ({"seeds": 3}, "nothing of flume is random"),
         ({"step": "sometimes"}, "neither chosen nor fixed"),
-        ({"grid": {"solver.tick": [0.01, 0.02]}}, "here: solver.tick is set by step: chosen, and .* Give step: fixed"),
-        ({"settings": {"solver.tick": 0.01}}, "solver.tick is set by step: chosen"),
+        ({"grid": {"solver.tick": [0.01, 0.02]}}, "here: solver.tick is set by step = chosen: .* Give step = fixed"),
+        ({"settings": {"solver.tick": 0.01}}, "solver.tick is set by step = chosen"),
         ({"step": "fixed", "grid": {"solver.tension_error": [1e-3, 1e-2]}}, "is a bound of chosen steps"),
         ({"setpoints": ["hold"], "grid": {"setpoint.algorithm": ["hold"]}}, "setpoint.algorithm is set by setpoints"),
         ({"seeds": 2, "settings": {"water.turbulence.seed": 9}}, "water.turbulence.seed is set by seeds"),
@@ -430,7 +430,7 @@ def test_a_case_whose_value_would_not_be_that_of_its_run_fails():
     """The first value lets the tick alone, for instruments read at it; another does not."""
     (case,) = cases_of(checked({**SHORT, "grid": {"winch.scope": [0.9]}}, "here"))
     row = simulate(case._replace(settings={**case.settings, "solver.tick": 0.02}))
-    assert row["verdict"] == "failed" and "Overwritten: solver.tick is set by step: chosen" in row["error"]
+    assert row["verdict"] == "failed" and "SceneError: solver.tick is set by step = chosen" in row["error"]
 
 
 def test_a_folder_with_the_name_of_the_scene_is_not_the_scene(tmp_path, monkeypatch):

@@ -79,7 +79,10 @@ def calibrate(
     out.fitted_s = window[0], window[1] - options.hold_out * (window[1] - window[0])
     out.held_s = (out.fitted_s[1], window[1]) if options.hold_out > 0.0 else None
     judge(out, problem, found, known, model, signals, intervals)
-    out.values = flat(scene, dict(zip((one.key for one in numbers), problem.values(found.x))))
+    unknown = {one.name for one in out.parameters if one.interval == (None, None)}  # of which the data say nothing
+    values = zip((one.key for one in numbers), problem.values(found.x), strict=True)
+    out.values = flat(scene, {key: value for key, value in values if key not in unknown})
+    out.notes += [f"{q}: {text.removeprefix(f'{q}: ')}" for q, signal in used.items() for text in signal.assumed]
     out.runs, out.cpu_s = model.runs, clock.process_time() - begun
     return out
 

@@ -67,16 +67,16 @@ def confidence(problem: Problem, found: Fit) -> Confidence:
     _, values, ways = np.linalg.svd(slope / size, full_matrices=False)
     apart = []
     for value, way in zip(values, ways):
-        if value <= RANK * values[0]:
+        if value <= RANK * values[0] or not values[0] > 0.0:
             apart.append(tuple(name for name, part in zip(names, way) if abs(part) > INVOLVED))
     if len(values) < len(names):
         apart.append(tuple(names))
-    inverse = (ways.T / np.maximum(values, RANK * values[0]) ** 2) @ ways / np.outer(size, size)
+    inverse = (ways.T / np.maximum(values, RANK * (values[0] or 1.0)) ** 2) @ ways / np.outer(size, size)
     meat, few, independent = _meat(problem, found)
     linear, robust = np.diag(inverse), np.diag(inverse @ meat @ inverse)
     inflation = np.maximum(1.0, robust / np.where(linear > 0.0, linear, 1.0))
     deviation = np.sqrt(linear * inflation)
-    root = np.sqrt(linear)
+    root = np.sqrt(np.where(linear > 0.0, linear, 1.0))
     correlation = (inverse / np.outer(root, root)).clip(-1.0, 1.0)
     for i, j in combinations(range(len(names)), 2):
         if abs(correlation[i, j]) > APART and not any({names[i], names[j]} <= set(group) for group in apart):
@@ -195,14 +195,17 @@ def profile(problem: Problem, found: Fit, known: Confidence) -> list[Interval]:
             continue
         ends: list[float | None] = []
         rises: list[float | None] = []
-        for valid, change, bound in (
-            (error.lower_valid, error.lower, problem.low[k]),
-            (error.upper_valid, error.upper, problem.high[k]),
+        rough = False
+        for valid, limited, change, bound, way in (
+            (error.lower_valid, error.at_lower_limit, error.lower, problem.low[k], -1.0),
+            (error.upper_valid, error.at_upper_limit, error.upper, problem.high[k], 1.0),
         ):
+            if not valid and not limited:  # Minuit gave up there: that is no bound
+                change, rough = way * half[k], True
             # Minuit's minimum of the surface, a hair from that of the fit
             end = float(found.x[k] + change)
-            at_bound = not valid or abs(best[k] + change - bound) <= 1e-6 * (problem.high[k] - problem.low[k])
-            ends.append(None if at_bound else end)
+            near = abs(best[k] + change - bound) <= 1e-6 * (problem.high[k] - problem.low[k])
+            ends.append(None if limited or near or way * end >= way * bound else end)
             rises.append(None)
         if k < len(problem.free):
             for side, place in enumerate(ends):
@@ -210,7 +213,7 @@ def profile(problem: Problem, found: Fit, known: Confidence) -> list[Interval]:
                     rises[side] = (simulated(_others(problem, cost, found.x, k, place)) - least) / (
                         QUANTILE * float(known.inflation[k])
                     )
-        out.append(Interval(ends[0], ends[1], (rises[0], rises[1])))
+        out.append(Interval(ends[0], ends[1], (rises[0], rises[1]), rough))
         fitter.values = best
     return out
 

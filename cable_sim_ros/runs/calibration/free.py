@@ -18,6 +18,7 @@ from ...sim.scene import Scene
 
 NARROW, WIDE = 0.5, 2.0  # times the value of the scene: the range where none is given
 CONSEQUENCE = "nothing was simulated"
+GEOMETRY = re.compile(r"cable\.sections\.[^.]+\.length|(sheave|winch)\.position(\[[01]\])?")  # wrong on a held mesh
 EXAMPLE = "cable.sections.bare.drag_amplification=1:3~0.2"
 
 
@@ -74,6 +75,11 @@ def _free(text: str, scene: Scene) -> Free:
     of = f"--free {text:.100}"
     rest, _, prior = text.partition("~")
     key, sign, limits = (part.strip() for part in rest.partition("="))
+    if GEOMETRY.fullmatch(key):
+        raise CalibrateError(
+            f"{of}: {key} moves the line on its mesh, which a fit holds, so that its effect would be wrong; "
+            f"{CONSEQUENCE}. Give it by --set {key}=VALUE, a fit for each value, and compare what is left"
+        )
     start = value_of(scene, key)
     known = _declared(key)
     unit = known.unit if known is not None else ""

@@ -25,6 +25,7 @@ STEP = 0.005  # of the range: far above what the solver leaves, far below where 
 PASSES = 4  # of the noise, which follows from the rest
 SAME = 0.1  # change of the weights that needs no other pass
 FTOL, XTOL = 1e-5, 1e-4  # a twentieth of a standard deviation of 300 samples; of the range
+INSIDE = 1e-3  # of its range, from either end, where a free number begins
 MAX_TRIALS = 40  # of a pass
 NO_EFFECT = 1e-6  # of the signal, by a step to both sides: less is what a static start leaves
 FLOOR = 1e-6  # of the spread of a signal: no instrument is better
@@ -231,6 +232,10 @@ def scales(problem: Problem, noise: Mapping[str, float], correlated: Mapping[str
 
 
 def _solve(problem: Problem, x: np.ndarray, scale: Mapping[str, float]) -> Any:
+    """From x, which is taken INSIDE of the ranges of the free numbers: at an end the first trust region has no size."""
+    count = len(problem.free)
+    x = np.array(x, float)
+    x[:count] = np.clip(x[:count], INSIDE, 1.0 - INSIDE)
     return least_squares(
         lambda at: problem.weighted(at, scale),
         x,

@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...io.logs.signals import QUANTITIES, Signal
+from ...io.sources.rounding import resolution
 from ..scores.pairing import GAP, SECOND, Cleaned, clean, sampled
 from .free import CONSEQUENCE, CalibrateError
 
@@ -24,7 +25,8 @@ WINDOW = 30.0  # s, of the means of a steady tow
 class Observed(NamedTuple):
     """A measured signal: quantity, unit, times [s from the origin], values, noise (None: found from the residual).
 
-    fitted: which of its values are fitted, the rest judge.
+    fitted: which of its values are fitted, the rest judge; step: of a rounding of the measured values, 0: none that
+    shows; spread: by how much they vary about their means (steady: of each window).
     """
 
     quantity: str
@@ -33,6 +35,8 @@ class Observed(NamedTuple):
     value: np.ndarray
     noise: float | None
     fitted: np.ndarray
+    step: float = 0.0
+    spread: float = 0.0
 
 
 def chosen(signals: Sequence[Signal], asked: Mapping[str, float | None], name: str) -> dict[str, Signal]:
@@ -78,10 +82,13 @@ def observed(
     for name, one in signals.items():
         series = clean(one, origin)
         time, value = series.time, series.value
+        raw = value[(time >= first) & (time <= split)]
+        step, spread = resolution(raw), float(np.std(raw)) if len(raw) else 0.0
         if steady:
+            spread = _within(time, value, first, split)
             time, value = _means(time, value, first, last)
         elif len(time) > 3 and series.interval * FASTER < tick:
-            time, value = _slower(series, tick)
+            time, value = _slower(series, tick, first, last)
         inside = (time >= first) & (time <= last)
         time, value = time[inside], value[inside]
         fitted = time <= split
@@ -91,15 +98,27 @@ def observed(
                 f"{name}: shows {value[0]:g} {QUANTITIES[name].unit} throughout; {CONSEQUENCE}. Give a channel that "
                 f"has a sensor, or state its noise: --signal {name}~NOISE"
             )
-        out.append(Observed(name, QUANTITIES[name].unit, time, value, noise.get(name), fitted))
+        out.append(Observed(name, QUANTITIES[name].unit, time, value, noise.get(name), fitted, step, spread))
     return out
 
 
-def _slower(series: Cleaned, tick: float) -> tuple[np.ndarray, np.ndarray]:
-    grid = np.arange(series.time[0], series.time[-1], tick)
+def _slower(series: Cleaned, tick: float, first: float, last: float) -> tuple[np.ndarray, np.ndarray]:
+    """Low-passed to the rate of the simulation, from a value before ``first`` to one behind ``last``: a stamp far off
+    makes no grid of years."""
+    begin = float(series.time[0])
+    begin += tick * max(0.0, np.floor((first - begin) / tick) - 1.0)
+    grid = np.arange(begin, min(float(series.time[-1]), last + tick), tick)
     value = sampled(series, grid, tick)[0]
     good = np.isfinite(value)
     return grid[good], value[good]
+
+
+def _within(time: np.ndarray, value: np.ndarray, first: float, last: float) -> float:
+    """Standard deviation of values about the mean of their window."""
+    number = np.floor((time - first) / WINDOW).astype(np.int64)
+    parts = [value[number == k] for k in np.unique(number[(time >= first) & (time <= last)])]
+    rest = [part - part.mean() for part in parts if len(part) > 1]
+    return float(np.std(np.concatenate(rest))) if rest else 0.0
 
 
 def _means(time: np.ndarray, value: np.ndarray, first: float, last: float) -> tuple[np.ndarray, np.ndarray]:

@@ -11,8 +11,9 @@ from ...sim.verdict import Reason
 from ..scores.pairing import GAP, clean
 from .confidence import APART, Confidence, Interval
 from .lags import repeats
-from .least_squares import KINDS, Fit, Problem, scales
+from .least_squares import Fit, Problem
 from .result import Calibration
+from .systematic import systematic, taken_as_true
 from .tow_model import TowModel
 
 NEAR = 1e-3  # of its range: so near a bound it is at it
@@ -24,7 +25,6 @@ TINY = 1e-3  # of the spread: what a solver leaves of a log without noise
 MAD = 1.4826  # of a median absolute deviation, to a standard deviation
 FAR, DECIDE = 6.0, 0.5  # deviations of the usual rest, from which a value is alone; share of the squares of such values
 ENOUGH = 36.0  # independent samples: from there on none are told as few
-TAKEN = {"bias": 1.0, "gain": 0.01, "lag": 0.1}  # unit of the signal, 1, s: the error of an instrument that is told of
 SPEED, PAYOUT = 0.05, 0.01  # of what is simulated, that the measured one may be beside it
 
 
@@ -54,9 +54,15 @@ def judge(
         if edge is not None:
             text = f"{one.name} = {one.value:.6g} {one.unit} is at the end of its range, {edge:g}: the best lies beyond"
             tell(_reason("AT_BOUND", text.replace("  ", " "), one.name))
+        elif one.number and one.interval == (None, None):
+            text = (
+                f"the data say nothing of {one.name}: its interval is all of its range [{low:g}, {high:g}], and the "
+                "scene keeps the value it has. Record a tow that shows it, or leave it out"
+            )
+            tell(_reason("UNKNOWN", text, one.name))
         elif one.number and None in one.interval:
             out.notes.append(f"the interval of {one.name} ends at its range: the data give no bound on that side")
-    for group in known.apart:
+    for group in [names for names in known.apart if len(names) > 1]:  # of one alone UNKNOWN says it
         tell(
             _reason(
                 "NOT_APART",
@@ -109,36 +115,15 @@ def judge(
             )
     _unlike(out, problem, found, known)
     if not known.apart:
-        _taken_as_true(out, problem, found)
+        out.notes += taken_as_true(problem, found, out.steady)
+        systematic(out, problem, found, known, model)
     if out.held_s is None:
         out.notes.append("nothing was held out (--hold-out 0): no part of the record has judged the fit")
-    if not model.steady:
-        for reason in model.verdict(problem.values(found.x)).reasons:
-            tell(reason._replace(text=f"the calibrated run: {reason.text}"))
+    ran, warned = model.told(problem.values(found.x))
+    for reason in ran.reasons:
+        tell(reason._replace(text=f"the calibrated run: {reason.text}"))
+    out.notes += [f"the calibrated run: {text}" for text in warned]
     _beside(out, problem, found, model, signals)
-
-
-def _taken_as_true(out: Calibration, problem: Problem, found: Fit) -> None:
-    """What an error of an instrument that is not free would move the numbers by, linear about the fit."""
-    scale = scales(problem, found.noise, found.correlated)
-    curves, at = problem.simulate(problem.values(found.x)), 0
-    freed = {(one.kind, one.quantity) for one in problem.nuisances}
-    for one, shown in zip(problem.signals, out.signals, strict=True):
-        part = slice(at, at + int(one.fitted.sum()))
-        at = part.stop
-        told = []
-        sizes = {"bias": f"1 {shown.unit} of bias", "gain": "1 % of gain", "lag": "0.1 s of lag"}
-        for kind in KINDS:
-            if (kind, one.quantity) in freed or (kind == "lag" and out.steady):
-                continue
-            error = np.zeros(len(found.rest))
-            error[part] = TAKEN[kind] * problem.by_instrument(found.x, one, curves, kind) / scale[one.quantity]
-            moved = np.linalg.lstsq(found.slope, error, rcond=None)[0]
-            by = (f"{free.key} by {x * (free.high - free.low):.2g}" for free, x in zip(problem.free, moved))
-            told.append(f"{sizes[kind]} moves {', '.join(by)}")
-        if told:
-            text = f"{one.quantity}: what its instrument is off and is not freed goes into the numbers: "
-            out.notes.append(text + "; ".join(told))
 
 
 def _unlike(out: Calibration, problem: Problem, found: Fit, known: Confidence) -> None:

@@ -67,7 +67,7 @@ class TowModel:
         self.mesh = layout_of(scene).mesh
         self.runs, self.cpu_s = 0, 0.0
         self.origin, self.window = 0, (0.0, 0.0)
-        self._kept: dict[tuple[float, ...], tuple[dict[str, Curve], Verdict]] = {}
+        self._kept: dict[tuple[float, ...], tuple[dict[str, Curve], Verdict, list[str]]] = {}
 
     def scene_at(self, values: tuple[float, ...]) -> Scene:
         """The scene with these numbers; CalibrateError where it does not allow them."""
@@ -98,7 +98,9 @@ class TowModel:
         begun = clock.process_time()
         scene = self.scene_at(values)
         try:
-            frames, problem, doubts = self._frames(scene)
+            with warnings.catch_warnings(record=True) as warned:
+                warnings.simplefilter("always")
+                frames, problem, doubts = self._frames(scene)
         except CableSimError as error:
             raise TrialError(f"{self._told(values)}: {error}; narrow the ranges of --free") from None
         self.runs, self.cpu_s = self.runs + 1, self.cpu_s + clock.process_time() - begun
@@ -115,24 +117,39 @@ class TowModel:
         for one in signals_of_frames(frames, ""):
             if one.quantity in KEPT_QUANTITIES:
                 curves[one.quantity] = _curve((one.time - self.origin) * SECOND, one.value)
-        self._kept[values] = curves, Verdict() if self.steady else judge(frames, scene, doubts)
+        found = judge(frames, scene, doubts)
+        if self.steady:  # a tow at rest lasts no time
+            found = found._replace(reasons=tuple(one._replace(seconds=0.0, fraction=0.0) for one in found.reasons))
+        texts = dict.fromkeys(str(one.message) for one in warned if issubclass(one.category, UserWarning))
+        self._kept[values] = curves, found, list(texts)
         return curves
 
-    def verdict(self, values: tuple[float, ...]) -> Verdict:
-        """What the run with these numbers says of itself."""
+    def told(self, values: tuple[float, ...]) -> tuple[Verdict, list[str]]:
+        """What the run with these numbers says of itself, and of what it warns."""
         self(values)
-        return self._kept[values][1]
+        return self._kept[values][1:]
 
-    def _frames(self, scene: Scene) -> tuple[np.recarray, str, list[Reason]]:
+    def on_own_mesh(self, values: tuple[float, ...]) -> Curves | None:
+        """Signals on the mesh of these numbers, None where the scene has no mesh to hold. Raises TrialError."""
+        if self.mesh is None:
+            return None
+        scene = self.scene_at(values)
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
-            if self.steady:
-                sim = Simulator(scene, self.mesh)
-                sim.start()
-                return np.array([sim.frame]).view(np.recarray), "", []
-            one = MessageRun(scene, self.tow, winch=self.plan, mesh=self.mesh)
-            stepped = one.run(self.duration, None)
-            return stepped.frames, stepped.problem, [*one.doubts, *(self.tow.doubts if self.tow else ())]
+            other = TowModel(scene, [], self.tow, self.duration, self.plan, self.steady)
+            other.origin = self.origin
+            curves = other(())
+        self.runs, self.cpu_s = self.runs + 1, self.cpu_s + other.cpu_s
+        return curves
+
+    def _frames(self, scene: Scene) -> tuple[np.recarray, str, list[Reason]]:
+        if self.steady:
+            sim = Simulator(scene, self.mesh)
+            sim.start()
+            return np.array([sim.frame]).view(np.recarray), "", []
+        one = MessageRun(scene, self.tow, winch=self.plan, mesh=self.mesh)
+        stepped = one.run(self.duration, None)
+        return stepped.frames, stepped.problem, [*one.doubts, *(self.tow.doubts if self.tow else ())]
 
     def _told(self, values: tuple[float, ...]) -> str:
         return ", ".join(f"{one.key} = {value:.6g} {one.unit}".strip() for one, value in zip(self.free, values))
