@@ -252,7 +252,6 @@ def test_a_steady_tow_and_the_scene_that_is_written(steady, tmp_path):
         ({"spike": 1e5, "spikes": 10}, (), {"OUTLIERS"}),
         ({"rounded": 40.0}, ("--signal", "tension"), {"ROUNDED"}),
         ({}, ("--set", "cable.breaking_load=500"), {"OVERLOAD"}),
-        ({}, ("--signal", "body_depth~1000"), {"UNKNOWN"}),
     ],
 )
 def test_a_doubt_is_told_and_leaves_with_its_code(tmp_path, shown, off, more, flags):

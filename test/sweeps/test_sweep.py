@@ -159,7 +159,7 @@ def test_a_case_that_kills_its_worker_is_a_row_and_the_others_are_whole(monkeypa
     cases = list(cases_of(checked({**SHORT, "grid": {"winch.scope": [0.9, 1.0, 1.1, 1.2]}}, "here")))
     rows = {case.number: row for case, row in rows_of(cases, lambda: processes(2), 2)}
     assert len(rows) == 4
-    assert "worker that ran it ended" in rows[1]["error"]
+    assert "worker that ran it ended" in rows[1]["error"] and rows[1]["again"]
     assert [rows[k]["verdict"] for k in (0, 2, 3)] == ["ok"] * 3
 
 
@@ -415,9 +415,10 @@ def test_a_file_that_changes_while_the_sweep_runs_gives_no_row_that_stays(tmp_pa
 
 def test_what_failed_by_the_machine_is_run_again_by_the_next_start(tmp_path, monkeypatch):
     plan = checked({**SHORT, "grid": {"winch.scope": [0.9, 1.0]}}, "here")
-    monkeypatch.setattr(engine, "simulate", killer)
-    lost = sweep(plan, tmp_path, make=lambda: processes(1), workers=1)
-    assert [row["verdict"] for row in lost.rows] == ["ok", "failed"] and lost.rows[1]["again"]
+    dead = {1.0: lambda case: engine.failed(case, "the worker that ran it ended")}
+    monkeypatch.setattr(engine, "simulate", lambda case: dead.get(case.settings["winch.scope"], simulate)(case))
+    lost = sweep(plan, tmp_path, make=Here)
+    assert lost.rows[0]["verdict"] != "failed" and lost.rows[1]["again"]
     monkeypatch.setattr(engine, "simulate", simulate)
     again = sweep(plan, tmp_path, make=Here)
     assert again.computed == 1 and again.rows[1]["verdict"] != "failed" and "again" not in again.rows[1]
