@@ -40,6 +40,7 @@ APART = 1.0  # m of pay-out between the tow and copy 0 from which the copies beg
 QUIET = 30.0  # s between two of these
 REPEAT = 0.9  # of winch.command_timeout: how often a command ahead is given again
 NEEDED = ("ship_position", "ship_velocity", "ship_quaternion", "ship_rate", "body_position", "payout", "scope")
+LOOKED_AT = 10  # tick outputs by which their spacing is known
 LATELY = 2 * SECOND  # ns, of which the way of a tick output to here is known
 TIMES = re.compile(r"\d[\d.]*")
 MISSED = 1.0  # s of tick outputs that may be missing in one go: the motion is taken across
@@ -301,10 +302,13 @@ class Follower:
 
     def _same_tick(self) -> None:
         """Raise EnsembleEnded where the tick outputs are those of another tick length."""
-        if len(self.frames) < 2:
+        some = list(itertools.islice(self.frames, LOOKED_AT))
+        if len(some) < LOOKED_AT:
             return
-        one, two = self.frames[0], self.frames[1]
-        apart = (int(two["time"]) - int(one["time"])) / max(int(two["tick"]) - int(one["tick"]), 1)
+        pairs = [
+            (int(b["time"]) - int(a["time"]), int(b["tick"]) - int(a["tick"])) for a, b in itertools.pairwise(some)
+        ]
+        apart = float(np.median([time / max(ticks, 1) for time, ticks in pairs]))  # one jump of the clock is none
         if abs(apart - self.tick) > 0.01 * self.tick:
             raise EnsembleEnded(
                 f"the tow ticks each {apart * 1e-9:g} s, solver.tick of {self.base.name} is {self.tick * 1e-9:g} s: "

@@ -25,6 +25,8 @@ from .plan import EnsemblePlan
 COMMAND_TOPICS = {topic: kind for kind, (_, topic) in KINDS.items() if kind.startswith("command")}
 PIECE = 50  # messages that are decoded at once: so many are lost at most where a tow begins again
 APART = 0.25  # of the mean width of a band, rms: a copy 0 that is further from the tow does not follow it
+ROUND_OFF = 1e-3  # of the largest figure of its unit: a band may have no width
+UNITS = [unit for *_, unit in FIGURES.values()]
 LEFT_OUT = 0.05  # of the tow that was heard, that may be in no band
 CSV_NAME, PICTURE, JSON_NAME = "ensemble.csv", "ensemble.png", "ensemble.json"
 
@@ -206,8 +208,9 @@ def doubts_of(one: Followed, told: dict[str, Any], plan: EnsemblePlan) -> list[s
     left = one.heard - one.simulated
     if left > max(2.0 * plan.every, LEFT_OUT * one.heard):
         found.append(f"{left:.3g} s of the {one.heard:.4g} s of the tow that were heard are in no band")
+    sizes = {unit: np.abs(one.tow[:, [k for k, u in enumerate(UNITS) if u == unit]]).max() for unit in UNITS}
     for name, row in told["figures"].items():
-        if row["copy_0_apart_rms"] > APART * row["width_mean"]:
+        if row["copy_0_apart_rms"] > max(APART * row["width_mean"], ROUND_OFF * sizes[row["unit"]]):
             found.append(
                 f"copy 0 is {row['copy_0_apart_rms']:.3g} {row['unit']} rms from the recorded {name}, more than "
                 f"{APART:g} of the width of the band, {row['width_mean']:.3g} {row['unit']}: the copies do not follow "

@@ -236,6 +236,8 @@ def heard_dtype():
 def test_copies_that_do_not_follow_and_seconds_in_no_band_are_doubts(followed):
     told = figures(followed, PLAN)
     assert doubts_of(followed, told, PLAN) == [] and told["heard_s"] == pytest.approx(90.0, abs=0.2)
+    told["figures"]["body_y"] |= {"width_mean": 0.0, "copy_0_apart_rms": 1e-9}
+    assert doubts_of(followed, told, PLAN) == [], "round-off beside a band of no width"
     told["figures"]["body_depth"]["copy_0_apart_rms"] = 8.0
     one, two = doubts_of(followed._replace(heard=110.0), told, PLAN)
     assert one == "20 s of the 110 s of the tow that were heard are in no band"
