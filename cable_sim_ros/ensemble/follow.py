@@ -305,10 +305,8 @@ class Follower:
         some = list(itertools.islice(self.frames, LOOKED_AT))
         if len(some) < LOOKED_AT:
             return
-        pairs = [
-            (int(b["time"]) - int(a["time"]), int(b["tick"]) - int(a["tick"])) for a, b in itertools.pairwise(some)
-        ]
-        apart = float(np.median([time / max(ticks, 1) for time, ticks in pairs]))  # one jump of the clock is none
+        time, tick = (np.array([int(frame[name]) for frame in some]) for name in ("time", "tick"))
+        apart = float(np.median(np.diff(time) / np.maximum(np.diff(tick), 1)))  # one jump of the clock is none
         if abs(apart - self.tick) > 0.01 * self.tick:
             raise EnsembleEnded(
                 f"the tow ticks each {apart * 1e-9:g} s, solver.tick of {self.base.name} is {self.tick * 1e-9:g} s: "
