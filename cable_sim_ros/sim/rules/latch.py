@@ -73,6 +73,7 @@ class Latch:
         """Values [n] of later ticks; one that is not finite is not judged."""
         known = np.isfinite(values)
         if not known.any():
+            self.now = False  # as after one value that is not judged, wherever the ticks are cut
             return
         sign = 1.0 if self.rule.sense == AT_MOST else -1.0
         broken = known & (sign * values > sign * self.limit)
