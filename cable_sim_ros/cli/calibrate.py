@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import json
-import math
 import sys
-from math import floor, log10
+from math import floor, isfinite, log10
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -100,6 +99,7 @@ def calibrate(bag, scene, free, mapping, motion, heave, winch, duration, signals
         )
     if heave is not None and motion is not None:
         raise click.UsageError("--heave and --motion contradict each other; nothing was simulated. Leave one out")
+    from ..io.scenes.document import SceneError
     from ..io.scenes.load import load_scene
     from ..io.scenes.winch_plan import WinchPlan
     from ..io.sources.imported_bag import provenance
@@ -109,7 +109,7 @@ def calibrate(bag, scene, free, mapping, motion, heave, winch, duration, signals
     from ..runs.scores.recordings import read_recording
     from ..runs.settings import apply_to_scene, of_intake, settings_of
     from ..runs.sources import motion_of, notes_of, sea_motion_kept
-    from ..runs.step_choice import stepped
+    from ..runs.step_choice import overwritten, stepped
     from ..sim.verdict import check
 
     given = settings_of(settings)
@@ -124,6 +124,8 @@ def calibrate(bag, scene, free, mapping, motion, heave, winch, duration, signals
         steady=steady,
     )
     base = apply_to_scene(load_scene(scene), given)
+    if lost := overwritten(base, given, "chosen", every):
+        raise SceneError(lost)
     run = stepped(base, "chosen", every)
     recording = read_recording(bag, mapping)
     plan = None if winch is None else WinchPlan.of(winch)
@@ -226,7 +228,7 @@ def _plain(value: Any) -> Any:
         return {key: _plain(one) for key, one in value.items()}
     if isinstance(value, list | tuple):
         return [_plain(one) for one in value]
-    return None if isinstance(value, float) and not math.isfinite(value) else value
+    return None if isinstance(value, float) and not isfinite(value) else value
 
 
 def _head(result: Calibration) -> list[str]:

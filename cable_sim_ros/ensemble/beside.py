@@ -150,11 +150,10 @@ class Beside:
     def _looks_ahead(self, now: float) -> bool:
         """As `_look_ahead`; one that gives no band leaves the copies as they are."""
         try:
-            busy = self._look_ahead(now)
+            return self._look_ahead(now)
         except EnsembleEnded as error:
             self._looking, self.blind = None, str(error)
             return True
-        return busy
 
     def _look_ahead(self, now: float) -> bool:
         follower = self.follower

@@ -43,6 +43,7 @@ NEEDED = ("ship_position", "ship_velocity", "ship_quaternion", "ship_rate", "bod
 LOOKED_AT = 10  # tick outputs by which their spacing is known
 LATELY = 2 * SECOND  # ns, of which the way of a tick output to here is known
 TIMES = re.compile(r"\d[\d.]*")
+EARLY = 2000  # commands that are kept before there is a tick output: 40 s of 50 Hz, what is older has run out
 MISSED = 1.0  # s of tick outputs that may be missing in one go: the motion is taken across
 
 
@@ -57,8 +58,8 @@ class Heard(NamedTuple):
 class Follower:
     """An ensemble beside a tow. `begun`: starts so far; `notes`: what happened, newest last; `apart`: newest pay-out
     [m] and towbody [m] of copy 0 from the tow's; `settling`: s until the copies have settled; `tow`: the tow's own tick
-    output at the newest band; `seen`: of its tick outputs; `doubts`: why bands
-    cannot be taken as they are, each once; `heard`: tick outputs so far."""
+    output at the newest band; `seen`: of its tick outputs; `doubts`: why bands cannot be taken as they are, each once;
+    `heard`: tick outputs so far."""
 
     def __init__(
         self,
@@ -96,7 +97,7 @@ class Follower:
         if not keep:
             self.frames.clear()
             self.offsets: deque[tuple[int, int]] = deque()  # (arrival, arrival less time) of tick outputs of late
-            self.early: list[tuple[int, Command]] = []  # (arrival, command) before any tick output
+            self.early: deque[tuple[int, Command]] = deque(maxlen=EARLY)  # (arrival, command) before any tick output
             self.pending: deque[tuple[int, Command]] = deque()  # (estimated time, command) that no block has had
             self.told: deque[int] = deque(maxlen=2000)  # times of the commands that the tow carried out
         self.past: deque[ShipMotion] = deque(maxlen=max(2, round(HISTORY * SECOND / self.tick)))
@@ -261,9 +262,8 @@ class Follower:
         lost = max(b - a for a, b in itertools.pairwise(numbers)) * self.tick * 1e-9
         on_time = all(int(f["time"]) == self.began + (int(f["tick"]) - self.first) * self.tick for f in seen)
         if not frames or not on_time or lost > MISSED:
-            self.start_again(
-                "the clock of the tow jumped, or a second of it was not heard: the copies begin again", True
-            )
+            why = "the clock of the tow jumped, or a second of it was not heard: the copies begin again"
+            self.start_again(why, keep=True)
             return None
         for frame in frames if numbers[len(frames)] == last else seen:
             sample = motion_of(frame)

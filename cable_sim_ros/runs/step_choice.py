@@ -59,7 +59,7 @@ def overwritten(scene: Scene, settings: Iterable[str], step: str | None, every: 
         elif step == "fixed":
             why, remedy = "is a bound of chosen steps, and step = fixed has none", "Give step = chosen"
         else:
-            why, remedy = "is set by step = chosen", "Give step = fixed"
+            why, remedy = "is set by step = chosen", "Give step = fixed, or --every where the command has it"
         found.append(f"{key} {why}: its own value would count for nothing; nothing was simulated. {remedy}")
     return found
 

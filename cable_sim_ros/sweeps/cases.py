@@ -53,9 +53,11 @@ def cases_of(plan: SweepPlan, drawn: Sequence[dict[str, float]] | None = None) -
     grids = [[(key, value) for value in _values(one)] for key, one in plan.grid.items()]
     samples = drawn if drawn is not None else drawn_of(plan.samples) if plan.samples else [{}]
     seeds = [{}] if not plan.seeds else [{"seed": seed} for seed in range(1, plan.seeds + 1)]
+    motions = [(motion, contents(plan.scene, motion)) for motion in plan.motions]  # each file is read once
+    plans = [(winch, None if winch is None else str(WinchPlan.of(winch))) for winch in plan.plans]
     number = 0
-    for motion, winch, setpoint, seed, grid in itertools.product(
-        plan.motions, plan.plans, plan.setpoints, seeds, itertools.product(*grids)
+    for (motion, files), (winch, words), setpoint, seed, grid in itertools.product(
+        motions, plans, plan.setpoints, seeds, itertools.product(*grids)
     ):
         for sample in samples:
             values = {**dict(grid), **sample}
@@ -68,8 +70,6 @@ def cases_of(plan: SweepPlan, drawn: Sequence[dict[str, float]] | None = None) -
                 varied["setpoint"] = setpoint.value if setpoint else "scene"
             settings = {**plan.settings, **values}
             law = None if setpoint is None else setpoint.value
-            words = None if winch is None else str(WinchPlan.of(winch))
-            files = contents(plan.scene, motion)
             rest = (settings, seed.get("seed"), motion, words, law, plan.duration, plan.step, tuple(plan.figures))
             yield Case(number, varied, plan.scene, *rest, files, _key(files, *rest))
             number += 1

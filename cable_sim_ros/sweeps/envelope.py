@@ -95,10 +95,12 @@ class Cell(NamedTuple):
     @property
     def allowed(self) -> bool | None:
         """No run of it failed or broke a rule; whether it was right to be sure of that says the interval. None: no rule
-        was on watch."""
-        if any(share.broken for share in self.rules.values()):
+        was on watch, nothing ran, or a rule has no reading."""
+        if self.within is None:
+            return None
+        if self.failed or any(share.broken for share in self.rules.values()):
             return False
-        return None if self.within is None or self.unread else self.within == self.runs
+        return None if self.unread else self.within == self.runs
 
     @property
     def ran(self) -> int:

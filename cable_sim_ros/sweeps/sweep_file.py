@@ -324,7 +324,7 @@ def _checked(plan: SweepPlan, origin: str) -> SweepPlan:
 
 
 def _first_that_is(base: Scene, plan: SweepPlan, firsts: Mapping[str, Any]) -> Scene | None:
-    """The scene with the first values of all keys, or with the last, or as near to them as there is one."""
+    """The scene with the first values of all keys, else with the last; None where neither is a scene."""
     for values in (firsts, _lasts(plan)):
         try:
             return apply_to_scene(base, {**plan.settings, **values})

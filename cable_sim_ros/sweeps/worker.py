@@ -45,8 +45,10 @@ def simulate(case: Case) -> dict[str, Any]:
         warnings.simplefilter("always")
         try:
             _unchanged(case)
-            found = _run(case)
-            _unchanged(case)
+            try:
+                found = _run(case)
+            finally:  # also of a run that failed for it
+                _unchanged(case)
             row |= found
         except FileChanged as error:
             row |= {"error": f"{type(error).__name__}: {error}", AGAIN: True}

@@ -379,6 +379,7 @@ def test_what_is_not_free_is_said_in_a_line(steady, free, text):
         (("--signal", "tension", "--signal", "tension~5"), "tension was given before; nothing was simulated"),
         (("--out", "/no/such/folder/x.yaml"), "there is no folder /no/such/folder"),
         (("--signal", "tension~-3"), "is not above 0"),
+        (("--set", "solver.tick=0.01"), "solver.tick is set by step = chosen"),
         (("--picture", "x.foo"), "x.foo: is none of .png, .pdf, .svg, .jpg, .jpeg; nothing was simulated"),
         (("--hold-out", "0.9"), "Too short"),
     ],

@@ -14,7 +14,7 @@ from cable_sim_ros.runs.calibration.least_squares import Nuisance, Problem, fit,
 from cable_sim_ros.runs.calibration.observed import _slower
 from cable_sim_ros.runs.calibration.result import Calibration
 from cable_sim_ros.runs.calibration.systematic import SHARE, _faster, systematic
-from cable_sim_ros.runs.calibration.tow_model import Curve
+from cable_sim_ros.runs.calibration.tow_model import Curve, TrialError
 from cable_sim_ros.runs.scores.pairing import Cleaned
 
 LAG = Nuisance("lag", "tension", None, -2.0, 2.0)
@@ -199,6 +199,14 @@ def test_signals_or_a_prior_that_contradict_each_other_are_told():
     systematic(out, problem, found, known, still)
     flags = [reason.flag for reason in out.reasons]
     assert "OFFSET" in flags and "calibrated, the scene is " in out.reasons[0].text, out.reasons
+
+    def gives_up(values):
+        raise TrialError("drag = 2: no static tow")
+
+    out, still.on_own_mesh = Calibration("made", None), gives_up
+    systematic(out, problem, found, known, still)
+    assert out.reasons[-1].flag == "MESH" and "on their own mesh, " in out.reasons[-1].text
+    still.on_own_mesh = lambda values: None
 
     known_well = (BIAS._replace(sd=0.5),)
     problem, found, known = fitted(log(1, bias=50.0), known_well, NUMBERS[:1], lambda values: tow((values[0], TRUE[1])))

@@ -15,7 +15,7 @@ import pytest
 
 from cable_sim_ros.io.scenes.load import dump_scene, load_scene, override
 from cable_sim_ros.io.scenes.resources import find_bag
-from cable_sim_ros.sweeps import engine
+from cable_sim_ros.sweeps import engine, worker
 from cable_sim_ros.sweeps.cases import cases_of
 from cable_sim_ros.sweeps.dataset import names_of
 from cable_sim_ros.sweeps.engine import FAULT, processes, rows_of, workers_of
@@ -411,6 +411,20 @@ def test_a_file_that_changes_while_the_sweep_runs_gives_no_row_that_stays(tmp_pa
     assert others[0].key != cases[0].key, "in the same process too"
     place.unlink()
     assert simulate(others[0])["again"]
+
+
+def test_a_run_that_fails_as_its_file_is_gone_meanwhile_is_not_kept(tmp_path, monkeypatch):
+    place = tmp_path / "my.yaml"
+    place.write_text(dump_scene(load_scene("flume")))
+    (case,) = cases_of(checked({**SHORT, "scene": str(place), "grid": {"winch.scope": [0.9]}}, "here"))
+
+    def gone(case):
+        place.unlink()
+        raise SweepError([f"{place}: no such file"])
+
+    monkeypatch.setattr(worker, "_run", gone)
+    row = simulate(case)
+    assert row["again"] and row["error"].startswith("FileChanged: ")
 
 
 def test_what_failed_by_the_machine_is_run_again_by_the_next_start(tmp_path, monkeypatch):

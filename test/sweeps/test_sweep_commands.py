@@ -212,6 +212,14 @@ def test_an_envelope_counts_no_run_as_within_a_rule_without_a_reading_and_no_see
     assert "[0.02, 0, 0]" in titles
 
 
+def test_a_cell_with_a_failed_run_is_not_allowed_though_a_rule_was_not_read():
+    from cable_sim_ros.sweeps.envelope import Cell
+
+    cell = Cell({}, 3, 0, 0, {}, {}, 1, ("slack",))
+    assert cell.allowed is None and cell._replace(failed=1).allowed is False
+    assert cell._replace(unread=(), within=3).allowed is True
+
+
 @pytest.mark.parametrize(
     "add, why",
     [

@@ -15,7 +15,7 @@ from ...sim.verdict import Reason
 from .confidence import QUANTILE, Confidence
 from .least_squares import KINDS, Fit, Problem, lasting, scales
 from .result import Calibration
-from .tow_model import TowModel
+from .tow_model import TowModel, TrialError
 
 TAKEN = {"bias": 1.0, "gain": 0.01, "lag": 0.1}  # unit of the signal, 1, s: the error of an instrument that is told of
 OFFSET = 4.0  # standard errors of a mean rest, from which it is no chance
@@ -102,7 +102,15 @@ def systematic(out: Calibration, problem: Problem, found: Fit, known: Confidence
             )
             tell("COARSE", text, one.quantity)
     _priors(problem, found, tell)
-    if (error_of := _mesh(problem, found, model)) and matters(shift := moved(problem, found, error_of)):
+    try:
+        error_of = _mesh(problem, found, model)
+    except TrialError as error:
+        tell(
+            "MESH",
+            f"the found numbers cannot be simulated on their own mesh, the fit holds that of the start ({error})",
+        )
+        return
+    if error_of and matters(shift := moved(problem, found, error_of)):
         sizes = ", ".join(f"{name} by {np.mean(error):.3g}" for name, error in error_of.items())
         text = (
             f"the fit holds the mesh of the start; on that of the found numbers the scene shows other signals ({sizes} "

@@ -136,9 +136,9 @@ class TowModel:
         scene = self.scene_at(values)
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
-            other = TowModel(scene, [], self.tow, self.duration, self.plan, self.steady)
+            other = TowModel(scene, self.free, self.tow, self.duration, self.plan, self.steady)
             other.origin = self.origin
-            curves = other(())
+            curves = other(values)
         self.runs, self.cpu_s = self.runs + 1, self.cpu_s + other.cpu_s
         return curves
 
