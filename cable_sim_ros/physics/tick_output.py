@@ -89,7 +89,14 @@ FIELDS = (
     ("surface_elevation", (), "f8", "m", "height of the water surface where the sheave is; 0 without waves"),
     ("tension", (), "f8", "N", "effective tension where the cable leaves the sheave outboard"),
     ("tension_vector", (3,), "f8", "N", "pull of the outboard cable on the sheave, axes of sheave_link"),
-    ("departure_angle", (), "f8", "rad", "angle of the departing cable from the downward vertical, no sign"),
+    (
+        "departure_angle",
+        (),
+        "f8",
+        "rad",
+        "angle of the cable from the downward vertical, no sign, read a quarter of the radius or 4 sqrt(EI/T), the "
+        "longer one, beyond its last contact with the sheave; further out it hangs steeper, mostly by less than 1 deg",
+    ),
     ("tension_drum", (), "f8", "N", "tension at the drum"),
     ("tension_tick_min", (), "f8", "N", "least tension where the cable leaves the sheave in any time step of the tick"),
     ("tension_tick_max", (), "f8", "N", "largest tension there in any time step of the tick"),
@@ -282,7 +289,34 @@ CONTACT_COLUMNS = (  # sheave_link axes, one row a contact point of the sheave, 
     ("arc_length", "m"),  # unstretched arc length from the drum end
     ("length", "m"),  # length of cable the contact point stands for
 )
+BODY_COLUMNS = (  # odom, one row a body on the line, in the order of the scene
+    *SHAPE_COLUMNS[:3],
+    ("tension_above", "N"),  # of the cable on its inboard side
+    ("tension_below", "N"),  # on its outboard side
+    ("arc_length", "m"),
+)
 MAX_CONTACT_POINTS = 512
+
+
+def body_rows(shape: np.ndarray, places: tuple[float, ...]) -> np.ndarray:
+    """Bodies on the line [..., bodies, BODY_COLUMNS] out of shape tables [..., nodes, 5 or more].
+
+    places: unstretched arc length [m] of each, where a node is. The tension jumps there: on each side it is drawn on
+    from the two next nodes, off by the second difference of the tension from node to node; of a side with a single
+    node it is the tension there.
+    """
+    rows = np.zeros((*shape.shape[:-2], len(places), len(BODY_COLUMNS)))
+    count, tension, arc = shape.shape[-2], shape[..., 3], shape[..., 4]
+    for k, place in enumerate(places):
+        n = int(np.abs(arc.reshape(-1, count)[0] - place).argmin())
+        rows[..., k, :3], rows[..., k, 5] = shape[..., n, :3], arc[..., n]
+        for column, side in ((3, -1), (4, 1)):
+            near, far = n + side, n + 2 * side
+            rows[..., k, column] = tension[..., near]
+            if 0 <= far < count:
+                slope = (tension[..., near] - tension[..., far]) / (arc[..., near] - arc[..., far])
+                rows[..., k, column] += slope * (arc[..., n] - arc[..., near])
+    return rows
 
 
 def strum_table(shape: np.ndarray) -> np.ndarray:

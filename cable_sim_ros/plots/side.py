@@ -107,6 +107,9 @@ def side_view(axes: Axes, run: RecordedRun) -> None:
     put_note(axes, note)
     ship_and_water(axes, float(sheave[1]))
     axes.plot(*body, "D", color=ORANGE, ms=9, zorder=4)
+    for row in run.bodies[-1][1] if run.bodies else ():
+        at = (row[:2] - last["sheave_position"][:2]) @ forward, row[2]
+        axes.plot(*at, "D", color=ORANGE, ms=6, mfc="white", zorder=4)
     _labels(axes, body, sheave, float(np.hypot(*run.frames["ship_velocity"][:, :2].mean(axis=0))))
 
 

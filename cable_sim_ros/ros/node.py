@@ -26,6 +26,7 @@ from ..io.telegrams.fields import TelegramError
 from ..sim.checks.friction_checks import slow
 from ..sim.flag_rules import FAILED
 from ..sim.live_parameters import changed, unfit, ways
+from ..sim.tables.material import body_places
 from . import discovery
 from .arrival import Arrivals, StampArrivals
 from .declare_parameters import declare, overrides_of
@@ -117,8 +118,9 @@ class CableSimNode(LifecycleNode):
             self.report_state()
             return TransitionCallbackReturn.FAILURE
         node, frames = self.settings.node, self.settings.node.frame
-        context = Context(frames.odom, frames.base_link, frames.sheave_link, frames.towbody_link, self.get_namespace())
-        channels = rows_of(self.settings.scene, node.publish)
+        links, scene = (frames.odom, frames.base_link, frames.sheave_link, frames.towbody_link), self.settings.scene
+        context = Context(*links, self.get_namespace(), body_places(scene))
+        channels = rows_of(scene, node.publish)
         qos = STEPPED_QOS if self.session.lockstep else QOS
         publishers, missing = publishers_of(self, context, channels, qos)
         for text in missing:

@@ -12,6 +12,7 @@ from ..io.messages.markers import MAX_RATE, MSGTYPE, TOPIC
 from ..io.messages.messages import KINDS
 from ..io.recordings import journal
 from ..physics.tick_output import (
+    BODY_COLUMNS,
     CONTACT_COLUMNS,
     FIELDS,
     MAX_CONTACT_POINTS,
@@ -67,6 +68,13 @@ STRUM = """
 Where `viv` is on: one row a node, of the element that begins there; the last node repeats the one
 before.
 """
+BODIES = """
+### `cable/bodies`
+
+Where bodies hang on the line: one row each, in the order of the scene. The tensions of its two
+sides are drawn on from the next two nodes. A body has no attitude of its own: it stays level and
+turns into the flow.
+"""
 RECORDING = """
 ## Topics of a recording
 
@@ -86,6 +94,8 @@ MEANING = {  # of the columns; KeyError where one has none
     "z": "place along z",
     "tension": "effective tension at the node",
     "arc_length": "unstretched arc length from the drum end",
+    "tension_above": "effective tension on the inboard side of the body",
+    "tension_below": "that on its outboard side",
     "slope_x": "dr/ds along x",
     "slope_y": "dr/ds along y",
     "slope_z": "dr/ds along z",
@@ -111,7 +121,7 @@ def text() -> str:
         parts.append(_row(f"`{name}`", kind, _unit(unit), meaning, ", ".join(also[name])))
     slopes = ", ".join(f"`{name}`" for name, _ in SLOPE_COLUMNS)
     parts += [TABLES, SHAPE.format(slopes=slopes), *_columns(SHAPE_COLUMNS)]
-    parts += [CONTACT.format(rows=MAX_CONTACT_POINTS), *_columns(CONTACT_COLUMNS), STRUM, *_columns(STRUM_COLUMNS)]
+    parts += [CONTACT.format(rows=MAX_CONTACT_POINTS), *_columns(CONTACT_COLUMNS), STRUM, *_columns(STRUM_COLUMNS), BODIES, *_columns(BODY_COLUMNS)]
     parts += [RECORDING.format(namespace=Context().namespace), *_topics()]
     return "".join(parts)
 
@@ -156,7 +166,7 @@ def _fields(channel: Channel, fields: Sequence[str]) -> str:
         return f"all, {len(HEALTH)} numbers"
     if channel is TRANSFORMS:
         return "`odom` to `base_link` to `sheave_link`, `odom` to `towbody_link`"
-    if set(fields) & {"shape", "contact", "strum"}:
+    if set(fields) & {"shape", "contact", "strum", "bodies"}:
         return "the table above"
     return ", ".join(f"`{name}`" for name in fields)
 

@@ -3,10 +3,19 @@ pages."""
 
 from __future__ import annotations
 
+from .summary import OF_BODIES
+
 # JSON names beside those of runs/summary.py: name, unit, meaning
 METRICS = (
-    ("departure_angle_deg", "deg", "mean angle of the departing cable from the downward vertical"),
+    ("departure_angle_deg", "deg", "mean angle of the cable at the sheave from the downward vertical, read as in [fields](fields.md)"),
     ("contact_resultant_n", "N", "mean resultant of the cable on the sheave, whole run"),
+    (
+        "bodies",
+        "",
+        "by the name of each body on the line: "
+        + "; ".join(f"`{name}` [{unit}], {meaning}" for name, unit, meaning in OF_BODIES)
+        + "; absent without any",
+    ),
     ("ticks", "1", "ticks simulated"),
     ("steps_taken", "1", "steps taken since the static start; `steps` counts those of this run"),
     ("step_least_s", "s", "shortest step taken"),

@@ -43,7 +43,7 @@ from .settings import NOTHING, Settings, apply_to_bag, apply_to_scene, of_intake
 from .sources import in_the_sea, motion_of, notes_of, scene_of_bag, sea_motion_kept, seconds_of
 from .step_choice import doubts_of_steps, metrics_of_steps, overwritten, stepped
 from .stepping import Progress, Stepped, silent
-from .summary import summarize
+from .summary import after_start, of_bodies, summarize
 from .transient import growth, start_up, still_growing
 
 # keys that a run that goes on may have otherwise
@@ -357,6 +357,9 @@ def _run_of(
         skip = max(0.0, start_up(scene, tow is not None) - before)
         metrics = summarize(frames, skip_s=skip, realtime_factor=simulated / driven.stepping_s)
         kept = frames[-1:] if tow is None and not growth(scene)[1] else frames
+        if scene.bodies:
+            counted, _ = after_start(frames, skip)
+            metrics["bodies"] = of_bodies(scene.bodies, driven.bodies[-len(counted) :], counted)
         metrics.update(
             departure_angle_deg=float(np.degrees(kept["departure_angle"].mean())),
             contact_resultant_n=float(kept["contact_resultant"].mean()),

@@ -54,9 +54,8 @@ class Runner(ABC):
         finally:
             stepper.close()
         problem = stepper.problem or problem
-        return Stepped(
-            stepper.frames, compiled - begun, self._starting, stepper.stepping, stepper.cpu, problem, stepper.modes
-        )
+        times = compiled - begun, self._starting, stepper.stepping, stepper.cpu
+        return Stepped(stepper.frames, *times, problem, stepper.modes, stepper.bodies)
 
     @abstractmethod
     def _prepare(self) -> tuple[Start, int]:

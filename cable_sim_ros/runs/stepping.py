@@ -19,12 +19,13 @@ from ..io.recordings.journal import MSGTYPE, TOPIC, Journal, Start
 from ..io.scenes.load import dump_scene
 from ..io.scenes.winch_plan import WinchPlan
 from ..io.sources.recorded_tow import RecordedTow
-from ..physics.tick_output import TICK_OUTPUT
+from ..physics.tick_output import BODY_COLUMNS, TICK_OUTPUT, body_rows
 from ..sim.drive_mode import count_modes
 from ..sim.live_parameters import put_live
 from ..sim.rules.watch import rule_watch
 from ..sim.scene import Scene
 from ..sim.simulator import Simulator, SolverError
+from ..sim.tables.material import body_places
 from ..version import __version__
 
 COUNT_OVER = 100  # ticks, fewer than the ring of inputs keeps commands
@@ -37,7 +38,8 @@ def silent(what: str, done: float, total: float) -> None:
 
 class Stepped(NamedTuple):
     """Tick outputs of a pass, wall times [s] of compiling, static start and stepping, CPU time [s] of stepping, and
-    why it ended early ("" = not), ticks by the mode of the winch in force."""
+    why it ended early ("" = not), ticks by the mode of the winch in force, bodies on the line [ticks, bodies,
+    BODY_COLUMNS]."""
 
     frames: np.recarray
     compile_s: float
@@ -46,6 +48,7 @@ class Stepped(NamedTuple):
     stepping_cpu_s: float
     problem: str
     modes: Mapping[str, int]
+    bodies: np.ndarray
 
 
 class Stepper:
@@ -62,6 +65,8 @@ class Stepper:
         self.modes: Counter[str] = Counter()  # ticks by the mode of the winch in force
         self.stepping = self.cpu = 0.0
         self._parts: list[np.ndarray] = []
+        self._places = body_places(sim.scene)
+        self._bodies = [np.zeros((0, len(self._places), len(BODY_COLUMNS)))]
         self._counted = 0  # ticks and parts that `modes` has
         self._counted_parts = 0
 
@@ -100,6 +105,8 @@ class Stepper:
         self.stepping += time.perf_counter() - begun
         self.cpu += time.process_time() - used
         self._parts.append(frames.copy())
+        if self._places and len(frames):
+            self._bodies.append(body_rows(self.sim.chunk_tables[0][: len(frames)], self._places))
         self.done += len(frames)
         if self.done - self._counted >= COUNT_OVER:
             self.count()
@@ -118,6 +125,11 @@ class Stepper:
             self.recording.close(self.done, "halted" if self.problem else "end")
 
     @property
+    def bodies(self) -> np.ndarray:
+        """Bodies on the line of every tick so far [ticks, bodies, BODY_COLUMNS]."""
+        return np.concatenate(self._bodies)
+
+    @property
     def frames(self) -> np.recarray:
         """Every tick so far."""
         parts = np.concatenate(self._parts) if self._parts else np.zeros(0, TICK_OUTPUT)
@@ -132,7 +144,7 @@ class RunRecorder:
         self, path: Path, scene: Scene, tow: RecordedTow | None, winch: WinchPlan | None, markers: float = 0.0
     ) -> None:
         """markers: rate of cable/markers [Hz], 0: none."""
-        self.context = Context()
+        self.context = Context(bodies=body_places(scene))
         drawn = (markers_channel(scene, markers),) if markers > 0.0 else ()
         self.encoder = Encoder(self.context, scene.solver.tick, (*channels_of(scene), *drawn))
         about = {

@@ -6,6 +6,7 @@ the first ``skip_s`` seconds, in which the tow finds its rhythm; counts and dura
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -148,6 +149,14 @@ SUMMARY = (
     ("latency_p99_ms", "ms", "IMU stamp to tension on the wire, 99 % quantile"),
     ("jitter_p99_ms", "ms", "start of a tick after its due time, 99 % quantile"),
 )
+OF_BODIES = (  # of each body on the line, after the start-up: name, unit, meaning
+    ("depth_m", "m", "mean depth below the mean water surface"),
+    ("depth_std_m", "m", "its standard deviation, at the ends of ticks as all of these"),
+    ("layback_m", "m", "mean horizontal distance from the sheave"),
+    ("tension_above_mean_n", "N", "mean tension of the cable on its inboard side"),
+    ("tension_above_max_n", "N", "its largest value"),
+    ("tension_below_min_n", "N", "least tension of the cable on its outboard side"),
+)
 OUTSIDE = ("realtime_factor", "missed_ticks", "latency_p50_ms", "latency_p99_ms", "jitter_p99_ms")
 
 
@@ -249,6 +258,17 @@ def summarize(frames: np.recarray, *, skip_s: float = SKIP, **outside: float | N
     return {
         name: float(metrics[name]) if isinstance(metrics[name], np.floating) else metrics[name] for name, *_ in SUMMARY
     }
+
+
+def of_bodies(names: Iterable[str], rows: np.ndarray, frames: np.recarray) -> dict[str, dict[str, float]]:
+    """OF_BODIES by the names of the bodies; rows [ticks, bodies, BODY_COLUMNS] and tick outputs of the same ticks."""
+    found = {}
+    for name, body in zip(names, rows.swapaxes(0, 1), strict=True):
+        depth, above = -body[:, 2], body[:, 3]
+        layback = np.hypot(*(body[:, :2] - frames["sheave_position"][:, :2]).T)
+        values = depth.mean(), _deviation(depth), layback.mean(), above.mean(), above.max(), body[:, 4].min()
+        found[name] = {key: float(value) for (key, *_), value in zip(OF_BODIES, values, strict=True)}
+    return found
 
 
 def strumming(frames: np.recarray) -> dict[str, float | None]:
@@ -357,6 +377,9 @@ def summary_table(summary: dict, title: str = "Summary") -> Table:
     for name, unit, meaning in SUMMARY:
         if summary.get(name) is not None:
             table.add_row(name, format_value(summary[name]), "" if unit == "1" else unit, meaning)
+    for body, metrics in summary.get("bodies", {}).items():
+        for name, unit, meaning in OF_BODIES:
+            table.add_row(f"bodies.{body}.{name}", format_value(metrics[name]), unit, meaning)
     return table
 
 

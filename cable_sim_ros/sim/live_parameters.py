@@ -5,7 +5,8 @@ A parameter is declared live by configure=False; a test holds the declarations a
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import difflib
+from collections.abc import Callable, Iterable
 from functools import partial
 from typing import Any
 
@@ -104,12 +105,29 @@ def ways(scene: Scene) -> dict[str, Way]:
 def set_live(sim: Simulator, name: str, value: Any) -> None:
     """Give a live parameter another value, in the scene of the simulator too, so that a start keeps it.
 
-    Call it between two ticks. Raises KeyError for a parameter that is not live, ValueError for one out of its range or
-    that drive or instruments cannot serve.
+    Call it between two ticks. Raises KeyError with the reason for a parameter that is not live, ValueError for one out
+    of its range or that drive or instruments cannot serve.
     """
-    if refusal := unfit(changed(sim.scene, name, value) if name in ways(sim.scene) else sim.scene):
+    if name not in (live := ways(sim.scene)):
+        raise KeyError(_not_live(sim.scene, name, live))
+    if refusal := unfit(changed(sim.scene, name, value)):
         raise ValueError(refusal)
     put_live(sim, name, value)
+
+
+def _not_live(scene: Scene, name: str, live: Iterable[str]) -> str:
+    """Why a key cannot be changed while the tow runs, and what can."""
+    block: Any = scene.model_dump(mode="json")
+    for part in name.split("."):
+        block = block.get(part, block) if isinstance(block, dict) and part in block else None
+    if block is None:
+        near = difflib.get_close_matches(name, live, 3, 0.6)
+        return f"{name}: is no key of {scene.name}; nothing was changed. Live keys are {', '.join(near or live)}"
+    return (
+        f"{name} = {block}: is fixed, for mesh, static start or compiled model are made from it; nothing was changed. "
+        "Give it in the scene and start anew (`override` of cable_sim_ros.io.scenes.load, `--set` of a command). Live "
+        f"keys are {', '.join(live)}"
+    )
 
 
 def put_live(sim: Simulator, name: str, value: Any) -> None:

@@ -1,4 +1,4 @@
-"""`cable-sim table`: depth, tension and departure angle of static tows over scope, speed and more keys."""
+"""`cable-sim table`: depth, tension, departure angle, layback of static tows over scope, speed and more keys."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from ..errors import CODE_DOUBTFUL, CODE_FAILED, CODE_OK, CableSimError
+from ..io.logs.mapping.units import UNITS, named, units_of
 from ..sim.flag_rules import DOUBTFUL, FAILED
 from .command import WORKERS, replaced_by, replacing, stoppable
 
@@ -22,10 +23,12 @@ if TYPE_CHECKING:
 
 SCOPE, SPEED = "winch.scope", "ship.tow_speed"
 MOST = 1000  # values of a key
+NUMBERS = re.compile(r"([-+0-9.,:eE\s]*)(.*)")  # and the unit behind them
 SHOWN = (  # figure, title, title of its panel, unit, digits
     ("body_depth_m", "depth of the towbody", "depth", "m", 1),
     ("tension_mean_n", "tension at the sheave", "tension", "N", 0),
-    ("departure_angle_deg", "departure angle from the downward vertical", "departure angle", "deg", 1),
+    ("departure_angle_deg", "departure angle at the sheave, from the downward vertical", "departure angle", "deg", 1),
+    ("layback_max_m", "layback: horizontal distance from the sheave to the towbody", "layback", "m", 1),
 )
 SHORT = {SCOPE: "scope", SPEED: "speed"}
 JSON_NAME = "table.json"
@@ -37,6 +40,18 @@ LASTED = re.compile(r" for [-+.e\d]+ s \([-+.e\d]+ % of the run\)")  # of a reas
 
 class TableError(CableSimError, ValueError):
     """A table that cannot be made."""
+
+
+def speeds_of(text: str) -> list[float]:
+    """Speeds [m/s] as of values_of, behind the last one a unit of UNITS: `2,3,4 kn`. Raises TableError."""
+    numbers, word = NUMBERS.fullmatch(text.strip()).groups()
+    unit = UNITS.get(named(word) or "") if word else UNITS["m/s"]
+    if unit is None or unit.dimension != "m/s":
+        raise TableError(
+            f"--speed {text!r:.60}: {word!r:.20} is no unit of a speed; nothing was simulated. "
+            f"Known are {', '.join(units_of('m/s'))}; none is m/s"
+        )
+    return [value * unit.factor for value in values_of(numbers, "--speed")]
 
 
 def values_of(text: str, what: str) -> list[float]:
@@ -63,7 +78,7 @@ def values_of(text: str, what: str) -> list[float]:
 @click.command()
 @click.argument("scene")
 @click.option("--scope", required=True, metavar="VALUES", help="Scopes in m: 50,100 or FIRST:LAST:COUNT.")
-@click.option("--speed", metavar="VALUES", help="Speeds over ground in m/s. Default: that of the scene.")
+@click.option("--speed", metavar="VALUES", help="Speeds over ground in m/s, or 2,4kn. Default: the scene's.")
 @click.option("--vary", multiple=True, metavar="KEY=VALUES", help="Another key of the scene; may be repeated.")
 @click.option("--set", "settings", multiple=True, metavar="KEY=VALUE", help="A value of the scene by its key.")
 @click.option(
@@ -72,7 +87,7 @@ def values_of(text: str, what: str) -> list[float]:
 @WORKERS
 @click.option("--json", "as_json", is_flag=True, help="Print the figures as JSON, nothing else.")
 def table(scene, scope, speed, vary, settings, out, workers, as_json) -> None:
-    """Depth, tension and departure angle of SCENE for every scope and speed, as static tows."""
+    """Depth, tension, departure angle and layback of SCENE for every scope and speed, as static tows."""
     from ..io.scenes.load import load_scene
     from ..runs.settings import apply_to_scene, settings_of
     from .sweep import sweep
@@ -80,7 +95,7 @@ def table(scene, scope, speed, vary, settings, out, workers, as_json) -> None:
 
     base = apply_to_scene(load_scene(scene), given := settings_of(settings))
     grid = {SCOPE: values_of(scope, "--scope")}
-    grid[SPEED] = values_of(speed, "--speed") if speed is not None else [base.ship.tow_speed]
+    grid[SPEED] = speeds_of(speed) if speed is not None else [base.ship.tow_speed]
     for text in vary:
         key, sign, values = text.partition("=")
         if not sign or key in grid:
@@ -132,9 +147,9 @@ def _tell(name: str, figures: list[dict[str, Any]]) -> None:
             place = f", {other}" if other else ""
             console.print(escape(f"{name}{place}: {title} [{what}]"), soft_wrap=True, highlight=False)
             shown = Table()
-            shown.add_column(escape("scope [m], speed [m/s]"), justify="right")
+            shown.add_column(escape("scope [m], speed"), justify="right")
             for speed in speeds:
-                shown.add_column(f"{speed:g}", justify="right")
+                shown.add_column(f"{speed:.4g} m/s\n{_knots(speed)}", justify="right")
             mine = {
                 (row[SCOPE], row[SPEED]): row[figure] for row in figures if _place(row, _keys(figures)[2:]) == other
             }
@@ -164,7 +179,13 @@ def _named(key: str, value: float) -> str:
 
     item = declared_as(key)
     what = f" {unit(item.unit)}".rstrip() if item is not None else ""
+    if key == SPEED:
+        return f"{SHORT[key]} {value:.4g}{what} ({_knots(value)})"
     return f"{SHORT[key]} {value:.12g}{what}" if key in SHORT else f"{key} = {value:.12g}{what}"
+
+
+def _knots(speed: float) -> str:
+    return f"{speed / UNITS['kn'].factor:.3g} kn"
 
 
 def _place(row: dict[str, Any], keys: list[str]) -> str:
@@ -194,7 +215,7 @@ def _draw(title: str, figures: list[dict[str, Any]], path: Path) -> None:
     heading = f"{title[0].upper()}{title[1:]}{_heading(figures, x, varied, rest, len(every))}"
     lines = _axis(figures, by) if by else [None]
     high = 1.9 + 3.3 * min(len(every), LINES) + 0.3 * (len(lines) // 6)
-    with canvas(path, (12.0, max(5.2, high)), heading, "`cable-sim table`, static tows") as figure:
+    with canvas(path, (15.0, max(5.2, high)), heading, "`cable-sim table`, static tows") as figure:
         grid = figure.subplots(min(len(every), LINES), len(SHOWN), squeeze=False, sharex=True)
         for place, panels in zip(every, grid):
             if not any(row[name] is not None for row in figures if _place(row, rest) == place for name, *_ in SHOWN):

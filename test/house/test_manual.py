@@ -10,7 +10,7 @@ from cable_sim_ros import testing
 from cable_sim_ros.cli.commands import fields_text, manual_text, mapping_text
 from cable_sim_ros.io.messages.channels import EVERY
 from cable_sim_ros.physics.parameter import declared
-from cable_sim_ros.physics.tick_output import CONTACT_COLUMNS, FIELDS, SHAPE_COLUMNS, STRUM_COLUMNS
+from cable_sim_ros.physics.tick_output import BODY_COLUMNS, CONTACT_COLUMNS, FIELDS, SHAPE_COLUMNS, STRUM_COLUMNS
 from cable_sim_ros.runs import field_manual
 from cable_sim_ros.sim.scene import Scene
 
@@ -41,7 +41,7 @@ def test_the_fields_have_shape_and_unit():
 
 
 def test_the_columns_of_the_tables_have_a_meaning_and_no_meaning_is_left_over():
-    columns = {name for table in (SHAPE_COLUMNS, CONTACT_COLUMNS, STRUM_COLUMNS) for name, _ in table}
+    columns = {name for table in (SHAPE_COLUMNS, CONTACT_COLUMNS, STRUM_COLUMNS, BODY_COLUMNS) for name, _ in table}
     assert columns <= set(field_manual.MEANING)
     assert {name for name in field_manual.MEANING if not name.startswith("slope_")} == columns
 

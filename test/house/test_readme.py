@@ -21,6 +21,7 @@ from cable_sim_ros.io.scenes.load import load_scene, override
 from cable_sim_ros.io.scenes.resources import shipped_bags, shipped_scenes
 from cable_sim_ros.io.scenes.winch_plan import WinchPlan
 from cable_sim_ros.physics.sensor_models import DEVICES
+from cable_sim_ros.physics.towbody import LineBody
 from cable_sim_ros.runs import offline
 from cable_sim_ros.runs.summary import SUMMARY, summary_markdown
 
@@ -183,7 +184,9 @@ def test_a_channel_of_some_scenes_is_one_of_all():
     by_hand = {f"cable.sections.{name}.drag_amplification": 1.0 for name in ("bare", "faired")}
     strumming = override(load_scene("full_scale"), {"viv.law": "govardhan_williamson"} | by_hand)
     aboard = override(load_scene("full_scale"), {f"instruments.{name}.on": True for name in DEVICES})
-    shown = [*channels_of(load_scene("full_scale")), *channels_of(strumming), *channels_of(aboard)]
+    pod = {"at": "bare", "mass": 50.0, "net_weight": 300.0}
+    hung = load_scene("full_scale").model_copy(update={"bodies": {"pod": LineBody(**pod)}})
+    shown = [row for scene in (load_scene("full_scale"), strumming, aboard, hung) for row in channels_of(scene)]
     assert rows <= set(EVERY) and set(shown) == set(EVERY) and len(EVERY) == len(set(EVERY))
     tree = ast.parse(Path(str(channels.__file__)).read_text("utf-8"))
     made = [node for node in ast.walk(tree) if isinstance(node, ast.Call) and ast.unparse(node.func) == "Channel"]

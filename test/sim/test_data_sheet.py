@@ -119,6 +119,18 @@ def test_what_cannot_be_is_refused(name, values, text):
             "towbody.lift_area = 0.05 m^2 lifts the body, with 108.8 N at 2.06 m/s through the water, against "
             "towbody.net_weight = 357 N. A wing that presses down, a depressor's, has a negative one",
         ),
+        (
+            "side_scan",
+            {"towbody.length": 1.4, "towbody.diameter": 0.06},
+            "towbody.net_weight = 357 N and towbody.mass = 50 kg displace 0.0133 m^3, 3.35 times the 0.00396 m^3 of a "
+            "cylinder of towbody.length = 1.4 m and towbody.diameter = 0.06 m; expected 0.05 to 1.27: weight in the",
+        ),
+        (
+            "side_scan",
+            {"cable.diameter": 0.012},
+            "cable.sections.armoured.drag_amplification = 1.8 is that of side_scan, whose cable is 0.01 m thick, this "
+            "one 0.012 m: a drag factor is of one cable and how it strums",
+        ),
         ("full_scale", {"winch.wrap": 100.0}, "winch.wrap = 100 rad has no effect: winch.scope = 450 m says how much"),
     ],
 )

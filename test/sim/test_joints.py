@@ -3,10 +3,14 @@
 import warnings
 from math import pi
 
+import numpy as np
 import pytest
 
+from cable_sim_ros.io.recordings.recorded_run import load_run
 from cable_sim_ros.io.scenes.load import SceneError, SceneWarning, dump_scene, load_scene, override, scene_from_dict
 from cable_sim_ros.io.scenes.load import scene_from_text as read
+from cable_sim_ros.physics.tick_output import BODY_COLUMNS
+from cable_sim_ros.runs.offline import run
 from cable_sim_ros.sim.build import build_model
 from cable_sim_ros.sim.checks import checks
 from cable_sim_ros.sim.layout import layout_of
@@ -235,6 +239,34 @@ def test_bodies_of_a_winch_that_feeds_stand_at_the_ends_of_the_zones():
     nodes, (towbody, pod) = sim.nodes, sim.model.line.body_nodes
     assert towbody == nodes - 1 and 0 < pod < nodes - 1
     assert sim.state.arc[pod] == pytest.approx(450.0, abs=1e-9) == sim.model.line.beads["place"][0]
+
+
+def test_bodies_on_the_line_are_in_metrics_recording_and_topic(tmp_path):
+    tow = scene({}, {"pod": POD}, base="full_scale", name="two_part")
+    result = run(tow, motion=None, duration=1.0, out=tmp_path)
+    pod, last = result.metrics["bodies"]["pod"], result.frames[-1]
+    recorded = load_run(tmp_path / "tow")
+    ((_, rows),) = [one for one in recorded.bodies if one[0] == last.time]
+    assert rows.shape == (1, len(BODY_COLUMNS)) and rows[0, 5] == pytest.approx(450.0, rel=1e-6)
+    assert (
+        pod["depth_m"] == pytest.approx(-rows[0, 2], abs=1e-3) and 0.0 < pod["depth_m"] < result.metrics["body_depth_m"]
+    )
+    assert 0.0 < pod["layback_m"] < last.layback
+
+    sim = Simulator(tow)
+    sim.start()
+    sim.run(1)
+    n, tension, half = sim.model.line.body_nodes[1], sim.state.tension, 0.5 * np.diff(sim.state.arc)
+
+    def drawn_on(near, far):
+        """Tension at the node, on the line through those of two elements."""
+        return tension[near] + half[near] * (tension[near] - tension[far]) / (half[near] + half[far])
+
+    above, below = drawn_on(n - 1, n - 2), drawn_on(n, n + 1)
+    weight = POD["net_weight"]
+    assert pod["tension_above_mean_n"] == pytest.approx(above, abs=0.02 * weight)
+    assert pod["tension_below_min_n"] == pytest.approx(below, abs=0.02 * weight)
+    assert above - below > 0.1 * weight, "the tension jumps there"
 
 
 def test_a_body_that_a_winch_that_feeds_has_on_board_at_the_start_is_refused():

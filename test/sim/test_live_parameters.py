@@ -56,6 +56,13 @@ def test_bodies_on_the_line_have_ways_of_their_own():
     assert changed(scene, "bodies.pod.flow_time_constant", 2.0).bodies["pod"].flow_time_constant == 2.0
 
 
+def test_a_key_that_is_fixed_says_why_and_one_that_is_not_there_what_is_near(sim):
+    with pytest.raises(KeyError, match=r"winch.max_rate = .* is fixed, .* start anew .*winch.command_timeout"):
+        set_live(sim, "winch.max_rate", 1.0)
+    with pytest.raises(KeyError, match=r"drive.mod: is no key of full_scale; .* Live keys are drive.mode"):
+        set_live(sim, "drive.mod", "follow")
+
+
 @pytest.mark.parametrize(
     "name, value, error", [("water.density", 1000.0, KeyError), ("winch.command_timeout", -1.0, ValidationError)]
 )

@@ -12,6 +12,7 @@ from click.testing import CliRunner
 from cable_sim_ros.cli.commands import main
 from cable_sim_ros.sweeps import clusters, engine
 from cable_sim_ros.sweeps import sweep as sweeps
+from cable_sim_ros.sweeps.table import TableError, speeds_of
 
 PAGE = (Path(__file__).resolve().parents[2] / "docs" / "json.md").read_text("utf-8")
 SWEEP = """
@@ -381,11 +382,12 @@ def test_a_picture_of_a_table_has_every_combination_and_says_what_is_not_there(t
         tmp_path,
     )
     shown = command(*given, "--scope", "0.8,0.9,1.0", code=1)
-    assert {"depth [m]", "tension [N]", "departure angle [°]", "scope [m]", "speed 0.2 m/s"} <= set(titles)
+    assert {"depth [m]", "tension [N]", "departure angle [°]", "layback [m]", "scope [m]"} <= set(titles)
+    assert "speed 0.2 m/s (0.389 kn)" in titles
     assert {f"water.density = {value} kg/m³" for value in (990, 1000, 1010)} <= set(titles)
     said = " ".join(" ".join(titles).split())
     assert "no static tow at scope 0.8 m; open marks are doubtful" in said and "combinations" not in said
-    assert "water.density = 1010 kg/m³: departure angle from the downward vertical [deg]" in shown.stdout
+    assert "water.density = 1010 kg/m³: departure angle at the sheave, from the downward vertical [deg]" in shown.stdout
     assert "failed 6 x: too short" in shown.stderr and "doubtful 6 x: OVERLOAD: a" in shown.stderr
     assert " for 5 s" not in (tmp_path / "table.csv").read_text("utf-8")
     titles.clear()
@@ -401,11 +403,19 @@ def test_a_table_of_one_scope_is_drawn_over_speed(tmp_path, row, monkeypatch):
     given = "table", "flume", "--workers", 1, "--scope", "1.0", "--speed", "0.2:0.4:3", "--out", tmp_path
     told = json.loads(command(*given, "--json").stdout)
     assert len(told["rows"]) == 3 and not undocumented("table", {*told, *told["rows"][0]})
-    assert titles.count("speed [m/s]") == 3 and "Table of flume, scope 1 m" in titles
+    assert titles.count("speed [m/s]") == 4 and "Table of flume, scope 1 m" in titles
     assert not any(text.startswith("scope [") for text in titles)
     assert told["replaced"] is None and told == json.loads((tmp_path / "table.json").read_text("utf-8"))
     other = command("table", "full_scale", "--workers", 1, "--scope", "100", "--out", tmp_path)
     assert "had the tables of another sweep, 'table of flume': those of 'table of full_scale' replace" in other.stderr
+
+
+def test_speeds_of_a_table_may_be_in_knots():
+    assert speeds_of("2, 4 kn") == pytest.approx([2 * 1852 / 3600, 4 * 1852 / 3600])
+    assert speeds_of("1:2:3") == [1.0, 1.5, 2.0] and speeds_of("1e1m/min") == pytest.approx([1 / 6])
+    for text, told in (("2,3 kg", "'kg' is no unit of a speed"), ("kn", "neither numbers")):
+        with pytest.raises(TableError, match=f"--speed .*{told}.*nothing was simulated"):
+            speeds_of(text)
 
 
 @pytest.mark.parametrize("name", ["sweep", "envelope", "sensitivity"])

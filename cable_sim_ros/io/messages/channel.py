@@ -16,6 +16,7 @@ class Context:
     sheave_link: str = "sheave_link"
     towbody_link: str = "towbody_link"
     namespace: str = "/tow_sim"
+    bodies: tuple[float, ...] = ()  # unstretched arc length of each body on the line [m]
 
     def topic(self, channel: Channel) -> str:
         """Absolute topic of a channel."""

@@ -17,7 +17,15 @@ from typing import Any
 
 import numpy as np
 
-from ...physics.tick_output import CONTACT_COLUMNS, SHAPE_COLUMNS, STRUM_COLUMNS, TICK_OUTPUT, strum_table
+from ...physics.tick_output import (
+    BODY_COLUMNS,
+    CONTACT_COLUMNS,
+    SHAPE_COLUMNS,
+    STRUM_COLUMNS,
+    TICK_OUTPUT,
+    body_rows,
+    strum_table,
+)
 from ...sim.scene import Scene
 from ...sim.tables.viv_tables import on as strumming_on
 from ..bags.typestore import STORE
@@ -141,6 +149,11 @@ def cable_strum(f, shape, contact, context: Context):
     return cloud(f.time, context.odom, STRUM_COLUMNS, strum_table(shape), "cable/strum")
 
 
+def cable_bodies(f, shape, contact, context: Context):
+    """One point per body on the line."""
+    return cloud(f.time, context.odom, BODY_COLUMNS, body_rows(shape, context.bodies), "cable/bodies")
+
+
 def sim_health(f, shape, contact, context: Context):
     """Every field of the tick output."""
     return JointState(header(f.time, ""), list(HEALTH), np.array(f.numbers[1:], float), EMPTY, EMPTY)
@@ -256,6 +269,16 @@ STRUM = Channel(
     lambda m: {"strum": cloud_table(m, STRUM_COLUMNS)},
 )
 
+BODIES = Channel(
+    "cable_bodies",
+    "cable/bodies",
+    "sensor_msgs/msg/PointCloud2",
+    0.0,
+    "reliable",
+    cable_bodies,
+    lambda m: {"bodies": cloud_table(m, BODY_COLUMNS)},
+)
+
 
 TRANSFORMS = Channel(  # /tf of tools: relative, as on the global /tf the simulated ship would stand beside the real one
     "transforms", "tf", "tf2_msgs/msg/TFMessage", 20.0, "reliable", transforms, None, optional=True
@@ -264,6 +287,7 @@ TRANSFORMS = Channel(  # /tf of tools: relative, as on the global /tf the simula
 
 SOMETIMES: tuple[tuple[Channel, Callable[[Scene], bool]], ...] = (
     (STRUM, strumming_on),
+    (BODIES, lambda scene: bool(scene.bodies)),
     *INSTRUMENTS,
 )  # and which scenes have it
 EVERY = (*CHANNELS, TRANSFORMS, *(channel for channel, _ in SOMETIMES))  # of any scene: docs/topics.md, SROS2 policy

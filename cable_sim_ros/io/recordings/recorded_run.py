@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..bags.bag import BagError, BagReader, report
-from ..messages.channels import CHANNELS, STRUM, channel_of, decode, decode_frames
+from ..messages.channels import BODIES, CHANNELS, STRUM, channel_of, decode, decode_frames
 
 PIECE = 4096  # messages that are decoded at once: a message takes five times the memory of its tick output
 HEALTH = next(channel for channel in CHANNELS if channel.name == "sim_health")
@@ -17,13 +17,14 @@ HEALTH = next(channel for channel in CHANNELS if channel.name == "sim_health")
 class RecordedRun(NamedTuple):
     """A run: ``frames`` recarray of TICK_OUTPUT [ticks]; ``shapes`` and ``contacts``: (time [ns], table) pairs,
     columns as in physics/tick_output.py; ``custom_data`` of the bag: scene name and whatever the recorder was given;
-    ``strums``: as shapes, empty where viv was off."""
+    ``strums`` and ``bodies``: as shapes, empty where viv was off, or no body hangs on the line."""
 
     frames: np.recarray
     shapes: list[tuple[int, np.ndarray]]
     contacts: list[tuple[int, np.ndarray]]
     custom_data: dict[str, str]
     strums: list[tuple[int, np.ndarray]] = []
+    bodies: list[tuple[int, np.ndarray]] = []
 
 
 def places_of(times: list[int], frames: np.recarray) -> np.ndarray:
@@ -48,6 +49,7 @@ def load_run(path: str | os.PathLike, tables: bool = True) -> RecordedRun:
     shapes: list[tuple[int, np.ndarray]] = []
     contacts: list[tuple[int, np.ndarray]] = []
     strums: list[tuple[int, np.ndarray]] = []
+    bodies: list[tuple[int, np.ndarray]] = []
     with BagReader(path) as bag:
         for message in bag:
             channel = channel_of(message.topic, message.msgtype)
@@ -58,9 +60,9 @@ def load_run(path: str | os.PathLike, tables: bool = True) -> RecordedRun:
                     frames.clear()
             elif not tables:
                 continue
-            elif channel is STRUM:
+            elif channel is STRUM or channel is BODIES:
                 fields = decode(channel, message.data)
-                strums.append((fields["time"], fields["strum"]))
+                (strums if channel is STRUM else bodies).append((fields.pop("time"), *fields.values()))
             elif channel is not None and channel.name in ("cable_shape", "sheave_contact"):
                 fields = decode(channel, message.data)
                 (shapes if "shape" in fields else contacts).append((fields.pop("time"), *fields.values()))
@@ -73,4 +75,4 @@ def load_run(path: str | os.PathLike, tables: bool = True) -> RecordedRun:
             f"summarise; give a bag that the node or the offline run recorded"
         )
     whole = parts[0] if len(parts) == 1 else np.concatenate(parts).view(np.recarray)
-    return RecordedRun(whole, shapes, contacts, bag.custom_data, strums)
+    return RecordedRun(whole, shapes, contacts, bag.custom_data, strums, bodies)

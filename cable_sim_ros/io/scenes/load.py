@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping
+from functools import cache
 from typing import Any
 
 from ...physics.parameter import declared
+from ...physics.section import material_of
 from ...sim.checks import checks
+from ...sim.problem import Problem
 from ...sim.scene import Scene
 from . import resources, yaml12
 from .document import Document, SceneError
@@ -22,8 +25,36 @@ SCENES = Document(
     resources.find_scene,
     resources.shipped_scenes,
     checks.problems,
-    checks.warnings,
+    lambda scene: checks.warnings(scene) + _borrowed(scene),
 )
+
+
+def _borrowed(scene: Scene) -> list[Problem]:
+    """Drag factors of a shipped scene on cable of another diameter: they are of that cable in its flow."""
+    found = []
+    for name, section in scene.cable.sections.items():
+        factor, own = section.drag_amplification, material_of(scene.cable, section).diameter
+        for shipped, diameter in _shipped_factors().get(factor, [])[:1] if factor != 1.0 else ():
+            if diameter != own:
+                text = (
+                    f"= {factor:g} is that of {shipped}, whose cable is {diameter:g} m thick, this one {own:g} m: a "
+                    "drag factor is of one cable and how it strums, and depth and tension hang on it"
+                )
+                remedy = "Give that of this cable, or 1 with viv.law, which computes it (docs/own_cable.md)"
+                found.append(Problem(f"cable.sections.{name}.drag_amplification", text, remedy))
+    return found
+
+
+@cache
+def _shipped_factors() -> dict[float, list[tuple[str, float]]]:
+    """Scenes and diameters [m] by the drag factor of their sections."""
+    found: dict[float, list[tuple[str, float]]] = {}
+    for name in resources.shipped_scenes():
+        cable = yaml12.parse(resources.find_scene(name).read_text("utf-8"))[0]["cable"]
+        for section in cable["sections"].values():
+            diameter = float(section.get("diameter", cable["diameter"]))
+            found.setdefault(section.get("drag_amplification", 1.0), []).append((name, diameter))
+    return found
 
 
 def load_scene(path_or_name: str | os.PathLike) -> Scene:

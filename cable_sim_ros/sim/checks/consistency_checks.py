@@ -21,6 +21,8 @@ ROUNDED = 1.02  # of a dry weight: a data sheet rounds
 MIN_DENSITY, MAX_DENSITY = 300.0, 9000.0
 # kg/m^3, beyond which there is no material at all: foam, osmium. A mass per km or per 100 m is beyond it
 NO_MATERIAL = 10.0, 23000.0
+# displaced volume over that of the cylinder of length and diameter: a flooded frame, a box
+MIN_FILL, MAX_FILL = 0.05, 4.0 / math.pi
 MAX_FORWARD = math.radians(45.0)  # of a cable that leads forward under the ship, from the vertical
 
 
@@ -108,6 +110,20 @@ def body_warnings(scene: Scene, speed: float) -> list[Problem]:
                     "Give it in N",
                 )
             )
+        if body.length is not None and body.diameter is not None and scene.gravity > 0.0:
+            displaced = (dry - net) / (scene.gravity * scene.water.density)
+            size = 0.25 * math.pi * body.diameter**2 * body.length
+            if not MIN_FILL * size <= displaced <= MAX_FILL * size:
+                found.append(
+                    Problem(
+                        f"{key}.net_weight",
+                        f"= {net:g} N and {key}.mass = {body.mass:g} kg displace {displaced:.3g} m^3, "
+                        f"{displaced / size:.3g} times the {size:.3g} m^3 of a cylinder of {key}.length = "
+                        f"{body.length:g} m and {key}.diameter = {body.diameter:g} m; expected {MIN_FILL:g} to "
+                        f"{MAX_FILL:.3g}: weight in the tow and size in the pictures are of two bodies",
+                        "Check all four, and their units",
+                    )
+                )
         if body.lift_area > 0.0:
             lift = 0.5 * scene.water.density * body.lift_area * speed**2
             found.append(

@@ -55,6 +55,12 @@ def section_ends(cable: Cable) -> dict[str, float]:
     return dict(zip(cable.sections, accumulate(s.length for s in cable.sections.values()), strict=True))
 
 
+def body_places(scene: Scene) -> tuple[float, ...]:
+    """Unstretched arc length [m] from the drum end of each body on the line."""
+    ends = section_ends(scene.cable)
+    return tuple(ends[body.at] for body in scene.bodies.values())
+
+
 class Hung(NamedTuple):
     """Something that hangs on the line at an arc length [m] with its net weight in water [N] and its mass [kg]."""
 
