@@ -118,13 +118,8 @@ class Client:
             self._publishers[topic] = self.node.create_publisher(kind, topic, QoSProfile(depth=200))
         return self._publishers[topic]
 
-    def call(
-        self, kind: type, name: str, request: Any, within: float = 10.0, meanwhile: Callable[[], bool] = lambda: False
-    ) -> Any:
-        """Answer of a service; TowError when it is not there or does not answer within so many seconds.
-
-        meanwhile: called while it waits; the seconds count anew from where it says True.
-        """
+    def begin(self, kind: type, name: str, request: Any, within: float = 10.0) -> Any:
+        """Future of the answer of a service; TowError when it is not there within so many seconds."""
         deadline = time.monotonic() + within
         if name not in self._clients:
             self._clients[name] = self.node.create_client(kind, name)
@@ -132,7 +127,17 @@ class Client:
         while not client.service_is_ready():
             self._until(deadline, f"there is no service {name} within {within:g} s")
             time.sleep(0.01)
-        future = client.call_async(request)
+        return client.call_async(request)
+
+    def call(
+        self, kind: type, name: str, request: Any, within: float = 10.0, meanwhile: Callable[[], bool] = lambda: False
+    ) -> Any:
+        """Answer of a service; TowError when it is not there or does not answer within so many seconds.
+
+        meanwhile: called while it waits; the seconds count anew from where it says True.
+        """
+        future = self.begin(kind, name, request, within)
+        deadline = time.monotonic() + within
         answered = threading.Event()
         future.add_done_callback(lambda _: answered.set())
         while not answered.wait(0.05):

@@ -51,11 +51,13 @@ def spin(node, stop) -> None:
     idle: Any = TimeoutObject(0.1)
     while not stop.asked and rclpy.ok():
         executor.spin_once(timeout_sec=idle)
-        end = time.monotonic_ns() + TURN
+        end, stepping = time.monotonic_ns() + TURN, node.session.steps_left
         while True:
             drain(node.inputs)
             now = time.monotonic_ns()
             idle.timeout = node.session.advance(now)
             if idle.timeout > 0.0 or now >= end:
                 break
+        if stepping and not node.session.steps_left:
+            executor.wake()  # ~/step waits to answer, and nothing else may come
     executor.shutdown(timeout_sec=1.0)

@@ -69,12 +69,15 @@ def test_in_real_time_the_tow_is_saved_and_restored_and_time_does_not_stand(worl
 
 
 def test_in_lockstep_a_step_is_answered_when_it_is_done(world):
+    from diagnostic_msgs.msg import DiagnosticArray
     from rosgraph_msgs.msg import Clock
+    from std_srvs.srv import Trigger
 
     ears = world.ears()
     ship, remote = world.ship(ears), Remote(ears)
     clocks = ears.listen(Clock, "/clock")
     parameters = {"recording__root": str(world.folder), "recording__least_free": 0.0, "publish__state_rate": 0.0}
+    parameters["lockstep__wait"] = 600.0  # s: a step without motion stands for as long as this test lives
     node = world.node(time_mode="lockstep", lockstep__paused=True, lockstep__rate=0.0, **parameters).until("waiting")
     poll(lambda: clocks, 10.0, "a clock")
     refused, text = remote.trigger("save")
@@ -106,6 +109,13 @@ def test_in_lockstep_a_step_is_answered_when_it_is_done(world):
     assert refused is False and text == "it runs; pause it first, by ~/pause with data: true"
     paused, text = remote.set("pause", True)
     assert paused and text.startswith("paused, /clock ")
+    assert remote.parameter("lockstep.steps", integer_value=500) == "", "more than there is motion for"
+    answered = ears.begin(Trigger, "cable_sim/step", Trigger.Request())
+    ears.listen(DiagnosticArray, "/diagnostics")
+    poll(lambda: ears.diagnostics().get("lockstep", (0, "", {}))[2].get("steps_left", "0") != "0", 10.0, "a step")
+    assert remote.set("pause", True)[0], "is heard while a step is under way, as timers and parameters are"
+    text = poll(answered.done, 10.0, "its answer") and answered.result().message
+    assert text.endswith("of 500 ticks done: the rest was dropped by ~/pause, ~/reset or ~/restore")
     assert remote.trigger("reset")[0]
     assert remote.set("record", True)[0] and "messages in" in remote.set("record", False)[1]
     assert remote.set("record", False) == (False, "nothing was recorded")

@@ -8,11 +8,11 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Generator
-from contextlib import suppress
+from inspect import iscoroutinefunction
 from pathlib import Path
 from typing import Any, Protocol
 
-from rclpy._rclpy_pybind11 import InvalidHandle
+from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
 from rclpy.clock import Clock, ClockType
 from rclpy.qos import QoSProfile
 from std_srvs.srv import SetBool, Trigger
@@ -24,7 +24,6 @@ from ..session import Session
 from ..stepped import SteppedSession
 from .recording_control import MEGABYTE, RecordingControl
 
-LOOK = 0.002  # s between looks at a step that is under way
 QUIT_AFTER = 0.3  # s, for the answer to reach its client
 # calls that may wait; the middleware drops what comes beyond without a word, from ten on where nothing else is said
 WAITING = 1000
@@ -55,6 +54,7 @@ class SimulationControl:
 
     def __init__(self, node: SimulationNode) -> None:
         self.node = node
+        self.steps = MutuallyExclusiveCallbackGroup()  # of the node's own, a step would hold up all else until its end
         for kind, name, answer in (
             (SetBool, "pause", self._on_pause),
             (Trigger, "step", self._on_step),
@@ -63,15 +63,16 @@ class SimulationControl:
             (Trigger, "reset", lambda request, response: self._answer(response, self.reset())),
             (SetBool, "record", self._on_record),
         ):
-            node.create_service(kind, f"~/{name}", answer, qos_profile=SERVICES)
-        # wakes the executor, which looks at a coroutine that waits only when something comes
-        self._looks = node.create_timer(LOOK, lambda: None, clock=Clock(clock_type=ClockType.STEADY_TIME))
-        self._looks.cancel()
-        self._waiting = 0
+            self.offer(kind, name, answer)
         self._dropped = 0  # ticks of a step that something else has ended
         self.on_quit: Callable[[], None] | None = None  # ends the process; set by whoever runs it
         self._quits = node.create_timer(QUIT_AFTER, self._quit, clock=Clock(clock_type=ClockType.STEADY_TIME))
         self._quits.cancel()
+
+    def offer(self, kind: type, name: str, answer: Callable[..., Any]) -> None:
+        """A service under the node's name; one that takes several turns of the executor, a step, waits for another."""
+        group = self.steps if iscoroutinefunction(answer) else None
+        self.node.create_service(kind, f"~/{name}", answer, qos_profile=SERVICES, callback_group=group)
 
     # ---- what the services do: (done, text)
 
@@ -85,28 +86,20 @@ class SimulationControl:
         begun, text = session.step(count)
         if not begun:
             return False, text
-        self._waiting += 1
         self._dropped = 0
-        self._looks.reset()
         left, moved = session.steps_left, time.monotonic()
         maximum = STUCK + 2.0 * self.node.settings.node.lockstep.wait  # for motion, then for a command
-        try:
-            while session.steps_left:
-                if self.node.session is not session or session.state not in ("waiting", "running"):
-                    return False, f"{self._done(count, session.steps_left)}: the node is {self.node.session.state}"
-                if session.steps_left != left:
-                    left, moved = session.steps_left, time.monotonic()
-                elif time.monotonic() - moved > maximum:
-                    return False, (
-                        f"{self._done(count, left)}: nothing has moved for {maximum:g} s ({self._why_not()}). They are "
-                        f"still to be done; ~/pause with data: true drops them"
-                    )
-                await _Turn()
-        finally:
-            self._waiting -= 1
-            if not self._waiting:
-                with suppress(InvalidHandle):  # the process is ending, the timer is gone
-                    self._looks.cancel()
+        while session.steps_left:
+            if self.node.session is not session or session.state not in ("waiting", "running"):
+                return False, f"{self._done(count, session.steps_left)}: the node is {self.node.session.state}"
+            if session.steps_left != left:
+                left, moved = session.steps_left, time.monotonic()
+            elif time.monotonic() - moved > maximum:
+                return False, (
+                    f"{self._done(count, left)}: nothing has moved for {maximum:g} s ({self._why_not()}). They are "
+                    f"still to be done; ~/pause with data: true drops them"
+                )
+            await _Turn()
         if session.state not in ("waiting", "running"):
             return False, session.problem or f"the node is {session.state}"
         if self._dropped:

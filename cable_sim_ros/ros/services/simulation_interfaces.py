@@ -38,7 +38,7 @@ def offer(control: SimulationControl) -> Standard | None:
     standard = Standard(control, msg, srv)
     for name in SERVICES:
         service = service_name(name)
-        control.node.create_service(getattr(srv, name), f"~/{service}", getattr(standard, service))
+        control.offer(getattr(srv, name), service, getattr(standard, service))
     control.node.get_logger().info(f"services of {PACKAGE} under {control.node.get_fully_qualified_name()}")
     return standard
 
