@@ -16,6 +16,7 @@ from rclpy.clock import Clock, ClockType
 from rclpy.executors import ExternalShutdownException
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
 from rclpy.qos import QoSProfile, ReliabilityPolicy
+from rclpy.qos_overriding_options import QoSOverridingOptions
 from rclpy.serialization import serialize_message
 
 from ..io.messages.channels import Context, Encoder
@@ -35,7 +36,7 @@ from .fault_schedule import FaultSchedule
 from .graph_monitor import EVERY as NEIGHBOURS_EVERY
 from .graph_monitor import Neighbours
 from .lockstep import rate_problem
-from .parameters import ParameterError, checked, settle
+from .parameters import ParameterError, checked, foreign, settle
 from .play.clock_topic import ClockTopic
 from .process import Stop, autostart, refuse_unknown, start_ros
 from .publisher import DirectPublisher, TickPublisher
@@ -56,8 +57,7 @@ from .towbody_fix import TowbodyFix
 NAME, NAMESPACE = "cable_sim", "/tow_sim"
 INPUT_DEPTH = {False: 200, True: 5000}  # deep: a static start takes a second; in lockstep a bag may come at once
 QOS = {"reliable": QoSProfile(depth=10), "sensor": QoSProfile(depth=5, reliability=ReliabilityPolicy.BEST_EFFORT)}
-# ticks come faster than a listener may take them: what it has not acknowledged is kept so long (PIECE of
-# testing/node_topics.py)
+# ticks come faster than a listener takes them: so many are kept for it (PIECE of testing/node_topics.py)
 STEPPED_QOS = QOS | {"reliable": QoSProfile(depth=500)}
 LARGEST = 64_000  # bytes of an input; an Odometry has 720
 DIAGNOSTICS = "diagnostic_msgs/msg/DiagnosticArray"
@@ -101,9 +101,7 @@ class CableSimNode(LifecycleNode):
         self._ages = self.create_publisher(message_class(AGES_TYPE), AGES_TOPIC, QOS["reliable"])
         self.fix = TowbodyFix(self, self._steady, QOS["reliable"])
         self._reported_levels: tuple = ()
-        self._reported_state = ""
-        self._warned_scheduler = False
-        self.ended_badly = False  # set by close()
+        self._reported_state, self._warned_scheduler, self.ended_badly = "", False, False  # the last by close()
         self.report_state()
 
     # ---- life cycle
@@ -113,6 +111,7 @@ class CableSimNode(LifecycleNode):
         try:
             self.session.configure()
             self.clock_topic.open(self.session)
+            self.inputs = [self._subscribe(kind, made) for kind, made in self.heard.items()]
         except Exception as error:
             self.session.fail(f"not configured: {error} ({type(error).__name__}); nothing is simulated")
             self.report_state()
@@ -121,8 +120,7 @@ class CableSimNode(LifecycleNode):
         links, scene = (frames.odom, frames.base_link, frames.sheave_link, frames.towbody_link), self.settings.scene
         context = Context(*links, self.get_namespace(), body_places(scene))
         channels = rows_of(scene, node.publish)
-        qos = STEPPED_QOS if self.session.lockstep else QOS
-        publishers, missing = publishers_of(self, context, channels, qos)
+        publishers, missing = publishers_of(self, context, channels, STEPPED_QOS if self.session.lockstep else QOS)
         for text in missing:
             self.get_logger().info(text)
         session = self.session
@@ -140,11 +138,6 @@ class CableSimNode(LifecycleNode):
         if isinstance(session, SteppedSession):
             session.publish_ticks = self.publisher.drain
         self.publisher.start()
-        input_qos = QoSProfile(depth=INPUT_DEPTH[session.lockstep], reliability=ReliabilityPolicy.BEST_EFFORT)
-        self.inputs = [
-            self.create_subscription(made, KINDS[kind][1], self._input(kind), input_qos, raw=True)
-            for kind, made in self.heard.items()
-        ]
         self.get_logger().info(self._unheard or f"winch commands are heard as {JOINT_COMMAND} too")
         self.report_state()
         return TransitionCallbackReturn.SUCCESS
@@ -227,6 +220,12 @@ class CableSimNode(LifecycleNode):
 
     # ---- inputs
 
+    def _subscribe(self, kind: str, made: type):
+        depth, own = INPUT_DEPTH[self.session.lockstep], QoSOverridingOptions.with_default_policies()
+        qos = QoSProfile(depth=depth, reliability=ReliabilityPolicy.BEST_EFFORT)
+        topic, heard = KINDS[kind][1], self._input(kind)
+        return self.create_subscription(made, topic, heard, qos, raw=True, qos_overriding_options=own)
+
     def _input(self, kind: str):
         msgtype, name = KINDS[kind]
         topic = self.resolve_topic_name(name)
@@ -299,7 +298,7 @@ class CableSimNode(LifecycleNode):
                 self.settings = self.recording.settings = self.settings._replace(scene=scene)
                 self.session.set_live(parameter.name, parameter.value)
                 self.get_logger().info(f"{parameter.name} = {parameter.value}, from the next tick on")
-            else:
+            elif not foreign(parameter.name):
                 block = changed(self.settings.node, parameter.name, parameter.value)
                 self.settings = self.recording.settings = self.settings._replace(node=block)
                 self.session.set_node(block)

@@ -28,7 +28,6 @@ from .towbody_fix import fix_problem
 FOREIGN = ("use_sim_time", "start_type_description_service")  # declared by rclpy itself
 # what stands for "none" in a parameter that may be none
 NONE: dict[type, Any] = {float: math.nan, int: 0, str: "", list: [math.nan]}
-FOREIGN_PREFIX = ("qos_overrides.",)
 
 
 class ParameterError(CableSimError, ValueError):
@@ -130,6 +129,11 @@ class Settings(NamedTuple):
     warnings: list[str]
 
 
+def foreign(name: str) -> bool:
+    """Is this a parameter of rclpy itself?"""
+    return name in FOREIGN or name.startswith("qos_overrides.")
+
+
 def settle(overrides: dict[str, Any]) -> Settings:
     """Scene and node parameters from the overrides of a parameter file and `-p` (dotted name -> value).
 
@@ -145,7 +149,7 @@ def settle(overrides: dict[str, Any]) -> Settings:
             node_tree: dict = {}
             scene_values: dict = {}
             for name, value in overrides.items():
-                if name in FOREIGN or name.startswith(FOREIGN_PREFIX):
+                if foreign(name):
                     continue
                 if name not in table:
                     raise ParameterError(_unknown(name, value, table))

@@ -24,6 +24,7 @@ class Feeder:
         self._closed = self._sending = False
         self.end: int | None = None  # stamp of the last message that was given, ns
         self.sent = 0
+        self.kinds: set[str] = set()  # of motion, sent
         self.failure: BaseException | None = None
         self._thread = threading.Thread(target=self._run, name="cable_sim_feed", daemon=True)
         self._thread.start()
@@ -76,6 +77,8 @@ class Feeder:
             while (message := self._next()) is not None:
                 self._send(message)
                 self.sent += 1
+                if not message.is_command:
+                    self.kinds.add(message.kind)
                 self._sending = False
         except BaseException as error:
             self.failure = error

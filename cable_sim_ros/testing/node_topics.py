@@ -19,6 +19,7 @@ from std_srvs.srv import SetBool, Trigger
 from ..errors import TowError
 from ..io.messages.commands import encode_command
 from ..io.messages.messages import COMMANDS, KINDS, Event
+from ..ros.child import Process
 from ..ros.client import Client
 from ..ros.parameters import FOREIGN, settle
 from ..ros.topics import inputs_there, message_class
@@ -33,6 +34,7 @@ STALLED = 60.0  # s of wall time without a tick output
 PIECE = 250  # ticks stepped at once: half of what the node keeps for a listener that is slow, so that none is lost
 LATE = 1.0  # s of wall time without one more tick output, after a step
 LOOK = 0.5  # s between two looks at who else is in the domain
+PATIENCE = 5.0  # s, lockstep.wait where what is waited for is known to come: a busy machine may need more than 1 s
 SPEAK = 3.0  # s of wall time for the first command of a controller, which may also come when the clock moves
 CONNECT = 5.0  # s that the nodes of a chain may take to be heard
 
@@ -40,10 +42,15 @@ CONNECT = 5.0  # s that the nodes of a chain may take to be heard
 class Link:
     """Hears one node and speaks to it. TowError for parameters that it could not use."""
 
-    _patience = 0.0  # s, lockstep.wait
+    _patience = 0.0  # s, lockstep.wait as it was given
 
     def __init__(
-        self, domain: int, parameters: Mapping[str, Any], environment: Mapping[str, str | None], lockstep: bool
+        self,
+        domain: int,
+        parameters: Mapping[str, Any],
+        environment: Mapping[str, str | None],
+        lockstep: bool,
+        processes: Sequence[Process],
     ) -> None:
         try:
             with warnings.catch_warnings():
@@ -51,8 +58,10 @@ class Link:
                 settings = settle(dict(parameters))
         except ValueError as error:  # ParameterError, ResourceError
             raise TowError(str(error)) from error
+        self.processes = processes  # of the test
         self.domain, self.lockstep, self.scene = domain, lockstep, settings.scene
-        self._patience = settings.node.lockstep.wait
+        self._patience = self._wait = settings.node.lockstep.wait
+        self._given = not lockstep or "lockstep.wait" in parameters
         self._names = [row.name for row in settings.rows] + list(FOREIGN)
         self._looked = 0.0  # s, at who else is there
         self.tick = round(self.scene.solver.tick * SECOND)
@@ -139,7 +148,8 @@ class Link:
         target, tried = self.box.count + count, 0
         while self.box.count < target:
             left = target - self.box.count
-            piece = min(left, PIECE)
+            sent = 0 if self.now is None or self.feeder.end is None else (self.feeder.end - self.now) // self.tick
+            piece = min(left, PIECE, sent if sent > 0 else PIECE)
             if tried and self.box.missing:
                 raise TowError(f"{self.box.missing} ticks were not heard: the machine stood still; nothing counts now")
             if tried > 3:
@@ -148,7 +158,8 @@ class Link:
             self._closed_chain(check)
             self._first_command(check)
             received = self.box.count + piece
-            self.set("lockstep.steps", piece)
+            self._be_patient(sent > 0)
+            self._put("lockstep.steps", piece)
             self.call("step", None, STALLED, self._progress(check))
             deadline = time.monotonic() + LATE
             with self.box.changed:  # in the step that takes up the first motion there is no tick
@@ -165,6 +176,7 @@ class Link:
         def moved() -> bool:
             nonlocal seen
             check()
+            self._be_patient(self._wait > self._patience)  # but where a process has ended
             before, seen = seen, self.box.count
             return seen > before
 
@@ -180,8 +192,21 @@ class Link:
             time.sleep(0.002)
 
     def _motion_came(self) -> bool:
-        lockstep = self.diagnostics().get("lockstep")
-        return not self.feeder.sent or (lockstep is not None and lockstep[2]["motion_spoke"] == "true")
+        found = self.diagnostics()
+        if not self.feeder.sent or "lockstep" not in found:
+            return not self.feeder.sent
+        heard = (found["motion"][2].get(f"{kind}_received_age_s", "never") != "never" for kind in self.feeder.kinds)
+        return found["lockstep"][2]["motion_spoke"] == "true" and all(heard)
+
+    def _be_patient(self, patient: bool) -> None:
+        """Let the node wait longer for motion that we send, and for the commands of a process that runs; not for those
+        of the test itself, whose second one the node takes for the beginning of a row."""
+        patient &= self._controlled or "command" not in self._publishers
+        patient &= all(process.code is None for process in self.processes)
+        wait = max(PATIENCE, self._patience) if patient else self._patience
+        if not self._given and wait != self._wait:
+            self._wait = wait
+            self._put("lockstep.wait", wait)
 
     def _closed_chain(self, check: Callable[[], None]) -> None:
         """TowError where a link of the chain is heard by nobody, at most CONNECT after its start."""
@@ -221,6 +246,10 @@ class Link:
 
     def set(self, name: str, value: Any) -> None:
         """Set a parameter; TowError where there is none of that name, or with the node's reason where it refuses."""
+        self._given |= name == "lockstep.wait"
+        self._put(name, value)
+
+    def _put(self, name: str, value: Any) -> None:
         if name not in self._names:
             near = difflib.get_close_matches(str(name), self._names, 1, 0.6)
             raise TowError(
@@ -234,6 +263,7 @@ class Link:
                 f"parameter {name!r} = {value!r} is of a type that no parameter has ({error}); nothing was changed. "
                 f"Give a float, int, bool, str or a list of floats"
             ) from error
+        self._given = self._given or name == "lockstep.wait"
         (result,) = self.client.call(SetParameters, f"{NODE}/set_parameters", request, SERVICE).results
         if not result.successful:
             raise TowError(f"{name} = {value!r} was refused: {result.reason}")

@@ -22,7 +22,7 @@ from ..ros import watchdog
 from ..ros.child import MARK, Process, opened
 from ..sim.flag_rules import DOUBTFUL, OK
 from . import shared_memory
-from .arguments import COMMAND, agree, as_text, number, process_of, scene_text, too_late, unmet, with_motion
+from .arguments import COMMAND, SENT_AGAIN, agree, as_text, number, process_of, scene_text, too_late, unmet, with_motion
 from .domain import reserve
 
 READY_WITHIN = 300.0  # s; compiling everything from nothing takes minutes on a slow machine
@@ -82,7 +82,7 @@ class Tow:
         self._mark = f"{MARK}-{uuid.uuid4().hex}"
         self._wanted: dict[str, Any] = {"scene": scene_text(scene), "time_mode": mode}
         if self.lockstep:
-            self._wanted |= {"lockstep.paused": True, "lockstep.rate": 0.0}
+            self._wanted |= {"lockstep.paused": True, "lockstep.rate": 0.0} | SENT_AGAIN
         if record:
             self._wanted |= {"recording.enabled": True, "recording.path": "tow"}
         self._wanted |= {"recording.root": str(self.folder.absolute())} | dict(parameters or {})
@@ -120,7 +120,7 @@ class Tow:
         from .node_topics import Link  # imports ROS, while the node does
 
         closed: dict[str, str | None] = dict.fromkeys(OPENING)
-        self._link = Link(self.domain, self._wanted, closed | own, self.lockstep)
+        self._link = Link(self.domain, self._wanted, closed | own, self.lockstep, self.processes)
         self._closing.append(self._link.close)
         self._link.client.give_up = self.check
         self._await(lambda: self.state == "waiting", within, "ready for motion", remedy=f"; {COMPILING}")

@@ -17,7 +17,7 @@ from cable_sim_ros.ros import watchdog  # noqa: E402
 from cable_sim_ros.ros.child import MARK  # noqa: E402
 from cable_sim_ros.testing import Tow, TowError, tow  # noqa: E402
 from cable_sim_ros.testing.arguments import unmet  # noqa: E402
-from cable_sim_ros.testing.node_topics import SPEAK, Link  # noqa: E402
+from cable_sim_ros.testing.node_topics import PATIENCE, SPEAK, Link  # noqa: E402
 
 NAN = float("nan")
 NODE = "import sys, time; print('so far so good', flush=True); "
@@ -159,6 +159,26 @@ def test_a_controller_that_came_after_the_motion_is_not_given_the_patience_of_a_
     assert sum(waits) == pytest.approx(patience, abs=0.02)
 
 
+def test_the_node_waits_longer_for_what_is_known_to_come():
+    link, sent = link_without_a_node(spoken=True), []
+    link._publishers, link.processes, link._given, link._patience = {}, [SimpleNamespace(code=None)], False, 1.0
+    link._wait, link._controlled, link._put = 1.0, True, lambda name, value: sent.append((name, value))
+    link._be_patient(True)
+    link._be_patient(True)
+    assert sent == [("lockstep.wait", PATIENCE)], "once"
+    link._be_patient(False)  # the motion ends
+    link._be_patient(True)
+    link.processes[0].code = -9
+    link._be_patient(True)
+    assert [value for _, value in sent] == [PATIENCE, 1.0, PATIENCE, 1.0]
+    link.processes.clear()
+    link._controlled, link._publishers["command"] = False, None  # the test commands itself, when it likes
+    link._be_patient(True)
+    link._controlled = link._given = True  # by parameter or `set`
+    link._be_patient(True)
+    assert len(sent) == 4
+
+
 def test_a_node_in_real_time_from_start_to_end(tmp_path):
     scenario = tmp_path / "faults.yaml"
     scenario.write_text("scenario: a\nfaults:\n  b: {at: 0.5, target: encoder, kind: bias, size: 7.0}\n", "utf-8")
@@ -227,6 +247,8 @@ def test_of_two_commands_while_the_clock_stands_the_newest_wins(tmp_path):
     sim = tow("full_scale", mode="lockstep", parameters=parameters, folder=tmp_path)
     sim.feed(heave=(0.2, 8.0), duration=1.5)
     begun = sim.advance(0.5).payout[-1]
+    ends = sim._link.client.node.get_subscriptions_info_by_topic("/tow_sim/imu/data")
+    assert [end.qos_profile.reliability.name for end in ends] == ["RELIABLE"], "what is lost is sent again"
     sim.command(rate=0.5)
     sim.command(rate=-0.5)
     assert sim.advance(0.3).payout[-1] < begun - 0.1
