@@ -36,7 +36,7 @@ from .loop import MAPPING, RESYNCS, SKIPPED, TARGET, Loop
 from .overload import Pace
 from .parameters import Settings
 from .saving import Saving
-from .timing import Timing
+from .timing import Distance, Timing
 
 RING_ROWS = 128  # ticks a slow publisher may be behind
 REHEARSAL = 20  # ticks
@@ -52,6 +52,7 @@ class Session(Timing, Saving):
         self.settings, self.log = settings, log
         self.scene, self.node = settings.scene, settings.node
         self.delay = round(self.node.input_delay * SECOND)
+        self.distance = Distance(self.delay, round(self.scene.ship.stale_after * SECOND))
         self.state = "unconfigured"
         self.problem = ""  # why it is halted or failed
         self.clock = DataClock()
@@ -66,7 +67,7 @@ class Session(Timing, Saving):
         self.received = {"imu": 0, "odometry": 0}
         self.sim: Simulator | None = None
         self.loop: Loop | None = None
-        self.running_since = math.nan  # s, CLOCK_MONOTONIC
+        self.running_since, self.first_tick = math.nan, 0  # s, CLOCK_MONOTONIC; of the newest start
         self.ended = math.nan
         self._cause = "start"  # of the next start, as in the journal; the cable is kept after a jump or a lag
         self._waiting_since = 0.0
@@ -175,6 +176,7 @@ class Session(Timing, Saving):
         if took is Took.JUMPED:
             self._clock_jumped()
         elif took is Took.SAMPLE:
+            self.distance.took(self._newest_stamp(), time.monotonic_ns() - self._offset())
             if self.state == "running":
                 self.built_loop.control[TARGET] = self._target()
             elif self.state == "waiting":
@@ -209,10 +211,14 @@ class Session(Timing, Saving):
         inputs = self.built_sim.inputs
         return inputs.motion[(int(inputs.motion_head[0]) - 1) % MOTION_ROWS]
 
-    def _target(self) -> int:
-        """Mapping wanted of the loop [ns]: the clock's offset, known from the first sample on, and the delay."""
+    def _offset(self) -> int:
+        """The clock's offset [ns], known from the first sample on."""
         assert self.clock.offset is not None, self.state
-        return self.clock.offset + self.delay
+        return self.clock.offset
+
+    def _target(self) -> int:
+        """Mapping wanted of the loop [ns]."""
+        return self._offset() + self.distance.delay
 
     def _clock_jumped(self) -> None:
         """The stamps jumped: forget the motion, map the clock anew, keep the cable as it hangs."""
@@ -224,6 +230,7 @@ class Session(Timing, Saving):
         running = self.state == "running"
         self.built_loop.stop()
         self.intake.jump()
+        self.distance.reset()
         if running:
             self._cause = "jump"
             self.activate()
@@ -253,7 +260,7 @@ class Session(Timing, Saving):
         self._note_start(start)
         self.built_loop.start(begin, target)
         self.pace.begin(begin + self.period + target, self.built_loop.count)
-        self.running_since = time.monotonic()
+        self.running_since, self.first_tick = time.monotonic(), self.built_loop.count
         self.state, self.problem = "running", ""
         turned = turned_current(self.scene, float(sample[5]))
         if turned:

@@ -24,6 +24,7 @@ from cable_sim_ros.physics.tick_output import TICK_OUTPUT, Flag
 from cable_sim_ros.physics.winch import DRUM
 from cable_sim_ros.physics.winch_drive import BRAKE
 from cable_sim_ros.ros.report.diagnostics import OK, WARN, Watch
+from cable_sim_ros.ros.timing import Distance
 
 SECOND = 10**9
 
@@ -37,7 +38,8 @@ def watched(flags=Flag.NONE, payout=450.0, mode=0):
     frame["payout"], frame["status"], frame["winch_mode"] = payout, flags, mode
     session = SimpleNamespace(
         commands=commands,
-        node=SimpleNamespace(input_delay=0.03, motion=MotionInput()),
+        node=SimpleNamespace(motion=MotionInput()),
+        distance=Distance(30_000_000, 500_000_000),
         scene=SimpleNamespace(winch=SimpleNamespace(command_delay=0.2), ship=Ship(), setpoint=Setpoint()),
     )
     watch = Watch(session)

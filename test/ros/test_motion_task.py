@@ -6,6 +6,8 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
+from hypothesis import given
+from hypothesis import strategies as st
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "io"))
 from true_ship import T0, imu_messages, odometry_messages, replace, sail, stamps
@@ -17,9 +19,10 @@ from cable_sim_ros.physics.heave_filter import Heave, MotionInput
 from cable_sim_ros.physics.inputs import make_inputs
 from cable_sim_ros.physics.ship import Ship
 from cable_sim_ros.physics.tick_output import Flag
-from cable_sim_ros.ros.report.diagnostics import ERROR, WARN, Watch
+from cable_sim_ros.ros.report.diagnostics import ERROR, OK, WARN, Watch
 from cable_sim_ros.ros.report.health import InputHealth
 from cable_sim_ros.ros.report.node_verdict import verdict_of_node
+from cable_sim_ros.ros.timing import Distance
 
 
 def task(status=0, **wrong):
@@ -38,15 +41,20 @@ def watched(status=0, **wrong):
     session = SimpleNamespace(
         state="running", ingest=it, wall=0, refused=Counter(), clock=SimpleNamespace(jumps=0),
         arrivals={"imu": T0, "odometry": T0}, received={"imu": 150, "odometry": 150},
-        scene=SimpleNamespace(ship=Ship()), node=SimpleNamespace(motion=MotionInput()),
+        scene=SimpleNamespace(ship=Ship(), solver=SimpleNamespace(tick=0.01)),
+        node=SimpleNamespace(motion=MotionInput()),
+        distance=Distance(30_000_000, 500_000_000), loop=SimpleNamespace(count=2500), first_tick=0,
     )  # fmt: skip
     frame = np.zeros(1, [("status", "i8"), ("motion_source", "i8"), ("motion_age", "f8")])[0]
     frame["status"], frame["motion_age"] = status, 2.0
     watch = Watch(session)
 
-    def look():
-        return watch._motion(SimpleNamespace(latest=frame), T0)
+    publisher = SimpleNamespace(latest=frame, statuses=Counter())
 
+    def look():
+        return watch._motion(publisher, T0)
+
+    look.session, look.statuses = session, publisher.statuses
     return it, look, look()
 
 
@@ -75,6 +83,40 @@ def test_a_refusal_is_reported_with_its_own_cause():
     assert status.message == f"1 message refused in the last second; behind: {CAUSES['behind']}"
     it.counts["behind"] += 1
     assert look().message.startswith("2 messages refused in the last second; behind")
+
+
+def test_motion_that_is_a_mixture_is_no_good_motion():
+    _, look, first = watched()
+    assert first.values["blended_percent"] == "-" and first.level == OK
+    look.statuses.update({0: 600, int(Flag.MOTION_BLENDING): 400})
+    status = look()
+    assert (status.values["blended_percent"], status.level) == ("40.000", OK), "two late samples in ten seconds"
+    look.statuses[int(Flag.MOTION_BLENDING) | 1] += 2000
+    status = look()
+    assert (status.values["blended_percent"], status.level) == ("80.000", WARN)
+    assert status.message == "80 % of the last ticks mix late or changed motion into that of the ship"
+    look.session.first_tick = 600  # a reset 19 s ago: it takes the motion up
+    assert look().level == OK
+
+
+@given(late=st.integers(0, 600), rate=st.integers(2, 400))
+def test_a_tow_stays_so_far_behind_that_its_ticks_find_samples(late, rate):
+    """late: ms that each sample comes after what the clock takes for its time; rate: Hz."""
+    distance, period = Distance(30_000_000, 500_000_000), 1_000_000_000 // rate
+
+    def sail(seconds, delay):
+        nonlocal stamp
+        for _ in range(seconds * rate):
+            stamp += period
+            distance.took(stamp, stamp + delay * 1_000_000)
+        return distance.delay
+
+    stamp = 0
+    wanted = min(max(30_000_000, period + late * 1_000_000), 500_000_000)
+    assert sail(20, 0) == max(30_000_000, period), "a slow sensor's samples are as far apart"
+    assert sail(2, late) == max(30_000_000, period), "a hold-up is bridged by a blend"
+    assert sail(15, late) == wanted and (wanted == 30_000_000) == (distance.text() == "")
+    assert sail(15, 0) == max(30_000_000, period), "and over once it is over"
 
 
 def test_an_imu_that_comes_and_is_refused_is_not_called_silent():

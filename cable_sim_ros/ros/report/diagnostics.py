@@ -26,6 +26,8 @@ from .lockstep_status import lockstep_metrics, lockstep_status
 from .rule_status import rule_status
 
 LAST_SECOND = 1_050_000_000  # ns
+BLENDED_OVER = 10_050_000_000  # ns
+MIXTURE = 0.5  # of the ticks blended, from which on it is said: one late sample blends two seconds of ten
 LAGGING = 0.1  # s behind the motion that are worth a warning: longer than the steps a controller acts in
 UNMOVED = "tension", "brake", "emergency_stop"  # modes in which commands do not move the drum
 ARRIVED = 0.1  # m; a winch this near to its length is there
@@ -53,7 +55,8 @@ class Watch:
         stale = 0 if frame is None else int(frame["status"]) & (Flag.MOTION_STALE | Flag.COMMAND_STALE)
         pace = self.session.pace
         stepped = self.session if isinstance(self.session, SteppedSession) else None
-        doing = (lockstep_status(stepped).level, stepped.spoken) if stepped else OK
+        came = (at is not None for at in self.session.arrivals.values())
+        doing = (lockstep_status(stepped).level, stepped.spoken, *came) if stepped else OK
         others = (self.commanders, self.nodes, *self.neighbours)
         broken = publisher.rules.broken if publisher is not None and publisher.rules is not None else ()
         return (self.session.shown_state, doing, *self.inputs.levels(), stale, pace.stops, others, broken)
@@ -76,12 +79,12 @@ class Watch:
             result.append(rule_status(publisher.rules))
         return result
 
-    def _new(self, key: str, count: int) -> int:
-        """How much a counter grew in the last second."""
+    def _new(self, key: str, count: int, over: int = LAST_SECOND) -> int:
+        """How much a counter grew in the last second, or in so many ns."""
         now = time.monotonic_ns()
         seen = self._seen.setdefault(key, deque([(now, 0)]))
         seen.append((now, count))
-        while len(seen) > 2 and now - seen[1][0] >= LAST_SECOND:
+        while len(seen) > 2 and now - seen[1][0] >= over:
             seen.popleft()
         return count - seen[0][1]
 
@@ -162,7 +165,15 @@ class Watch:
         doubted = {"none"} != {report.get(f"{kind}_doubt", "none") for kind in ("imu", "odometry")}
         values["clock_jumps"] = str(session.clock.jumps)
         frame = publisher.latest if publisher else None
+        blended = math.nan
         if frame is not None:
+            counts = list(publisher.statuses.items()) if publisher else []
+            ticks = self._new("ticks", sum(n for _, n in counts), BLENDED_OVER)
+            mixed = self._new("blended", sum(n for status, n in counts if status & Flag.MOTION_BLENDING), BLENDED_OVER)
+            blended = mixed / ticks if ticks else math.nan
+            values["blended_percent"] = _text(100.0 * blended)
+            values["sample_age_ms"] = _text(session.distance.needed * 1e-6)
+            values["input_delay_ms"] = _text(session.distance.delay * 1e-6)
             values["source_of_tick"] = str(Source(int(frame["motion_source"])).name).lower()
             values["motion_age_s"] = _text(float(frame["motion_age"]))
         if session.state == "waiting":
@@ -189,7 +200,17 @@ class Watch:
                 f"heave filter settling for {report['heave_age_s']:.0f} s: heave of the IMU is not yet valid",
                 values,
             )
+        if problem := self._mixture(blended):
+            return Status("motion", WARN, problem, values)
         return Status("motion", OK, "motion arrives" if session.state == "running" else session.state, values)
+
+    def _mixture(self, blended: float) -> str:
+        """ "" or that the tow cannot follow the motion as it comes; blended: fraction of the last ticks."""
+        session, said = self.session, self.session.distance.text()
+        since = 0 if session.loop is None else session.loop.count - session.first_tick
+        if blended > MIXTURE and since * session.scene.solver.tick > session.scene.ship.start_blend + 10.0:
+            said += f"; {100.0 * blended:.0f} % of the last ticks mix late or changed motion into that of the ship"
+        return said.removeprefix("; ")
 
     def _command(self, publisher: TickPublisher | None, now: int) -> Status:
         commands = getattr(self.session, "commands", None)
@@ -211,7 +232,7 @@ class Watch:
             "lag_ms": _text(commands.lag * 1e3),
             "lag_largest_ms": _text(commands.largest_lag * 1e3),
             "lag_clock": commands.lag_clock or "-",
-            "data_clock_lead_ms": _text(self.session.node.input_delay * 1e3),
+            "data_clock_lead_ms": _text(self.session.distance.delay * 1e-6),
             "delay_ms": _text(self.session.scene.winch.command_delay * 1e3),
             "remaining_out_m": _text(out),
             "remaining_in_m": _text(back),
