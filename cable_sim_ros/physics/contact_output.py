@@ -12,6 +12,7 @@ from .instruments import drum_torque
 from .jit import driver, inline
 from .ship import unrotate
 from .state import ARC, NOW, Q
+from .swivel import rolled
 from .vec import at3, cross, dot, row3
 
 NOT_MOVING = (0.0, 0.0, 0.0)
@@ -34,6 +35,13 @@ class Reading(NamedTuple):
     length: float  # m, loaded
 
 
+@inline
+def in_block(model, state, v):
+    """A vector of base_link in the axes of one that has turned with the block of the sheave."""
+    swivel = model.settings[0].swivel
+    return rolled(swivel, -state.memory[NOW].swung.angle, v) if swivel.on != 0 else v
+
+
 @driver
 def read_sheave(model, state, table):
     """Stations of the sheave into the rows of a contact table; returns a Reading."""
@@ -48,7 +56,8 @@ def read_sheave(model, state, table):
         s = state.contact_points[j]
         f1, f2, n1, n2, rub = s.load_own, s.load_other, s.normal_own, s.normal_other, s.rub
         rel = unrotate(coord, at3(s.rel, 0))
-        if abs(s.height) < nearest and rel[2] > 0.0:
+        own = in_block(model, state, rel)
+        if abs(s.height) < nearest and own[2] > 0.0:
             nearest, where, spare = abs(s.height), s.place, s.clearance
         if f1 + f2 > LOADED:
             fx -= s.length * (f1 * n1[0] + f2 * n2[0] + rub[0])
@@ -64,7 +73,7 @@ def read_sheave(model, state, table):
                 length += s.length
         if rows < table.shape[0]:
             table[rows, 0], table[rows, 1], table[rows, 2] = rel
-            table[rows, 3] = atan2(-rel[0], rel[2])
+            table[rows, 3] = atan2(-own[0], own[2])
             table[rows, 4], table[rows, 5] = (f1, f2) if s.side > 0.0 else (f2, f1)  # port is at +e_y
             table[rows, 6] = s.height
             table[rows, 7] = s.place

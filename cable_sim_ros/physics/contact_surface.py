@@ -86,6 +86,25 @@ class Sheave(Block):
         "off: as Westin; journal 0.1 in a plain bearing, Feyrer (2007) 3.5.1",
         configure=False,
     )
+    swivel: bool = quantity(
+        False, "", None, None, "does the block turn about the line of the inboard cable, after the one that leaves it"
+    )
+    swivel_friction: float = quantity(
+        0.0,
+        "m",
+        0.0,
+        1.0,
+        "friction of the swivel: its coefficient times the radius of its bearing",
+        "choice: it turns freely; a plain bearing of 30 mm with 0.1 has 0.003",
+    )
+    swivel_time: float = quantity(
+        0.2,
+        "s",
+        0.01,
+        60.0,
+        "time constant with which the block comes after the cable",
+        "choice: a quarter of the period of a block of 50 kg under 3 kN",
+    )
 
 
 class Seabed(Block):

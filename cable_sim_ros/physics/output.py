@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from .contact import latch
-from .contact_output import pull_of, read_drums, read_ground, read_sheave, rub_moment
+from .contact_output import in_block, pull_of, read_drums, read_ground, read_sheave, rub_moment
 from .drum_layers import lay_of, layer_of, radius_of, turns_of
 from .energy import fill_energy, slack_gain
 from .instruments import direction_at, measure, node_tension, tension_at
@@ -21,6 +21,7 @@ from .ringing import missing
 from .sea import elevation
 from .ship import frame_shift, quaternion, spin, unrotate
 from .state import ARC, FLOW, NOW, A, Q, V
+from .swivel import aim_block
 from .tick_output import (
     COARSE_AT_SURFACE,
     DETACHED,
@@ -117,6 +118,14 @@ def note_peaks(state, tension, contact, depth, pull):
     health.cable_min, health.cable_max = minimum, maximum
 
 
+@inline
+def draw_block(model, state, out, tension, seen):
+    """Take in where the departing cable, in the direction ``out``, draws a block that swivels."""
+    now = state.memory[NOW]
+    load = norm(seen.force) if seen.loaded > 0 else 0.0
+    aim_block(model.settings[0].swivel, now.swung, now.ship.motion.coord, out, tension, load)
+
+
 @driver
 def glance(model, state, table):
     """What observe() keeps of the peaks, of a step that no tick output shows; table: room for the contact points of
@@ -125,7 +134,10 @@ def glance(model, state, table):
     _, end, ahead = leaves(model, state.surfaces[model.settings[0].sheave], seen)
     depth, _ = read_drums(state)
     pull = pull_of(drum, state) / drum.radius
-    note_peaks(state, tension_at(state, end + ahead), norm(seen.force), max(seen.deepest, depth), pull)
+    tension = tension_at(state, end + ahead)
+    if model.settings[0].swivel.on != 0:
+        draw_block(model, state, direction_at(state, end + ahead), tension, seen)
+    note_peaks(state, tension, norm(seen.force), max(seen.deepest, depth), pull)
 
 
 @driver
@@ -142,6 +154,9 @@ def fill_sheave(model, state, f, table):
     back = direction_at(state, first - ahead)
     f.tension = tension_at(state, end + ahead)
     measure(state, out, f.tension)
+    if settings.swivel.on != 0:
+        draw_block(model, state, out, f.tension, seen)
+    f.swivel_angle = now.swung.angle
     f.departure_angle = now.measured.departure_angle
     wrap = between(back, out)
     vec = unrotate(coord, scale(f.tension, out))
@@ -156,7 +171,8 @@ def fill_sheave(model, state, f, table):
     f.wrap_angle = (end - first) / sheave.radius if seen.loaded > 0 else 0.0
     f.lifted_fraction = min(max(1.0 - seen.length / max(wrap * sheave.radius, 1e-9), 0.0), 1.0)
     # groove margin over the contact points between the two tangent directions, and the nearest one
-    body_out, body_back = unrotate(coord, out), unrotate(coord, back)
+    body_out = in_block(model, state, unrotate(coord, out))
+    body_back = in_block(model, state, unrotate(coord, back))
     low, high = atan2(-body_back[2], -body_back[0]), atan2(-body_out[2], -body_out[0])
     spare, offset = seen.clearance, state.detected[settings.sheave].first
     for i in range(seen.rows):

@@ -10,6 +10,7 @@ from math import atan2, cos, exp, floor, pi, sin, sqrt
 
 import numpy as np
 
+from .contact_output import in_block
 from .jit import driver, inline
 from .noise import drawn, gauss, spoiled
 from .sensor_models import COUNT, DEPTH_SHOWN, ENCODED, FIX, HEAVE, LATE, LOST, METERED, MRU, NOISE, PIN, ROLL
@@ -67,7 +68,7 @@ def truths(model, state, f, row, h):
     """What there is to be measured at this tick, a row of SIGNALS."""
     rules, sensing, payout_0 = model.sensors.rules[0], state.sensors.sensing[0], model.settings[0].drum.payout_0
     follow_mru(model, state, row, h)
-    pull = f.contact_force
+    pull = in_block(model, state, at3(f.contact_force, 0))
     if sensing.begun == 0:
         sensing.encoded_at, sensing.metered_at = f.payout_counter, f.payout
         sensing.encoded, sensing.metered = f.payout_counter - payout_0, f.payout - payout_0

@@ -18,6 +18,7 @@ from .jit import driver, inline
 from .sea import SEA, Sea
 from .sensor_models import SensorModel, Sensors, make_sensors
 from .ship import SHIP, SHIP_TIMES, TIME, TOW_FRAME
+from .swivel import SWIVEL, SWUNG
 from .winch import DRUM, WINCH
 from .winch_drive import DRIVE, DRIVING
 from .workspace import POWERS, Work, make_work
@@ -127,6 +128,7 @@ MEMORY = np.dtype(
         ("ship", SHIP),
         ("sheave", SHEAVE),
         ("seen", SHEAVE),  # as the instruments have it
+        ("swung", SWUNG),  # the block of the sheave, where it swivels
         ("winch", WINCH),
         ("drive", DRIVING),
         ("setpoint", SETPOINT),
@@ -173,6 +175,7 @@ TOW_SETTINGS = np.dtype(
         ("ship", SHIP_TIMES),
         ("drum", DRUM),
         ("drive", DRIVE),
+        ("swivel", SWIVEL),
     ],
     align=True,
 )

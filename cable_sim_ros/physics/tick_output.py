@@ -201,6 +201,13 @@ FIELDS = (
         "m",
         "least distance below the groove top along the wrap; past a rim minus the way from it; -depth: so far or more",
     ),
+    (
+        "swivel_angle",
+        (),
+        "f8",
+        "rad",
+        "angle of a block that swivels about the line of the inboard cable, to port; without sheave.swivel: 0",
+    ),
     ("contact_stations", (), "i8", "1", "rows of the contact table that are filled"),
     ("penetration", (), "f8", "m", "deepest penetration of drum and sheave in any time step of the tick"),
     ("seabed_length", (), "f8", "m", "unstretched length of cable that lies on the seabed"),

@@ -21,6 +21,7 @@ from .sensors import pin_tension
 from .ship import evaluate, hull_point, rotate, spin
 from .state import ARC, NOW, STEP, A, Q, V
 from .substeps import begin, finish
+from .swivel import hinge, rolled, swing, swung_to
 from .vec import at3, axpy
 from .viv_amplification import aim, approach
 from .winch import WOUND, clip, drum_point, drum_turning, servo, wind
@@ -28,7 +29,7 @@ from .winch_command import between
 from .winch_drive import BRAKE, MEETINGS, MOTOR, RATE_LOOP, SERVO, balance, begin_turn, follow_rate
 from .workspace import FED
 
-NOT_MOVING = (0.0, 0.0, 0.0)
+NOT_MOVING, ACROSS = (0.0, 0.0, 0.0), (0.0, 1.0, 0.0)
 DRIVE_CHANCE = 77  # seed of the noise of a fault
 NO_WAY = 1e-13  # m, over which no stiffness is taken
 AT_ONCE, CONSISTENT, ROUNDS = 1e3, 1e-5, 40  # of a static start: change of a drag factor, that is none; rounds to it
@@ -55,20 +56,25 @@ def link_strum(model, state) -> None:
 @driver
 def place_surfaces(model, state):
     """Contact surfaces and sheave at the ship's present pose; what stands on the ground drifts past the tow."""
-    now = state.memory[NOW]
+    now, swivel = state.memory[NOW], model.settings[0].swivel
     motion, velocity = now.ship.motion, now.frame.velocity
     omega, _ = spin(motion)
-    axis = rotate(motion.coord, (0.0, 1.0, 0.0))
+    across = rotate(motion.coord, ACROSS)
     for i in range(state.surfaces.shape[0]):
         s = state.surfaces[i]
         if s.carrier != ON_SHIP:
             s.speed[0], s.speed[1] = -velocity[0], -velocity[1]
             continue
-        p, v, _ = hull_point(motion, at3(s.body, 0), NOT_MOVING, NOT_MOVING)
+        body, drift, axis, turns = at3(s.body, 0), NOT_MOVING, across, omega
+        if i == model.settings[0].sheave and swivel.on != 0:
+            body, drift = swung_to(swivel, now.swung, body)
+            axis = rotate(motion.coord, rolled(swivel, now.swung.angle, ACROSS))
+            turns = axpy(now.swung.rate, rotate(motion.coord, hinge(swivel)), omega)
+        p, v, _ = hull_point(motion, body, drift, NOT_MOVING)
         for k in range(3):
             s.centre[k] = p[k]
             s.speed[k] = v[k]
-            s.spin[k] = omega[k]
+            s.spin[k] = turns[k]
             s.axis[k] = axis[k]
             if i == model.settings[0].sheave:
                 now.sheave.position[k] = p[k]
@@ -108,6 +114,8 @@ def impose(model, state, inputs, t, h, command_rate):
     """Ship, surfaces, set-point, winch and cable end at the end t [ns] of a step of h [s]. Is a source blending?"""
     now, settings = state.memory[NOW], model.settings[0]
     blending = evaluate(t, inputs, now, settings.ship.stale_decay)
+    if settings.swivel.on != 0:
+        swing(h, settings.swivel, state.memory[STEP].swung, now.swung)
     place_surfaces(model, state)
     sheave = now.seen if settings.instrumented != 0 else now.sheave
     # before the set-point: a track that lags by a step would shift it by each change of the step

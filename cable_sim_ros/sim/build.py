@@ -39,6 +39,7 @@ from ..physics.state import (
     records,
 )
 from ..physics.substeps import LEAVE_STEP, MAX_TURN
+from ..physics.swivel import SWIVEL, swivel_record
 from ..physics.tick_output import (
     CONTACT_COLUMNS,
     MAX_CONTACT_POINTS,
@@ -195,6 +196,15 @@ def drum_record(layout: Layout, mesh: FeedMesh | None) -> np.ndarray:
     return row
 
 
+def swivel_of(layout: Layout) -> np.ndarray:
+    """Swivel of the sheave as numbers; the inboard cable is that of the start."""
+    wheel, route = layout.scene.sheave, layout.route
+    if not wheel.swivel:
+        return np.zeros((), SWIVEL)
+    ends, _ = route.nodes(route.on_drum + np.array([0.0, route.span]), 0.0)
+    return swivel_record(ends, np.array(wheel.position), route.sheave, wheel.swivel_friction, wheel.swivel_time)
+
+
 def drive_record(scene: Scene) -> np.ndarray:
     """Drive as numbers. Gains of a motor: poles of the rate loop at drive.bandwidth and damping, on its own inertia."""
     d, row = scene.drive, np.zeros((), DRIVE)
@@ -325,6 +335,7 @@ def build_model(layout: Layout, mesh: FeedMesh | None = None) -> Model:
     settings["instrumented"] = scene.instruments.feed is Feedback.INSTRUMENTS
     settings["ship"] = (ship.stale_after, ship.stale_decay, ship.start_blend, ship.source_blend)
     settings["drum"] = drum_record(layout, mesh)
+    settings["swivel"] = swivel_of(layout)
     if mesh is None:
         elements = element_table(scene.cable, scene.water, scene.gravity, (False, light_end(scene, None)))
     else:  # filled for the pay-out, see mesh_motion.py

@@ -17,6 +17,7 @@ import numpy as np
 from ..physics.contact_surface import FLOOR, GROOVE, SHEAVE_ROW
 from ..physics.section import material_of
 from ..physics.state import FLOW, NOW, Model, State
+from ..physics.swivel import leads, rolled
 from ..physics.tick_output import Flag
 from .layout import Layout
 from .scene import Scene
@@ -27,6 +28,7 @@ from .tables.elementary import product
 from .tables.material import extreme, section_ends
 
 MIN_FLOW = 1e-6  # m/s
+IN_PLANE = 1e-3  # rad, from the plane of a block that swivels to the cable that leaves it
 MAX_FLEET = 0.1  # rad to one side of the sheave: more may be why the cable does not stay in its groove
 
 
@@ -64,9 +66,20 @@ def turned(yaw: float) -> np.ndarray:
     return np.array([[cos(yaw), -sin(yaw), 0.0], [sin(yaw), cos(yaw), 0.0], [0.0, 0.0, 1.0]])
 
 
-def signed_departure(route: Route, shape: TowShape, yaw: float) -> Departure:
+def outward(shape: TowShape, yaw: float) -> tuple[float, ...]:
+    """Unit vector in base_link along which the cable of a shape leaves its sheave."""
+    return tuple((-product(shape.force[-1], turned(yaw)) / shape.tension[-1]).tolist())
+
+
+def in_block(sim: Tow, vector: np.ndarray | tuple[float, ...], back: bool = False) -> np.ndarray:
+    """A vector of base_link turned with the block of the sheave, or back, where that swivels."""
+    swivel, angle = sim.model.settings[0].swivel, float(sim.state.now.swung.angle)
+    return np.array(rolled(swivel, -angle if back else angle, vector) if swivel.on else vector)
+
+
+def signed_departure(sim: Tow, shape: TowShape, yaw: float) -> Departure:
     """How the cable of a shape leaves its sheave."""
-    down = -product(shape.force[-1], turned(yaw)) / shape.tension[-1]  # in base_link
+    route, down = sim.layout.route, in_block(sim, outward(shape, yaw), back=True)
     angle = atan2(-route.side * down[0], -down[2])
     fleet = atan2(down[1], hypot(down[0], down[2]))
     return Departure(angle, fleet, route.on_sheave(angle) / route.sheave)
@@ -82,15 +95,15 @@ def strains(scene: Scene, shape: TowShape) -> np.ndarray:
 def along_shape(sim: Tow, shape: TowShape, yaw: float) -> np.ndarray:
     """Nodes [nodes, 6] in axes of the world about base_link: stretched along the route, then along the shape."""
     route, arc = copy(sim.layout.route), sim.state.arc - sim.state.arc[0]
-    departure, strain = signed_departure(route, shape, yaw), strains(sim.scene, shape)
+    departure, strain = signed_departure(sim, shape, yaw), strains(sim.scene, shape)
     stretch = 1.0 + strain[-1]
     press(route, sim.state.surfaces, float(shape.tension[-1]))
     leaves = min((route.on_drum + route.span + route.on_sheave(departure.angle)) / stretch, arc[-1])
     aboard = arc <= leaves
     q, turn = np.zeros((len(arc), 6)), turned(yaw)
-    r, g = route.nodes(stretch * arc[aboard], departure.angle)
+    r, g = swung(sim, route, stretch * arc[aboard], departure.angle)
     q[aboard, :3], q[aboard, 3:] = product(r, turn.T), stretch * product(g, turn.T)
-    off, _ = route.nodes(np.array([stretch * leaves]), departure.angle)
+    off, _ = swung(sim, route, np.array([stretch * leaves]), departure.angle)
     longer = max(arc[-1] - leaves, 1e-9) / shape.s[-1]  # by what the cable inboard is stretched
     up = (arc[-1] - arc[~aboard]) / longer
     tangent = -((1.0 + strain) / shape.tension)[:, None] * shape.force
@@ -99,6 +112,15 @@ def along_shape(sim: Tow, shape: TowShape, yaw: float) -> np.ndarray:
         q[~aboard, k] = product(off, turn.T)[0, k] + np.interp(up, shape.s, way[:, k])
         q[~aboard, 3 + k] = np.interp(up, shape.s, tangent[:, k])
     return q
+
+
+def swung(sim: Tow, route: Route, arc: np.ndarray, angle: float) -> tuple[np.ndarray, np.ndarray]:
+    """Positions and unit tangents of `Route.nodes`, turned with the block of the sheave where that swivels."""
+    r, g = route.nodes(arc, angle)
+    point = sim.model.settings[0].swivel.point
+    for i in np.flatnonzero(arc > route.on_drum + route.span):
+        r[i], g[i] = point + in_block(sim, r[i] - point), in_block(sim, g[i])
+    return r, g
 
 
 def press(route: Route, surfaces: np.ndarray, tension: float) -> None:
@@ -118,7 +140,7 @@ def press(route: Route, surfaces: np.ndarray, tension: float) -> None:
 
 def straight(sim: Tow, angle: float, strain: float, yaw: float) -> np.ndarray:
     """The same of a cable that leaves the sheave in a straight line, ``angle`` [rad] from the vertical."""
-    r, g = sim.layout.route.nodes((sim.state.arc - sim.state.arc[0]) * (1.0 + strain), angle)
+    r, g = swung(sim, sim.layout.route, (sim.state.arc - sim.state.arc[0]) * (1.0 + strain), angle)
     turn = turned(yaw)
     return np.concatenate((product(r, turn.T), (1.0 + strain) * product(g, turn.T)), axis=1)
 
@@ -134,19 +156,27 @@ def guesses(sim: Tow, shape: TowShape, yaw: float) -> Iterator[np.ndarray]:
 
 def settle(sim: Tow, shape: TowShape, yaw: float) -> dict[str, float]:
     """Bring a cleared Simulator to rest at its mean pose: steps, iterations and residual [N]. Raises StartError."""
-    scene, health = sim.scene, sim.state.now.health
-    departure = signed_departure(sim.layout.route, shape, yaw)
+    scene, health, block = sim.scene, sim.state.now.health, sim.state.now.swung
+    swivel = sim.model.settings[0].swivel
+    if swivel.on:
+        block.angle = leads(swivel, outward(shape, yaw))[0]
+    departure = signed_departure(sim, shape, yaw)
     solid = float(sim.state.surfaces[SHEAVE_ROW].stiffness) > 0.0
     clear = not solid or (shape.closed and departure.wrap <= 0.0)  # it passes above the sheave: the scene has it so
     tried, iterations, beside, left = 0, 0, False, np.inf
     for guess in guesses(sim, shape, yaw):
         sim.state.q[:] = guess
         sim.state.q[:, :3] += sim.state.now.ship.mean_coord[:3]
-        for _ in range(2):
+        again = 2
+        while again > 0:
             steps = sim.bring_to_rest(MAX_STEPS)
             tried, iterations, left = tried + abs(steps), iterations + int(health.iterations), float(health.residual)
+            if steps >= 0 and swivel.on and abs(block.cable - block.angle) > IN_PLANE and tried < MAX_STEPS:
+                block.angle = block.cable
+                continue
             if steps >= 0 or not left <= sim.tolerance:
-                break  # else its steps became too short to tell, and what they led to is balanced: begin from there
+                break
+            again -= 1  # its steps became too short to tell, and what they led to is balanced: begin from there
         resting = steps >= 0 and bool(np.isfinite(sim.state.q).all())
         if resting and (clear or not int(sim.frame.status) & Flag.DETACHED):
             check_push(sim)
