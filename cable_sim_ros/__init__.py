@@ -16,6 +16,7 @@ _FACE = {  # name -> module
     "Rig": "sim.rig.rig",
     "SceneWarning": "io.scenes.load",
     "ShipMotion": "sim.inputs",
+    "ShipPlan": "io.scenes.ship_plan",
     "Simulator": "api",
     "WinchCommand": "sim.inputs",
     "WinchPlan": "io.scenes.winch_plan",
@@ -35,6 +36,7 @@ __all__ = [
     "Rig",
     "SceneWarning",
     "ShipMotion",
+    "ShipPlan",
     "Simulator",
     "WinchCommand",
     "WinchPlan",
@@ -55,6 +57,7 @@ if TYPE_CHECKING:
     from .io.bags.bag import BagReader
     from .io.recordings.recorded_run import load_run
     from .io.scenes.load import SceneWarning, load_scene, override, scene_from_dict
+    from .io.scenes.ship_plan import ShipPlan
     from .io.scenes.winch_plan import WinchPlan
     from .runs.controller import ControllerError
     from .runs.motion_samples import motion_of_bag

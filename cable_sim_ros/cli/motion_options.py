@@ -46,6 +46,12 @@ OPTIONS = (
         help="What the winch is to do, times in s from the start: '0 hold, 60 rate 0.5, 360 hold'; also length M and "
         "scope M, and mode WORD for drive.mode. Positive is cable out. Compensation goes on and adds to it.",
     ),
+    click.option(
+        "--ship",
+        metavar="PLAN|FILE",
+        help="Where the ship goes in place of --motion, times in s from the start: '60 starboard 90 over 120, 300 "
+        "speed 1 over 60'; also port. Turns in deg, speed in m/s. Goes with --heave: docs/turns.md.",
+    ),
     click.option("--faults", metavar="FILE", help="A scenario of what goes wrong when: docs/instruments.md."),
     click.option("--setpoint", "algorithm", metavar="NAME", help="Set-point algorithm in place of the scene's."),
     click.option("--imu-only", is_flag=True, help="Leave the odometry of the bag out."),
@@ -80,6 +86,7 @@ def simulated(
     motion: str | None,
     heave: tuple[float, float] | None,
     rao: str | None,
+    ship: str | None,
     imu_only: bool,
     step: str | None,
     convention: str | None,
@@ -103,18 +110,20 @@ def simulated(
 
         given, names = settings_of(settings, convention), topics_of(topics)
         state = None if begin is None else Resumed(begin)
-        if motion is None and heave is None and rao is None:
+        if motion is None and heave is None and rao is None and ship is None:
             if state is None:
                 motion = SHIPPED_BAG
             else:
                 report = state.report()
-                motion, heave, imu_only, rao = report.motion, report.heave, report.imu_only, report.rao
+                motion, heave, imu_only = report.motion, report.heave, report.imu_only
+                rao, ship = report.rao, report.ship
                 given, names = {**report.settings, **given}, names or report.topics
         return offline.run(
             scene,
             None if motion == "none" else motion,
             heave=heave,
             rao=rao,
+            ship=ship,
             imu_only=imu_only,
             step=step,
             resumed=state,

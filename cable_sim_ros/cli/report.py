@@ -36,6 +36,8 @@ def tell(result: Run, out: Path | None, as_json: bool) -> None:
             if name in metrics:
                 table.add_row(name, format_value(metrics[name]), unit, meaning)
         Console(width=None if sys.stdout.isatty() else 120).print(table)
+        if "phases" in metrics:
+            phase_table(metrics["phases"])
         if "rules" in metrics:
             tell_rules(metrics["rules"])
         if "faults" in metrics:
@@ -84,6 +86,24 @@ def pictures_of(result: Run, out: Path | None) -> list[Path]:
     except RuntimeError as error:  # matplotlib is an extra
         click.echo(f"warning: {error}", err=True)
         return []
+
+
+def phase_table(rows: Sequence[dict[str, Any]]) -> None:
+    """Table of the phases of a plan of the ship."""
+    from rich.console import Console
+    from rich.table import Table
+
+    table = Table(title="Phases of the ship plan: least, mean and largest", title_justify="left")
+    for name in ("from s", "to s", "phase", "tension N", "depth m", "layback m", "cable to port deg"):
+        table.add_column(name, justify="left" if name == "phase" else "right")
+    for row in rows:
+        cells = [
+            " ".join(f"{row[f'{name}_{what}_{unit}']:.4g}" for what in ("min", "mean", "max"))
+            for name, unit in (("tension", "n"), ("body_depth", "m"), ("layback", "m"))
+        ]
+        lead = f"{row['lead_min_deg']:.3g} to {row['lead_max_deg']:.3g}"
+        table.add_row(f"{row['begin_s']:g}", f"{row['end_s']:g}", row["phase"], *cells, lead)
+    Console(width=None if sys.stdout.isatty() else 120).print(table)
 
 
 def residual_table(rows: Sequence[Residual], difference: dict[str, Any] | None) -> None:

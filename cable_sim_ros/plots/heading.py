@@ -37,6 +37,8 @@ def what_was_done(run: RecordedRun) -> str:
     seconds = time[-1] + (np.median(np.diff(time)) if len(time) > 1 else 0.0)
     parts = [] if motion is None else ["no ship motion" if motion == "none" else _motion(motion)]
     parts.append(f"{seconds:.0f} s" if seconds >= 10.0 else f"{seconds:.2g} s")
+    if way := about.get("ship_plan"):
+        parts.append(f"ship: {way}")
     if plan := about.get("winch_plan"):
         parts.append(f"winch: {plan}")
     if law := _law(about.get("scene_yaml", "")):

@@ -13,7 +13,8 @@ import numpy as np
 
 from ..io.recordings.recorded_run import RecordedRun, load_run
 from ..physics.tick_output import CONTACT_COLUMNS
-from ..runs.summary import SKIP, after_start, since_first, summarize
+from ..runs.summary import SKIP, after_start, since_first, summarize, turns
+from .above import from_above
 from .heading import force_unit, places, put_heading, scene_name
 from .saved import save
 from .side import BLUE, DPI, FAINT, INK, ORANGE, SIZE, WATER, side_view
@@ -93,7 +94,10 @@ def compose(run: RecordedRun, title: str, skip_s: float, stamp: str = "") -> Fig
     side_view(panels[0, 0], run)
     tension(panels[0, 1], run, skip_s)
     heave(panels[1, 0], run, skip_s)
-    contact(panels[1, 1], run, skip_s)
+    if turns(run.frames):
+        from_above(panels[1, 1], run)
+    else:
+        contact(panels[1, 1], run, skip_s)
     put_heading(figure, run, title, stamp)
     figure.text(
         0.085, 0.045, "\n".join(textwrap.wrap(caption(run, skip_s), 132)), size=11, linespacing=1.4, va="bottom"
@@ -119,11 +123,17 @@ def caption(run: RecordedRun, skip_s: float) -> str:
         spread = ""
     else:
         spread = f"{force('tension_std_n', 1)} {unit} std, "
-        body = (
-            f"Towbody {s['body_depth_m']:.1f} m deep, std {s['body_depth_std_m']:.2f} m, "
-            f"{-s['body_position_m'][0]:.1f} m astern of the sheave; "
-            f"95 % ellipsoid {s['ellipsoid_volume_m3']:.3g} m³. "
-        )
+        body = f"Towbody {s['body_depth_m']:.1f} m deep, std {s['body_depth_std_m']:.2f} m, "
+        if s["body_position_m"] is None:
+            body += (
+                f"{s['body_depth_min_m']:.1f} m to {s['body_depth_max_m']:.1f} m; a turn, by {s['turned_deg']:.0f}°: "
+                f"layback {s['layback_min_m']:.1f} m to {s['layback_max_m']:.1f} m. "
+            )
+        else:
+            body += (
+                f"{-s['body_position_m'][0]:.1f} m astern of the sheave; "
+                f"95 % ellipsoid {s['ellipsoid_volume_m3']:.3g} m³. "
+            )
     text = (
         f"{s['duration_s']:.0f} s simulated{left_out}. "
         f"Tension at the sheave {force('tension_mean_n')} {unit} mean, {spread}"

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..io.recordings.recorded_run import RecordedRun, places_of
-from ..runs.summary import tow_axes
+from ..runs.summary import tow_axes, turns
 from .heading import force_unit
 
 if TYPE_CHECKING:
@@ -22,9 +22,17 @@ SHIP = ((0.02, 0.04), (0.72, 0.05), (0.84, 0.09), (0.74, -0.06), (0.10, -0.06), 
 UNDER_WAY = 0.05  # m/s
 
 
+def along_tow(frames: np.recarray) -> np.ndarray:
+    """Horizontal unit vector along the mean tow; of a turn from the towbody to the sheave at its end."""
+    if not turns(frames):
+        return tow_axes(frames)[0]
+    way = (frames["sheave_position"][-1] - frames["body_position"][-1])[:2]
+    return way / max(float(np.hypot(*way)), 1e-9)
+
+
 def cable_curves(run: RecordedRun) -> list[np.ndarray]:
     """Each recorded shape as [nodes, 2]: along the tow from the sheave, height above the water, m."""
-    forward = tow_axes(run.frames)[0]
+    forward = along_tow(run.frames)
     frames = run.frames[places_of([time for time, _ in run.shapes], run.frames)]
     return [
         np.column_stack([(table[:, :2] - frame["sheave_position"][:2]) @ forward, table[:, 2]])
@@ -82,7 +90,9 @@ def side_view(axes: Axes, run: RecordedRun) -> None:
     axes.set_title("Cable, end of the run")
     axes.set_xlabel("along the tow, from the sheave [m]")
     axes.set_ylabel("height above the water [m]")
-    curves, forward, last = cable_curves(run), tow_axes(run.frames)[0], run.frames[-1]
+    curves, forward, last = cable_curves(run), along_tow(run.frames), run.frames[-1]
+    if turns(run.frames):  # the others lie in other planes: see above.py
+        curves = curves[-1:]
     for curve in curves[:: max(1, len(curves) // 20)]:
         axes.plot(*curve.T, color=FAINT, lw=0.6, alpha=0.5)
     if curves:

@@ -121,6 +121,8 @@ def rows(subject: Subject) -> Iterator[tuple[str, str]]:
         yield "jumps of the clock", str(metrics["clock_jumps"])
     plan = metrics.get("winch") or subject.recorded.custom_data.get("winch_plan")
     yield "plan of the winch", str(plan) if plan else "none"
+    if way := metrics.get("ship") or subject.recorded.custom_data.get("ship_plan"):
+        yield "plan of the ship", str(way)
     if metrics.get("winch_modes"):
         yield (
             "time in each mode of the winch",

@@ -101,8 +101,10 @@ class MessageRun(Runner):
         self.done = self.done_before + count
         _warn_of_travel(self.scene, frames["payout"] - self._payout)
         _warn_of_drag(self.scene, frames)
+        if self.tow is not None and not self.tow.ship_plan:  # which says another mean track
+            self.doubts += mean_track.look(self.scene, self._heading, frames)
         if self.tow is not None:
-            self.doubts += mean_track.look(self.scene, self._heading, frames) + pitch_sign.look(frames)
+            self.doubts += pitch_sign.look(frames)
         if self.feeder is not None:
             self.doubts += motion_preview.doubts(self.feeder.ingest, count * self.tick / SECOND)
         return stepped

@@ -34,6 +34,15 @@ METRICS = (
     ("winch_modes", "s", "time in each [mode of the winch](drive.md#modes) that was in force"),
     ("imu_only", "", "true: odometry was left out"),
     ("winch", "", "winch plan; absent without one"),
+    ("ship", "", "ship plan; absent without one"),
+    (
+        "phases",
+        "",
+        "of a [ship plan](turns.md#plan): list of `begin_s`, `end_s`, `phase`, least, mean and largest "
+        "`tension_min_n`, `tension_mean_n`, `tension_max_n`, likewise `body_depth_min_m` and `layback_min_m`, "
+        "`lead_min_deg` and `lead_max_deg` (departing cable from straight astern, to port), `groove_margin_min_m`; "
+        "absent without one",
+    ),
     ("changes", "", "live keys that `changes` of `run` gave other values, as `SECONDS KEY VALUE`; absent without any"),
     ("scenario", "", "name of the scenario of faults; absent without one"),
     (

@@ -15,6 +15,7 @@ from ..io.scenes.document import SceneError
 from ..io.scenes.fault_plan import FaultPlan
 from ..io.scenes.load import load_scene, override
 from ..io.scenes.resources import find_bag
+from ..io.scenes.ship_plan import ShipPlan
 from ..io.scenes.winch_plan import WinchPlan
 from ..io.sources.imported_bag import provenance
 from ..io.sources.motion_table import MotionError
@@ -27,7 +28,7 @@ from ..sim.saved.savefile import SaveError, check_place, same_scene
 from ..sim.scene import Scene
 from ..sim.simulator import Simulator
 from ..sim.verdict import Reason
-from . import motion_preview, refinement_check, verdict
+from . import motion_preview, phases, refinement_check, verdict
 from .controller import Controller, ControlLoop, alone
 from .fault_report import found, in_order, scenario_of
 from .journal_replay import JournalReplay
@@ -40,7 +41,7 @@ from .resume import Resumed, report_of
 from .resume import save as save_run
 from .run_folder import bag_path, write_summary
 from .settings import NOTHING, Settings, apply_to_bag, apply_to_scene, of_intake, recorded_intake, refuse_without_bag
-from .sources import in_the_sea, motion_of, notes_of, scene_of_bag, sea_motion_kept, seconds_of
+from .sources import after_plan, in_the_sea, motion_of, notes_of, scene_of_bag, sea_motion_kept, seconds_of
 from .step_choice import doubts_of_steps, metrics_of_steps, overwritten, stepped
 from .stepping import Progress, Stepped, silent
 from .summary import after_start, of_bodies, summarize
@@ -61,6 +62,7 @@ def run(
     *,
     heave: tuple[float, float] | None = None,
     rao: str | os.PathLike | None = None,
+    ship: ShipPlan | str | os.PathLike | None = None,
     duration: float | None = None,
     algorithm: str | None = None,
     imu_only: bool = False,
@@ -83,8 +85,10 @@ def run(
     """Simulate a scene under the motion of a bag or CSV table, a sinusoidal heave, its waves, or on its mean track.
 
     heave: amplitude [m] and period [s], in place of ``motion`` (None: mean track); rao: CSV of response amplitude
-    operators, or ``simple``, in place of ``motion``: the ship moves in the waves of the scene; duration: s, default
-    all the motion there is, or a short settling without any, or a minute after the last item of a winch plan;
+    operators, or ``simple``, in place of ``motion``: the ship moves in the waves of the scene; ship: a plan of its
+    turns and changes of speed, its text or file, in place of ``motion``, with a heave or level; duration: s, default
+    all the motion there is, or a short settling without any, or a minute after the last item of a winch plan, or until
+    the ship has gone twice the cable out after its own;
     algorithm: set-point in place of the scene's; imu_only: leave odometry out; winch: a plan, its text or file, in
     place of the winch commands of the bag; changes: (seconds, key, value) in order of time, each gives a live key of
     the scene a value from the tick on that holds its time, from the beginning of this run; faults: a scenario, as
@@ -123,8 +127,8 @@ def run(
             f"duration = {duration:g} s is outside (0, {LONGEST_RUN:g}] s: nothing was simulated; give seconds"
         )
     plan, scenario = None if winch is None else WinchPlan.of(winch), scenario_of(faults)
-    live = in_order(changes_of(changes or ()), scenario)
-    report = report_of(motion, heave, imu_only, plan, rao)._replace(settings=of_intake(settings), topics=dict(topics))
+    live, way = in_order(changes_of(changes or ()), scenario), None if ship is None else ShipPlan.of(ship)
+    report = report_of(motion, heave, imu_only, plan, rao, way)._replace(settings=of_intake(settings), topics=dict(topics))
     before = 0.0  # s simulated under the same motion
     own_plan = winch is not None
     if resumed is not None:
@@ -143,8 +147,13 @@ def run(
     if duration is None and motion is None:
         last = max([one.time for one in live] + ([plan.last - before] if plan is not None else []), default=-AFTER_PLAN)
         duration = max(seconds_of(heave, rao, scene), last + AFTER_PLAN) or None
-    lasts = duration if duration is None or (heave is None and rao is None) else before + duration
-    tow = motion_of(scene, motion, heave, lasts, imu_only, settings, topics, rao)
+        if way is not None:
+            duration = max(duration or 0.0, after_plan(way, scene) - before)
+    made = heave is not None or rao is not None or way is not None
+    lasts = duration if duration is None or not made else before + duration
+    if way is not None:
+        way.check(scene.ship)
+    tow = motion_of(scene, motion, heave, lasts, imu_only, settings, topics, rao, way)
     if tow is not None and (plan is not None or control is not None):
         tow.events = [event for event in tow.events if not event.is_command]
     one = MessageRun(scene, tow, progress=progress, winch=plan, control=control, changes=live)
@@ -157,6 +166,8 @@ def run(
         result.metrics["rao"] = tow.sea_motion
     if plan is not None:
         result.metrics["winch"] = str(plan)
+    if way is not None:
+        result.metrics |= {"ship": str(way), "phases": phases.figures(way, scene.ship, result.frames, before)}
     if scenario is not None:
         result.metrics |= {"scenario": scenario.scenario, "faults": found(scenario, result.frames)}
     if live:
@@ -176,7 +187,7 @@ def run(
             refinement_check.compare(
                 result,
                 scene,
-                lambda: motion_of(scene, motion, heave, lasts, imu_only, settings, topics, rao),
+                lambda: motion_of(scene, motion, heave, lasts, imu_only, settings, topics, rao, way),
                 duration,
                 plan,
                 progress,

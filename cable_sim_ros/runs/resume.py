@@ -21,6 +21,7 @@ from ..io.motion.checkpoint import set_back, taken
 from ..io.motion.checkpoint_values import Count, Real, Whole
 from ..io.recordings.journal import Start
 from ..io.scenes.load import SceneWarning
+from ..io.scenes.ship_plan import ShipPlan
 from ..io.scenes.winch_plan import WinchPlan
 from ..io.sources.motion_table import MotionError
 from ..io.sources.recorded_tow import Feeder, RecordedTow
@@ -44,6 +45,7 @@ class Report(NamedTuple):
     settings: dict[str, Any] = {}  # how messages of the bag were taken in
     topics: dict[str, str] = {}
     rao: str | None = None  # a table as given, or the simple hull
+    ship: str | None = None  # the plan of the ship
 
 
 class Note(BaseModel):
@@ -67,10 +69,11 @@ def report_of(
     imu_only: bool,
     winch: WinchPlan | None,
     rao: str | os.PathLike | None = None,
+    ship: ShipPlan | None = None,
 ) -> Report:
     """As noted in a file: a path is kept absolute, a shipped bag by its name."""
     plan = None if winch is None else str(winch)
-    return Report(_kept(motion), heave, imu_only, plan, rao=_kept(rao))
+    return Report(_kept(motion), heave, imu_only, plan, rao=_kept(rao), ship=None if ship is None else str(ship))
 
 
 def _kept(path: str | os.PathLike | None) -> str | None:

@@ -13,16 +13,19 @@ from typing import Any
 from ..io.bags.bag_writer import BagError
 from ..io.scenes.load import SceneWarning, load_scene, override, scene_from_text
 from ..io.scenes.resources import find_bag
+from ..io.scenes.ship_plan import ShipPlan
 from ..io.sources.coarse_bag import smooth_odometry
 from ..io.sources.imported_bag import take_provenance
-from ..io.sources.motion_table import MotionError, read_table, sine_heave
+from ..io.sources.motion_table import MotionError, planned, read_table, sine_heave
 from ..io.sources.recorded_tow import RecordedTow, read_tow
 from ..io.sources.sea_motion import sea_motion
+from ..sim.layout import layout_of
 from ..sim.scene import Scene
 from . import motion_preview
 from .settings import NOTHING, Settings, apply_to_bag, apply_to_scene, recorded_intake, refuse_without_bag
 
 HEAVE_SECONDS = 60.0  # s of a run under a sinusoidal heave where no duration is given
+PASSES, MIN_SPEED = 2.0, 0.5  # times the way of the cable out that a ship goes after its plan, at m/s at least
 RAMPS = 3.0  # of water.ramp, of a run in the waves of the scene, where that is longer
 ALONE = "water.waves.ship_motion = independent|.*while the ship does not rise with them"  # not of a ship in the waves
 
@@ -36,6 +39,7 @@ def motion_of(
     settings: Settings = NOTHING,
     topics: Mapping[str, str] = NOTHING,
     rao: str | os.PathLike | None = None,
+    ship: ShipPlan | None = None,
 ) -> RecordedTow | None:
     """Messages of the ship's motion, whatever they come from."""
     table = motion if motion is not None and Path(motion).suffix.lower() == ".csv" else None
@@ -47,6 +51,11 @@ def motion_of(
     if imu_only and (table is not None or heave is not None or rao is not None):
         of = motion or ("--heave" if rao is None else "--rao")
         raise MotionError(f"{of} gives no IMU messages: nothing was simulated; leave --imu-only out")
+    if ship is not None and (motion is not None or rao is not None):
+        raise MotionError(
+            f"a ship plan and {'the waves (rao)' if motion is None else f'the motion {motion!r}'} were both given, and "
+            f"either says where the ship goes: nothing was simulated; give one of them. A plan goes with a heave alone"
+        )
     if heave is not None or table is not None or motion is None:
         kind = "a table" if table else "--heave" if heave else "none" if rao is None else "--rao"
         refuse_without_bag(settings, topics, kind)
@@ -54,7 +63,9 @@ def motion_of(
         return sea_motion(rao, scene, seconds_of(heave, rao, scene) if duration is None else duration)
     if heave is not None:
         amplitude, period = heave
-        return sine_heave(amplitude, period, HEAVE_SECONDS if duration is None else duration, scene.ship)
+        return sine_heave(amplitude, period, HEAVE_SECONDS if duration is None else duration, scene.ship, ship)
+    if ship is not None:
+        return planned(ship, after_plan(ship, scene) if duration is None else duration, scene.ship)
     if table is not None:
         return read_table(table, scene.ship, scene.sheave.position)
     if motion is None:
@@ -65,6 +76,12 @@ def motion_of(
     smooth_odometry(tow, scene.sheave.position)
     take_provenance(tow, scene.sheave.position)
     return tow
+
+
+def after_plan(ship: ShipPlan, scene: Scene) -> float:
+    """Seconds of a run under a plan of the ship, where no duration is given: the towbody comes to where it was done."""
+    speed = max([abs(one.value) for one in ship.items if not one.turns][-1:] or [abs(scene.ship.tow_speed)])
+    return ship.last + max(HEAVE_SECONDS, PASSES * layout_of(scene).route.scope / max(speed, MIN_SPEED))
 
 
 def seconds_of(heave: tuple[float, float] | None, rao: str | os.PathLike | None, scene: Scene) -> float:

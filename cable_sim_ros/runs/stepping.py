@@ -156,6 +156,8 @@ class RunRecorder:
         }
         if winch is not None:
             about["winch_plan"] = str(winch)
+        if tow is not None and tow.ship_plan:
+            about["ship_plan"] = tow.ship_plan
         if tow is not None and "node" in tow.about:
             about["node"] = tow.about["node"]  # how the motion was taken in
         if tow is not None and tow.sea_motion:

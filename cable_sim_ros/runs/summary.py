@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 FRACTION = 0.95  # of the towbody positions inside the ellipsoid
 FLAT = 1e-6  # m; an ellipsoid whose least standard deviation is below this has no volume
 HAUL_OVER = 20.0  # s of the mean of the scope: a compensation is no haul
+TURNED = 20.0  # deg, range of the mean heading over HAUL_OVER from which a run is a turn
 HAULED = 2.0, 0.02  # m, and of the largest scope: what it moves by beyond is a haul
 NOTHING = 1e-9  # of the mean: a deviation below this is round-off
 AT_REST = 0.05  # m/s; a slower ship has no track, its heading is taken instead
@@ -87,19 +88,19 @@ SUMMARY = (
         "body_position_m",
         "m",
         "mean towbody position: forward and to port of the sheave along the mean tow, height above the water; null of "
-        "a haul",
+        "a haul or a turn",
     ),
     (
         "ellipsoid_volume_m3",
         "m^3",
         "volume of the ellipsoid of the covariance of the towbody positions, in the frame "
-        "of the mean tow, that holds 95 % of normally distributed ones (chi-square, 3); null of a haul",
+        "of the mean tow, that holds 95 % of normally distributed ones (chi-square, 3); null of a haul or a turn",
     ),
     (
         "ellipsoid_volume_points_m3",
         "m^3",
         "volume of the ellipsoid of the same shape that holds 95 % of the positions "
-        "themselves (Westin 2018, section 4.3); null of a haul",
+        "themselves (Westin 2018, section 4.3); null of a haul or a turn",
     ),
     ("contact_resultant_mean_n", "N", "mean resultant of the cable on the sheave"),
     ("contact_resultant_max_n", "N", "its largest value, in any time step"),
@@ -125,6 +126,12 @@ SUMMARY = (
         "m",
         f"range of the mean scope over {HAUL_OVER:g} s, whole run. Above {HAULED[0]:g} m and {100.0 * HAULED[1]:g} % "
         "of the largest scope the run is a haul: means are over all its scopes, what is about one place is null",
+    ),
+    (
+        "turned_deg",
+        "deg",
+        f"range of the mean heading over {HAUL_OVER:g} s, whole run. Above {TURNED:g} deg the run is a turn: there is "
+        "no mean tow, and what is about it is null",
     ),
     ("scope_start_m", "m", "scope in the first tick output"),
     ("scope_end_m", "m", "scope in the last tick output"),
@@ -229,15 +236,16 @@ def summarize(frames: np.recarray, *, skip_s: float = SKIP, **outside: float | N
     offset = (kept["body_position"] - kept["sheave_position"])[:, :2].mean(axis=0)
     volume, volume_points = ellipsoid_volume(since_first(kept) * 1e-9, kept["body_position"])
     travel, hauls = haul_of(frames)
+    moves = hauls or turns(frames)
     metrics = {
         "tension_mean_n": tension.mean(),
         "tension_std_n": None if hauls else _deviation(tension),
         **peaks(kept, frames),
         "body_depth_m": depth.mean(),
         "body_depth_std_m": None if hauls else _deviation(depth),
-        "body_position_m": None if hauls else [*map(float, product(tow_axes(kept), offset)), float(-depth.mean())],
-        "ellipsoid_volume_m3": None if hauls else volume,
-        "ellipsoid_volume_points_m3": None if hauls else volume_points,
+        "body_position_m": None if moves else [*map(float, product(tow_axes(kept), offset)), float(-depth.mean())],
+        "ellipsoid_volume_m3": None if moves else volume,
+        "ellipsoid_volume_points_m3": None if moves else volume_points,
         "contact_resultant_mean_n": kept["contact_resultant"].mean(),
         "contact_resultant_max_n": np.fmax(kept["contact_resultant"], kept["contact_resultant_tick_max"]).max(),
         "wrap_angle_mean_deg": np.degrees(kept["wrap_angle"].mean()),
@@ -245,6 +253,7 @@ def summarize(frames: np.recarray, *, skip_s: float = SKIP, **outside: float | N
         **strumming(kept),
         **extremes(frames),
         "hauled_m": travel,
+        "turned_deg": turned(frames),
         **ends(frames),
         **winch_at_work(frames),
         "drum_end_s": float(np.sum(frames["status"] & Flag.DRUM_END != 0)) * tick_length(frames),
@@ -334,11 +343,26 @@ def haul_of(frames: np.recarray) -> tuple[float | None, bool]:
     scope = np.asarray(frames["scope"], float)
     if not np.isfinite(scope).all():
         return None, False
-    tick = tick_length(frames)
-    count = min(len(scope), max(1, round(HAUL_OVER / tick))) if tick > 0.0 else 1
-    sums = np.concatenate(([0.0], np.cumsum(scope - scope[0])))
-    travel = float(np.ptp(sums[count:] - sums[:-count])) / count
+    travel = _range_of_mean(frames, scope)
     return travel, travel > max(HAULED[0], HAULED[1] * float(scope.max()))
+
+
+def turns(frames: np.recarray) -> bool:
+    """Is it a turn, so that there is no mean tow?"""
+    return turned(frames) > TURNED
+
+
+def turned(frames: np.recarray) -> float:
+    """Range [deg] of the mean heading over HAUL_OVER seconds."""
+    x, y, z, w = frames["ship_quaternion"].T
+    return _range_of_mean(frames, np.degrees(np.unwrap(np.arctan2(2 * (x * y + w * z), 1 - 2 * (y * y + z * z)))))
+
+
+def _range_of_mean(frames: np.recarray, values: np.ndarray) -> float:
+    tick = tick_length(frames)
+    count = min(len(values), max(1, round(HAUL_OVER / tick))) if tick > 0.0 else 1
+    sums = np.concatenate(([0.0], np.cumsum(values - values[0])))
+    return float(np.ptp(sums[count:] - sums[:-count])) / count
 
 
 def ends(frames: np.recarray) -> dict[str, float | None]:

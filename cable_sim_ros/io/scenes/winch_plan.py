@@ -7,38 +7,29 @@ is ordered. Commas or line ends separate items; # begins a comment.
 
 from __future__ import annotations
 
-import difflib
 import os
-import re
 from collections.abc import Iterator
 from dataclasses import dataclass
-from math import isfinite
-from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
-from ...errors import CableSimError
 from ...physics.winch_drive import WinchMode
 from ...sim.inputs import MAX_COMMAND, WinchCommand
 from ...sim.live_parameters import changed, unfit
 from ...sim.scene import Scene
+from .plan_text import CONSEQUENCE, LONGEST, Words, hint, number, out_of_order, parts_of, plain, read, text_of
+from .plan_text import PlanError as PlanError
 
-CONSEQUENCE = "nothing was simulated"
-EXAMPLE = "'0 hold, 60 rate 0.5, 360 hold'"
+WORDS = Words("winch plan", "'0 hold, 60 rate 0.5, 360 hold'")
 UNITS = {"hold": "", "rate": "m/s", "length": "m", "scope": "m"}  # order -> unit of its value, "": it has none
 MODE, MODE_KEY = "mode", "drive.mode"  # the item that is no order, and the live key that it sets
 MODES = tuple(mode.value for mode in WinchMode)
 KNOWN = *UNITS, MODE
 SECOND = 1_000_000_000
-LONGEST = 1e6  # s
 NEVER = 2**62  # ticks
 ROUND_OFF = 1e-6  # m; how far past an end a length may be asked for, that of printed figures
 REPEAT = 0.5  # of winch.command_timeout: how often a plan gives its order again, as an operator's console does
-
-
-class PlanError(CableSimError, ValueError):
-    """A plan that cannot be carried out; the text names item, value, unit, bound and remedy."""
 
 
 class PlanItem(NamedTuple):
@@ -50,8 +41,8 @@ class PlanItem(NamedTuple):
     mode: str = ""
 
     def __str__(self) -> str:
-        value = self.mode if self.order == MODE else _plain(self.value) if UNITS[self.order] else ""
-        return " ".join(filter(None, (_plain(self.time), self.order, value)))
+        value = self.mode if self.order == MODE else plain(self.value) if UNITS[self.order] else ""
+        return " ".join(filter(None, (plain(self.time), self.order, value)))
 
 
 @dataclass(frozen=True, init=False)
@@ -66,47 +57,26 @@ class WinchPlan:
     items: tuple[PlanItem, ...]
 
     def __init__(self, text: str, where: str = "winch plan") -> None:
-        lines = [line.partition("#")[0] for line in text.splitlines()]
-        parts = [part.strip() for line in lines for part in line.split(",") if part.strip()]
-        if not parts:
-            raise PlanError(f"{where}: has no item; {CONSEQUENCE}. Write for example {EXAMPLE}")
+        parts = parts_of(text, where, WORDS)
         items = [_item(f"{where}, item {k} '{part}'", part) for k, part in enumerate(parts, 1)]
         for k in range(1, len(items)):  # a mode may come with an order
             (now, of), (before, other) = ((_ns(item.time), item.order == MODE) for item in (items[k], items[k - 1]))
             same = [_ns(item.time) for item in items[:k] if (item.order == MODE) == of]
             if now < before or now in same[-1:]:
-                raise PlanError(
-                    f"{where}, item {k + 1} '{parts[k]}': time = {items[k].time:g} s is not after that of the item "
-                    f"before, {items[k - 1].time:g} s; {CONSEQUENCE}. Put the items in order of time, each time once"
-                )
+                raise out_of_order(f"{where}, item {k + 1} '{parts[k]}'", items[k].time, items[k - 1].time)
         object.__setattr__(self, "items", tuple(items))
 
     @classmethod
     def read(cls, path: str | os.PathLike) -> WinchPlan:
         """The plan of a text file. Raises PlanError."""
-        try:
-            text = Path(path).read_text("utf-8")
-        except (OSError, UnicodeDecodeError) as error:
-            why = getattr(error, "strerror", None) or "it is no UTF-8 text"
-            raise PlanError(
-                f"winch plan {path}: cannot be read ({why}); {CONSEQUENCE}. Give a text file with a line for each "
-                f"item, or the plan itself, for example {EXAMPLE}"
-            ) from None
-        return cls(text, f"winch plan {path}")
+        return cls(*read(path, WORDS))
 
     @classmethod
     def of(cls, given: WinchPlan | str | os.PathLike) -> WinchPlan:
         """A plan, its text, or its file. A string is a text where it begins with a number, else a path."""
         if isinstance(given, WinchPlan):
             return given
-        if isinstance(given, str) and (not given.strip() or re.match(r"\s*[-+.\d]\S*\s", given + " ")):
-            try:
-                there = Path(given or " ").is_file()
-            except OSError:  # longer than a name can be
-                there = False
-            if not there:
-                return cls(given)
-        return cls.read(given)
+        return cls(*text_of(given, WORDS))
 
     def __str__(self) -> str:
         return ", ".join(map(str, self.items))
@@ -184,14 +154,14 @@ def _command(item: PlanItem, stamp: int, inboard: float) -> WinchCommand:
 def _item(where: str, text: str) -> PlanItem:
     """One item. Raises PlanError."""
     words = text.split()
-    time = _number(where, "time", words[0], "s", 0.0, LONGEST)
+    time = number(where, "time", words[0], "s", 0.0, LONGEST)
     if len(words) < 2:
-        raise PlanError(f"{where}: has no order; {CONSEQUENCE}. Known: {', '.join(KNOWN)}; for example {EXAMPLE}")
+        raise PlanError(f"{where}: has no order; {CONSEQUENCE}. Known: {', '.join(KNOWN)}; for example {WORDS.example}")
     order = words[1]
     if order == MODE:
         return PlanItem(time, MODE, mode=_mode(where, words[2:]))
     if order not in UNITS:
-        raise PlanError(f"{where}: '{order}' is no order; {CONSEQUENCE}. {_hint(order, KNOWN)}")
+        raise PlanError(f"{where}: '{order}' is no order; {CONSEQUENCE}. {hint(order, KNOWN)}")
     unit = UNITS[order]
     if len(words) != (3 if unit else 2):
         needs = f"one value in {unit}" if unit else "no value"
@@ -202,7 +172,7 @@ def _item(where: str, text: str) -> PlanItem:
     if not unit:
         return PlanItem(time, order)
     minimum = -MAX_COMMAND if order == "rate" else 0.0
-    return PlanItem(time, order, _number(where, order, words[2], unit, minimum, MAX_COMMAND))
+    return PlanItem(time, order, number(where, order, words[2], unit, minimum, MAX_COMMAND))
 
 
 def _mode(where: str, words: list[str]) -> str:
@@ -212,36 +182,9 @@ def _mode(where: str, words: list[str]) -> str:
             f"or a line end between items; known: {', '.join(MODES)}"
         )
     if words[0] not in MODES:
-        raise PlanError(f"{where}: '{words[0]}' is no mode of the drive; {CONSEQUENCE}. {_hint(words[0], MODES)}")
+        raise PlanError(f"{where}: '{words[0]}' is no mode of the drive; {CONSEQUENCE}. {hint(words[0], MODES)}")
     return words[0]
-
-
-def _hint(word: str, known: tuple[str, ...]) -> str:
-    near = difflib.get_close_matches(word, known, 1)
-    return f"Did you mean {near[0]}?" if near else f"Known: {', '.join(known)}"
-
-
-def _number(where: str, key: str, word: str, unit: str, minimum: float, maximum: float) -> float:
-    try:
-        number = float(word)
-    except ValueError:
-        number = float("nan")
-    if not isfinite(number):
-        raise PlanError(
-            f"{where}: {key} = {word} is no finite number; {CONSEQUENCE}. Give one in [{minimum:g}, {maximum:g}] "
-            f"{unit}, without its unit"
-        )
-    if not minimum <= number <= maximum:
-        raise PlanError(
-            f"{where}: {key} = {number:g} {unit} is outside [{minimum:g}, {maximum:g}] {unit}; {CONSEQUENCE}. "
-            f"Check its sign and unit"
-        )
-    return number + 0.0  # no -0
 
 
 def _ns(seconds: float) -> int:
     return round(seconds * SECOND)
-
-
-def _plain(number: float) -> str:
-    return repr(float(number)).removesuffix(".0")

@@ -22,6 +22,7 @@ from ...sim.inputs import MAX_PITCH, MAX_POSITION, MAX_RATE, MAX_SPEED, MAX_TURN
 from ...sim.tables.attitude import body_rates, quaternion, rotation
 from ..bags.typestore import STORE
 from ..messages.messages import Event
+from ..scenes.ship_plan import ShipPlan
 from .csv_table import CONSEQUENCE as CONSEQUENCE
 from .csv_table import MotionError as MotionError
 from .csv_table import head_of, numbers_of
@@ -125,8 +126,11 @@ def read_table(
     return tow
 
 
-def sine_heave(amplitude: float, period: float, duration: float, ship: Ship) -> RecordedTow:
-    """A heave of ``amplitude`` [m] and ``period`` [s] about the mean track, level, as odometry messages.
+def sine_heave(
+    amplitude: float, period: float, duration: float, ship: Ship, plan: ShipPlan | None = None
+) -> RecordedTow:
+    """A heave of ``amplitude`` [m] and ``period`` [s] about the mean track, or that of a plan, level, as odometry
+    messages.
 
     duration: of the run, s. Raises MotionError.
     """
@@ -141,19 +145,38 @@ def sine_heave(amplitude: float, period: float, duration: float, ship: Ship) -> 
             f"{where}: the period is outside [{HEAVE_PERIODS[0]:g}, {HEAVE_PERIODS[1]:g}] s; {CONSEQUENCE}. "
             f"Give --heave AMPLITUDE,PERIOD in m and s"
         )
+    t, omega = _times(duration, where), 2.0 * np.pi / period
+    value, rate = mean_track(t, ship) if plan is None else plan.track(t, ship)
+    value[:, 2] += amplitude * np.sin(omega * t)
+    rate[:, 2] = amplitude * omega * np.cos(omega * t)
+    return _made(f"heave {amplitude:g} m, {period:g} s", t, value, rate, where, ship, plan)
+
+
+def planned(plan: ShipPlan, duration: float, ship: Ship) -> RecordedTow:
+    """The track of a plan of the ship, level, as odometry messages; duration: of the run, s. Raises MotionError."""
+    t = _times(duration, "ship plan")
+    return _made("ship plan", t, *plan.track(t, ship), "ship plan", ship, plan)
+
+
+def _times(duration: float, where: str) -> np.ndarray:
+    """Times [n] of the messages of a run of so many seconds, a second more than is run. Raises MotionError."""
     if not 0.0 < duration <= LONGEST:
         raise MotionError(
             f"{where}: a duration of {duration:g} s is outside (0, {LONGEST:g}] s; {CONSEQUENCE}. "
             f"Give a shorter --duration"
         )
-    steps = np.arange(-(-round(duration * SECOND) // STEP) + SECOND // STEP)  # a second more than is run
-    t, omega = steps * (STEP / SECOND), 2.0 * np.pi / period
-    value, rate = mean_track(t, ship)
-    value[:, 2] += amplitude * np.sin(omega * t)
-    rate[:, 2] = amplitude * omega * np.cos(omega * t)
-    return RecordedTow(
-        f"heave {amplitude:g} m, {period:g} s", odometry_events(Samples(SECOND + steps * STEP, value, rate), where)
-    )
+    return np.arange(-(-round(duration * SECOND) // STEP) + SECOND // STEP) * (STEP / SECOND)
+
+
+def _made(
+    name: str, t: np.ndarray, value: np.ndarray, rate: np.ndarray, where: str, ship: Ship, plan: ShipPlan | None
+) -> RecordedTow:
+    """Motion that was made, beginning with the stamp of a second."""
+    stamps = SECOND + np.arange(len(t)) * STEP
+    made = RecordedTow(name, odometry_events(Samples(stamps, value, rate), where))
+    if plan is not None:
+        made.heading, made.ship_plan = radians(ship.heading_deg), str(plan)
+    return made
 
 
 def _read(path: Path) -> tuple[list[str], dict[tuple[int, bool], str], list[int], np.ndarray]:

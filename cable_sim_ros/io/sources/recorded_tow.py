@@ -59,6 +59,7 @@ class RecordedTow:
     doubts: list[Reason] = field(default_factory=list)  # what of the motion makes a run under it doubtful
     heading: float | None = None  # rad, of the mean track, where it is not to be taken from the messages
     imported: dict[str, object] = field(default_factory=dict)  # how an imported bag came about, for the JSON
+    ship_plan: str = ""  # that the ship goes by, its text
     sea_motion: dict[str, object] = field(default_factory=dict)  # of motion by the waves of the scene, for the JSON
 
     @cached_property

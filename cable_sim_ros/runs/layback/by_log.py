@@ -40,7 +40,6 @@ LONGEST_RUN_IN = 1800.0  # s
 LEAST_CABLE = 1.0  # m
 POINTS = 6  # samples at which the drag is adjusted
 STILL = 0.2  # m/s
-DEEP_GROOVE = 1.0  # m, of the sheave: in a turn it follows the cable to the side, as a block that swivels
 
 
 class NoRun(RunError):
@@ -129,7 +128,7 @@ def simulated(
 ) -> Simulated:
     """Simulate the tow of a scene under a log; cable: out from the sheave [n]; antenna: in base_link, x and y [m];
     drag: factor on that of the scene. Raises LogError, SceneError, StartError."""
-    notes = [f"the sheave holds the cable in a groove of {DEEP_GROOVE:g} m, as a block that swivels does in a turn"]
+    notes = [] if scene.sheave.swivel else ["the block of the sheave swivels (sheave.swivel), which the scene's does not"]
     c, s = np.cos(log.yaw), np.sin(log.yaw)
     track = log.track - np.column_stack([antenna[0] * c - antenna[1] * s, antenna[0] * s + antenna[1] * c])
     velocity = np.gradient(track, STEP, axis=0)
@@ -165,7 +164,7 @@ def simulated(
                 "winch.command_timeout": max(scene.winch.command_timeout, 2.0 * STEP),
                 "ship.max_gap": max(scene.ship.max_gap, 1.5 * STEP),
                 "setpoint.algorithm": "hold",
-                "sheave.groove_depth": DEEP_GROOVE,
+                "sheave.swivel": True,
             },
         )
         at_start = stepped(at_start, "chosen", _tick(at_start, TICK if seconds[-1] < LONG else LONG_TICK))
