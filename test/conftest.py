@@ -58,6 +58,7 @@ REST = {  # of folders named above, long for what they add there
     "runs/test_picture.py",
     "runs/test_resume.py",
     "sim/test_careless_commands.py",
+    "sim/test_swivel.py",
     *(f"validation/test_cases_{name}.py" for name in "contact hydro slack waves".split()),
     "validation/test_setpoint_runs.py",
 }

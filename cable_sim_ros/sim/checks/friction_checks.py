@@ -84,6 +84,14 @@ def friction_warnings(scene: Scene) -> list[Problem]:
                 "Give sheave.friction, 0.1 of steel on steel, or leave both out",
             )
         )
+    if sheave.swivel_friction > 0.0 and not sheave.swivel:
+        found.append(
+            Problem(
+                "sheave.swivel_friction",
+                f"= {sheave.swivel_friction:g} m has no effect: the block does not swivel",
+                "Give sheave.swivel: true, or leave it out",
+            )
+        )
     acts, coarse = sheave_friction(sheave) > 0.0 or scene.winch.drum_friction > 0.0, COARSE_SLIP * scene.winch.max_rate
     if acts and scene.contact.slip_speed > coarse:
         found.append(
