@@ -35,7 +35,9 @@ def what_was_done(run: RecordedRun) -> str:
     time = since_first(run.frames) * 1e-9
     # a tick output stands for what came before it
     seconds = time[-1] + (np.median(np.diff(time)) if len(time) > 1 else 0.0)
-    parts = [] if motion is None or motion == "ship plan" else ["no ship motion" if motion == "none" else _motion(motion)]
+    parts = (
+        [] if motion is None or motion == "ship plan" else ["no ship motion" if motion == "none" else _motion(motion)]
+    )
     parts.append(f"{seconds:.0f} s" if seconds >= 10.0 else f"{seconds:.2g} s")
     if way := about.get("ship_plan"):
         parts.append(f"ship: {way}")

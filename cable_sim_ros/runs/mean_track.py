@@ -1,4 +1,5 @@
-"""The mean speed and heading of recorded motion beside those of the scene: a tow that is another one is said so."""
+"""The mean speed and heading of recorded motion beside those of the scene: a tow that is another one is said so. And is
+pitch positive bow down, as the axes here have it? The surge says so."""
 
 from __future__ import annotations
 
@@ -8,6 +9,7 @@ import warnings
 import numpy as np
 
 from ..io.scenes.load import SceneWarning
+from ..sim.checks.deviation_checks import PITCHED_OVER, pitch_against
 from ..sim.scene import Scene
 from ..sim.tables.current import HEADING_WITHIN, turned_current
 from ..sim.verdict import Reason, check
@@ -74,3 +76,24 @@ def off_track(scene: Scene, heading: float | None, frames: np.recarray) -> tuple
         f"laws begin with the second number. {'. '.join(ways)}",
         max(faster, abs(turned) / HEADING_WITHIN),
     )
+
+
+def pitch_sign(frames: np.recarray) -> list[Reason]:
+    """A reason to doubt the run whose pitch goes against its surge; none where one of them is missing or too small.
+
+    A ship on a long wave slides down its slope: bow up is pulled astern, bow down ahead, with a share of g times the
+    angle. Between the acceleration ahead and the pitch (positive bow down, x forward, z up) recorded ships have
+    correlations of +0.90 (NBP1406) and +0.60 (LMG1903, calm); a pitch that is positive bow up, as most sensors
+    count it, has their negatives.
+    """
+    time = (frames["time"] - frames["time"][0]) * 1e-9 if len(frames) else np.zeros(0)
+    if len(time) < 10 or time[-1] < PITCHED_OVER:
+        return []
+    x, y, z, w = np.asarray(frames["ship_quaternion"], float).T
+    pitch = np.degrees(np.arcsin(np.clip(2.0 * (w * y - z * x), -1.0, 1.0)))
+    yaw = np.arctan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
+    velocity = np.asarray(frames["ship_velocity"], float)
+    surge = np.gradient(velocity[:, 0] * np.cos(yaw) + velocity[:, 1] * np.sin(yaw), time)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        agree = float(np.corrcoef(surge, pitch)[0, 1])
+    return list(pitch_against(float(pitch.std()), float(surge.std()), agree))

@@ -26,7 +26,7 @@ from ..sim.mesh.mesh_kinds import FeedMesh
 from ..sim.rebase import carried_over
 from ..sim.scene import Scene
 from ..sim.verdict import Reason
-from . import mean_track, motion_preview, pitch_sign
+from . import mean_track, motion_preview
 from .controller import ControllerError, ControlLoop
 from .live_changes import Change, Timetable, fit, refuse_beyond, tick_of
 from .resume import Resumed, nothing_left
@@ -104,7 +104,7 @@ class MessageRun(Runner):
         if self.tow is not None and not self.tow.ship_plan:  # which says another mean track
             self.doubts += mean_track.look(self.scene, self._heading, frames)
         if self.tow is not None:
-            self.doubts += pitch_sign.look(frames)
+            self.doubts += mean_track.pitch_sign(frames)
         if self.feeder is not None:
             self.doubts += motion_preview.doubts(self.feeder.ingest, count * self.tick / SECOND)
         return stepped

@@ -28,7 +28,7 @@ from ..sim.saved.savefile import SaveError, check_place, same_scene
 from ..sim.scene import Scene
 from ..sim.simulator import Simulator
 from ..sim.verdict import Reason
-from . import motion_preview, phases, refinement_check, verdict
+from . import motion_preview, refinement_check, verdict
 from .controller import Controller, ControlLoop, alone
 from .fault_report import found, in_order, scenario_of
 from .journal_replay import JournalReplay
@@ -41,11 +41,12 @@ from .resume import Resumed, report_of
 from .resume import save as save_run
 from .run_folder import bag_path, write_summary
 from .settings import NOTHING, Settings, apply_to_bag, apply_to_scene, of_intake, recorded_intake, refuse_without_bag
-from .sources import after_plan, in_the_sea, motion_of, notes_of, scene_of_bag, sea_motion_kept, seconds_of
+from .sources import in_the_sea, motion_of, notes_of, scene_of_bag, sea_motion_kept, seconds_of
 from .step_choice import doubts_of_steps, metrics_of_steps, overwritten, stepped
 from .stepping import Progress, Stepped, silent
 from .summary import after_start, of_bodies, summarize
 from .transient import growth, start_up, still_growing
+from .travel import phase_figures
 
 # keys that a run that goes on may have otherwise
 DRIVEN = "drive.mode", "drive.set_pull", *(f"rules.{key}" for key in Rules.model_fields)
@@ -85,10 +86,9 @@ def run(
     """Simulate a scene under the motion of a bag or CSV table, a sinusoidal heave, its waves, or on its mean track.
 
     heave: amplitude [m] and period [s], in place of ``motion`` (None: mean track); rao: CSV of response amplitude
-    operators, or ``simple``, in place of ``motion``: the ship moves in the waves of the scene; ship: a plan of its
-    turns and changes of speed, its text or file, in place of ``motion``, with a heave or level; duration: s, default
-    all the motion there is, or a short settling without any, or a minute after the last item of a winch plan, or until
-    the ship has gone twice the cable out after its own;
+    operators, or ``simple``, in place of ``motion``: the ship moves in the waves of the scene; ship: a plan of turns
+    and speeds, its text or file, in place of ``motion``; duration: s, default all the motion there is, or a short
+    settling without any, or a minute after the last item of a winch plan, two cable lengths after a plan of the ship;
     algorithm: set-point in place of the scene's; imu_only: leave odometry out; winch: a plan, its text or file, in
     place of the winch commands of the bag; changes: (seconds, key, value) in order of time, each gives a live key of
     the scene a value from the tick on that holds its time, from the beginning of this run; faults: a scenario, as
@@ -146,13 +146,8 @@ def run(
         control = ControlLoop(controller, control_period, scene.solver.tick, scene.instruments)
     if duration is None and motion is None:
         last = max([one.time for one in live] + ([plan.last - before] if plan is not None else []), default=-AFTER_PLAN)
-        duration = max(seconds_of(heave, rao, scene), last + AFTER_PLAN) or None
-        if way is not None:
-            duration = max(duration or 0.0, after_plan(way, scene) - before)
-    made = heave is not None or rao is not None or way is not None
-    lasts = duration if duration is None or not made else before + duration
-    if way is not None:
-        way.check(scene.ship)
+        duration = max(seconds_of(heave, rao, scene, way) - (0.0 if way is None else before), last + AFTER_PLAN) or None
+    lasts = duration if duration is None or (heave, rao, way) == (None, None, None) else before + duration
     tow = motion_of(scene, motion, heave, lasts, imu_only, settings, topics, rao, way)
     if tow is not None and (plan is not None or control is not None):
         tow.events = [event for event in tow.events if not event.is_command]
@@ -164,10 +159,9 @@ def run(
     result.metrics["imu_only"] = imu_only
     if tow is not None and tow.sea_motion:
         result.metrics["rao"] = tow.sea_motion
-    if plan is not None:
-        result.metrics["winch"] = str(plan)
+    result.metrics |= {} if plan is None else {"winch": str(plan)}
     if way is not None:
-        result.metrics |= {"ship": str(way), "phases": phases.figures(way, scene.ship, result.frames, before)}
+        result.metrics |= {"ship": str(way), "phases": phase_figures(way, scene.ship, result.frames, before)}
     if scenario is not None:
         result.metrics |= {"scenario": scenario.scenario, "faults": found(scenario, result.frames)}
     if live:

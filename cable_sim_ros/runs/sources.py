@@ -51,6 +51,8 @@ def motion_of(
     if imu_only and (table is not None or heave is not None or rao is not None):
         of = motion or ("--heave" if rao is None else "--rao")
         raise MotionError(f"{of} gives no IMU messages: nothing was simulated; leave --imu-only out")
+    if ship is not None:
+        ship.check(scene.ship)
     if ship is not None and (motion is not None or rao is not None):
         raise MotionError(
             f"a ship plan and {'the waves (rao)' if motion is None else f'the motion {motion!r}'} were both given, and "
@@ -65,7 +67,7 @@ def motion_of(
         amplitude, period = heave
         return sine_heave(amplitude, period, HEAVE_SECONDS if duration is None else duration, scene.ship, ship)
     if ship is not None:
-        return planned(ship, after_plan(ship, scene) if duration is None else duration, scene.ship)
+        return planned(ship, seconds_of(heave, rao, scene, ship) if duration is None else duration, scene.ship)
     if table is not None:
         return read_table(table, scene.ship, scene.sheave.position)
     if motion is None:
@@ -78,16 +80,18 @@ def motion_of(
     return tow
 
 
-def after_plan(ship: ShipPlan, scene: Scene) -> float:
-    """Seconds of a run under a plan of the ship, where no duration is given: the towbody comes to where it was done."""
-    speed = max([abs(one.value) for one in ship.items if not one.turns][-1:] or [abs(scene.ship.tow_speed)])
-    return ship.last + max(HEAVE_SECONDS, PASSES * layout_of(scene).route.scope / max(speed, MIN_SPEED))
+def seconds_of(
+    heave: tuple[float, float] | None, rao: str | os.PathLike | None, scene: Scene, ship: ShipPlan | None = None
+) -> float:
+    """Seconds of a run under a motion that has no end, where no duration is given; 0 for another motion.
 
-
-def seconds_of(heave: tuple[float, float] | None, rao: str | os.PathLike | None, scene: Scene) -> float:
-    """Seconds of a run under a motion that has no end, where no duration is given; 0 for another motion."""
+    After a plan of the ship the towbody comes to where it was done, and the tow to rest.
+    """
     if rao is not None:
         return max(HEAVE_SECONDS, RAMPS * scene.water.ramp)
+    if ship is not None:
+        speed = max([abs(one.value) for one in ship.items if not one.turns][-1:] or [abs(scene.ship.tow_speed)])
+        return ship.last + max(HEAVE_SECONDS, PASSES * layout_of(scene).route.scope / max(speed, MIN_SPEED))
     return 0.0 if heave is None else HEAVE_SECONDS
 
 

@@ -16,14 +16,15 @@ from ..physics.tick_output import Flag
 from ..sim.checks.deviation_checks import SKIP
 from ..sim.tables.elementary import principal, product
 
+from .travel import HAUL_OVER, HAULED, TURNED, haul_of, turned, turns
+from .travel import since_first as since_first
+from .travel import tick_length as tick_length
+
 if TYPE_CHECKING:
     from rich.table import Table
 
 FRACTION = 0.95  # of the towbody positions inside the ellipsoid
 FLAT = 1e-6  # m; an ellipsoid whose least standard deviation is below this has no volume
-HAUL_OVER = 20.0  # s of the mean of the scope: a compensation is no haul
-TURNED = 20.0  # deg, range of the mean heading over HAUL_OVER from which a run is a turn
-HAULED = 2.0, 0.02  # m, and of the largest scope: what it moves by beyond is a haul
 NOTHING = 1e-9  # of the mean: a deviation below this is round-off
 AT_REST = 0.05  # m/s; a slower ship has no track, its heading is taken instead
 
@@ -177,16 +178,6 @@ def tow_axes(frames: np.recarray) -> np.ndarray:
     return np.array([along, [-along[1], along[0]]])
 
 
-def since_first(frames: np.recarray) -> np.ndarray:
-    """Simulated time from the first tick output on [ns]; a tick more where the clock goes back, as by ~/restore."""
-    steps = np.diff(frames["time"])
-    if (steps > 0).all():
-        return frames["time"] - frames["time"][0]
-    forward = steps[steps > 0]
-    steps[steps <= 0] = int(np.median(forward)) if len(forward) else 1
-    return np.concatenate(([0], np.cumsum(steps)))
-
-
 def after_start(frames: np.recarray, skip_s: float) -> tuple[np.recarray, float]:
     """Tick outputs without the start-up, and the seconds left out: ``skip_s``, but at most half the run."""
     time = since_first(frames) * 1e-9
@@ -337,34 +328,6 @@ def _deviation(values: np.ndarray) -> float:
     return found if found > NOTHING * size else 0.0
 
 
-def haul_of(frames: np.recarray) -> tuple[float | None, bool]:
-    """Range [m] of the mean scope over HAUL_OVER seconds, None where the tick outputs do not have the scope; is it a
-    haul?"""
-    scope = np.asarray(frames["scope"], float)
-    if not np.isfinite(scope).all():
-        return None, False
-    travel = _range_of_mean(frames, scope)
-    return travel, travel > max(HAULED[0], HAULED[1] * float(scope.max()))
-
-
-def turns(frames: np.recarray) -> bool:
-    """Is it a turn, so that there is no mean tow?"""
-    return turned(frames) > TURNED
-
-
-def turned(frames: np.recarray) -> float:
-    """Range [deg] of the mean heading over HAUL_OVER seconds."""
-    x, y, z, w = frames["ship_quaternion"].T
-    return _range_of_mean(frames, np.degrees(np.unwrap(np.arctan2(2 * (x * y + w * z), 1 - 2 * (y * y + z * z)))))
-
-
-def _range_of_mean(frames: np.recarray, values: np.ndarray) -> float:
-    tick = tick_length(frames)
-    count = min(len(values), max(1, round(HAUL_OVER / tick))) if tick > 0.0 else 1
-    sums = np.concatenate(([0.0], np.cumsum(values - values[0])))
-    return float(np.ptp(sums[count:] - sums[:-count])) / count
-
-
 def ends(frames: np.recarray) -> dict[str, float | None]:
     """Scope and depth of the towbody in the first and the last tick output; None where the tick outputs do not have
     them."""
@@ -373,11 +336,6 @@ def ends(frames: np.recarray) -> dict[str, float | None]:
         for end, k in (("start", 0), ("end", -1)):
             found[f"{name}_{end}_m"] = float(values[k]) if np.isfinite(values[k]) else None
     return found
-
-
-def tick_length(frames: np.recarray) -> float:
-    """Seconds between tick outputs; 0 for a single one."""
-    return float(np.median(np.diff(frames["time"]))) * 1e-9 if len(frames) > 1 else 0.0
 
 
 def format_value(value: object) -> str:

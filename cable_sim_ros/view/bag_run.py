@@ -11,7 +11,7 @@ import numpy as np
 from ..io.bags.bag import DamageWarning
 from ..io.recordings.recorded_run import RecordedRun, load_run, places_of
 from ..io.scenes.load import load_scene, scene_from_text
-from ..runs import mean_track, pitch_sign
+from ..runs import mean_track
 from ..runs.summary import since_first
 from ..runs.verdict import judge
 from ..sim.flag_rules import DAMAGE
@@ -47,7 +47,7 @@ class BagRun:
         self.times = self.seconds[self.at]
         stamps = [time for time, _ in self.run.contacts]
         self.contact_at = places_of(stamps, frames) if stamps else np.zeros(0, int)
-        self.verdict: Verdict = judge(frames, self.scene, doubts(self.scene, frames, damage))
+        self.verdict: Verdict = judge(frames, self.scene, doubts(self.scene, frames, damage, "ship_plan" in self.run.custom_data))
 
     def __len__(self) -> int:
         return len(self.times)
@@ -70,13 +70,14 @@ class BagRun:
         return Moment(float(self.times[k] - self.times[0]), self.run.frames[tick], self.run.shapes[k][1], contact)
 
 
-def doubts(scene: Scene, frames: np.recarray, damage: str) -> list[Reason]:
-    """What makes a run doubtful beside its flags, as far as a bag tells."""
+def doubts(scene: Scene, frames: np.recarray, damage: str, planned: bool) -> list[Reason]:
+    """What makes a run doubtful beside its flags, as far as a bag tells; planned: its ship went by a plan."""
     x, y, z, w = (float(part) for part in frames[0]["ship_quaternion"])
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # said when it was simulated
-        found = mean_track.look(scene, atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z)), frames)
-        found += pitch_sign.look(frames)
+        yaw = atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
+        found = [] if planned else mean_track.look(scene, yaw, frames)
+        found += mean_track.pitch_sign(frames)
     return [*found, *([check(DAMAGE, damage)] if damage else [])]
 
 

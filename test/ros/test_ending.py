@@ -75,12 +75,12 @@ def sailing(bow_down=1.0, ringing=0.0):
     ],
 )
 def test_a_node_says_what_a_run_over_its_frames_says(given, flags):
-    from cable_sim_ros.runs import pitch_sign, verdict
+    from cable_sim_ros.runs import mean_track, verdict
 
     frames = sailing(**given)
     found = ended({0: len(frames)}, frames=frames)
     assert [reason.flag for reason in found.reasons] == flags
-    offline = [*pitch_sign.look(frames), *verdict.judge(frames).reasons]
+    offline = [*mean_track.pitch_sign(frames), *verdict.judge(frames).reasons]
     assert [reason.flag for reason in offline] == flags
     assert all(a.text.split(",")[0] == b.text.split(",")[0] for a, b in zip(found.reasons, offline)), "the same numbers"
 

@@ -7,7 +7,7 @@ from cable_sim_ros.io.messages.messages import decode_odometry
 from cable_sim_ros.io.scenes.resources import find_bag
 from cable_sim_ros.io.sources.bag_motion import read_motion
 from cable_sim_ros.physics.tick_output import TICK_OUTPUT
-from cable_sim_ros.runs import pitch_sign
+from cable_sim_ros.runs.mean_track import pitch_sign
 
 
 @pytest.fixture(scope="module", params=["nbp1406", "lmg1903"])
@@ -38,10 +38,10 @@ def quaternions(angles):
 
 def test_a_pitch_of_the_other_sign_is_doubted(frames):
     found, angles = frames
-    assert pitch_sign.look(found) == []
+    assert pitch_sign(found) == []
     other = found.copy()
     other["ship_quaternion"] = quaternions(angles * (1.0, -1.0, 1.0))
-    (reason,) = pitch_sign.look(other)
+    (reason,) = pitch_sign(other)
     assert reason.flag == "PITCH_SIGN" and "Pitch is positive bow down here" in reason.text
     assert "body_depth_m" in reason.metrics
 
@@ -55,5 +55,5 @@ def test_without_pitch_surge_or_time_nothing_is_said(frames):
         other = found.copy()
         for name, values in changed.items():
             other[name] = values
-        assert pitch_sign.look(other) == []
-    assert pitch_sign.look(found[:200]) == [] and pitch_sign.look(found[:0]) == []
+        assert pitch_sign(other) == []
+    assert pitch_sign(found[:200]) == [] and pitch_sign(found[:0]) == []
