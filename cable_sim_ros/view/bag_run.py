@@ -47,7 +47,9 @@ class BagRun:
         self.times = self.seconds[self.at]
         stamps = [time for time, _ in self.run.contacts]
         self.contact_at = places_of(stamps, frames) if stamps else np.zeros(0, int)
-        self.verdict: Verdict = judge(frames, self.scene, doubts(self.scene, frames, damage, "ship_plan" in self.run.custom_data))
+        self.verdict: Verdict = judge(
+            frames, self.scene, doubts(self.scene, frames, damage, "ship_plan" in self.run.custom_data)
+        )
 
     def __len__(self) -> int:
         return len(self.times)
