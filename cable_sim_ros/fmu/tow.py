@@ -53,6 +53,7 @@ class Tow:
         self.said = [str(one.message) for one in found]  # warnings that nobody has been told yet
         self.begin = 0  # ns
         self.sim: Simulator | None = None
+        self.initialized = False
         self.statuses: Counter[int] = Counter()
         self.peaks = (0.0, 0.0)
         self.largest = 0.0  # N
@@ -75,6 +76,11 @@ class Tow:
         self.begin = round(seconds * 1e9)
 
     def start(self) -> None:
+        """End of the initialization: as `_solve`. Steps may follow."""
+        self._solve()
+        self.initialized = True
+
+    def _solve(self) -> None:
         """Static equilibrium at the pose of the inputs; again where they were changed since. Raises CableSimError."""
         if self.sim is not None and self._used == self.values:
             return
@@ -108,7 +114,11 @@ class Tow:
 
     def step(self, t: float, h: float) -> None:
         """Simulate from t to t + h [s]. Inputs ship.*: motion at t + h. Raises CableSimError; then nothing moved."""
-        self.start_once()
+        if not self.initialized:
+            raise FmuError(
+                f"communication step of {h:.9g} s at {t:.9g} s before the end of the initialization; nothing was "
+                f"simulated. Call exitInitializationMode first: with it the static start takes the inputs"
+            )
         sim = self.sim
         assert sim is not None
         if self.problem:
@@ -141,9 +151,9 @@ class Tow:
         self.largest = max(self.largest, float(frames["tension_most"].max()))
 
     def start_once(self) -> None:
-        """Start, where nothing has been started yet."""
+        """Solve the start for outputs of the initialization, where that is not done yet."""
         if self.sim is None:
-            self.start()
+            self._solve()
 
     def output(self, name: str) -> Any:
         """An output by name, at the end of the last step."""

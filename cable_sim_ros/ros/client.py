@@ -54,6 +54,7 @@ class Client:
                 namespace=NAMESPACE,
                 use_global_arguments=False,
                 enable_rosout=False,
+                start_parameter_services=False,  # it has none, and under SROS2 needs no permission by its name
                 parameter_overrides=[Parameter("start_type_description_service", value=False)],
             )
         self.received: dict[str, list] = {}  # by topic, the first list of `listen`

@@ -159,6 +159,20 @@ def test_a_step_that_does_not_fit_is_refused_and_nothing_moves(resources, t, h, 
     tow.step(0.0, 0.1)  # and it goes on
 
 
+def test_a_step_before_the_end_of_the_initialization_is_refused(resources):
+    tow = Tow(resources)
+    give(tow, 0.0)
+    for _ in range(2):
+        with pytest.raises(
+            FmuError, match="step of 0.1 s at 0 s before the end of the initialization; noth"
+        ):
+            tow.step(0.0, 0.1)
+        assert tow.output("cable.tension") > 0.0, "outputs may be asked for by then"
+    tow.start()
+    tow.step(0.0, 0.1)
+    assert tow.seconds() == pytest.approx(0.1)
+
+
 def test_a_command_that_is_none_is_refused_and_nothing_moves(resources):
     tow = begun(resources)
     give(tow, 0.1)

@@ -177,6 +177,29 @@ def test_every_channel_may_be_published_by_the_security_policy():
     assert {Context().topic(channel) for channel in (*EVERY, DRAWN)} <= allowed
 
 
+def test_what_others_may_do_is_what_the_node_offers():
+    pytest.importorskip("rclpy")
+    from cable_sim_ros.ros.services import policy
+    from cable_sim_ros.ros.view import watcher
+
+    node = policy.rules(ROOT / policy.FILE)
+    out, into = node["topics publish"], node["topics subscribe"]
+    others = ("controller", "sensors", "cable_sim_view", "operator")
+    profiles = {name: policy.rules(ROOT / policy.FILE, name) for name in others}
+    for name, may in profiles.items():
+        assert may["topics publish"] - {"/parameter_events", "/rosout"} <= into, name
+        assert may.get("topics subscribe", set()) <= out | into, name
+        assert may.get("services request", set()) <= node["services reply"], name
+    heard = profiles["controller"]["topics subscribe"]
+    aboard = {Context().topic(channel) for channel in EVERY if channel.new}
+    assert aboard | {"/clock"} | {f"{policy.SPACE}/{KINDS[kind][1]}" for kind in ("imu", "odometry")} <= heard
+    drawn = {f"{policy.SPACE}/{channel.topic}" for channel in (watcher.HEALTH, watcher.SHAPE, watcher.CONTACT)}
+    assert profiles["cable_sim_view"]["topics subscribe"] == drawn | {"/diagnostics"}
+    standard = {f"{policy.SPACE}/{policy.NODE}/{policy.service_name(name)}" for name in policy.SERVICES}
+    beside = {f"{policy.SPACE}/{policy.NODE}/get_type_description"}
+    assert profiles["operator"]["services request"] == node["services reply"] - standard - beside
+
+
 @pytest.mark.filterwarnings("ignore::cable_sim_ros.io.scenes.load.SceneWarning")
 def test_a_channel_of_some_scenes_is_one_of_all():
     """One that stood in no table was missing from page and policy, and nothing said so."""
