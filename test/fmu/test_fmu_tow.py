@@ -163,9 +163,7 @@ def test_a_step_before_the_end_of_the_initialization_is_refused(resources):
     tow = Tow(resources)
     give(tow, 0.0)
     for _ in range(2):
-        with pytest.raises(
-            FmuError, match="step of 0.1 s at 0 s before the end of the initialization; noth"
-        ):
+        with pytest.raises(FmuError, match="step of 0.1 s at 0 s before the end of the initialization; noth"):
             tow.step(0.0, 0.1)
         assert tow.output("cable.tension") > 0.0, "outputs may be asked for by then"
     tow.start()
