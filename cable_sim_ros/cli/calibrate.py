@@ -239,12 +239,23 @@ def _head(result: Calibration) -> list[str]:
             continue
         was = f", was {one.start:.5g}" if one.number else ", of the instrument"
         lines.append(f"  {one.name} = {_fine(one, one.value)} {_interval(one)} (95 %){was}")
+        lines += [f"    taken as exact, {text}" for text in _conditional(one)]
     return lines
 
 
 def _interval(one: Parameter) -> str:
     low, high = ("open" if end is None else _fine(one, end) for end in one.interval)
     return f"[{low}, {high}]"
+
+
+def _conditional(one: Parameter) -> list[str]:
+    """What of each signal's instrument the interval takes as exact, and what an error of it moves the number by."""
+    rows: dict[str, list[str]] = {}
+    for quantity, kind, error, unit, moves in one.conditional:
+        size = f"{100.0 * error:g} %" if kind == "gain" else f"{error:g} {unit}"
+        by = "" if moves is None else f" ({size}: {moves:+.2g})"
+        rows.setdefault(quantity, []).append(f"{kind}{by}")
+    return [f"{quantity}: {', '.join(told)}" for quantity, told in rows.items()]
 
 
 def _fine(one: Parameter, number: float) -> str:
@@ -268,9 +279,11 @@ def tell(result: Calibration) -> None:
         table.add_column(name)
     for name in ("start", "value", "95 % interval", "range"):
         table.add_column(name, justify="right")
+    table.add_column("if these are exact (an error: moves the value by)")
     for one in result.parameters:
         limits = f"{one.limits[0]:.4g} to {one.limits[1]:.4g}"
-        table.add_row(one.name, one.unit, f"{one.start:.5g}", _fine(one, one.value), _interval(one), limits)
+        table.add_row(one.name, one.unit, f"{one.start:.5g}", _fine(one, one.value), _interval(one), limits,
+                      "\n".join(_conditional(one)))  # fmt: skip
     console.print(table)
     held = "not held out" if result.held_s is None else f"{result.held_s[0]:.4g} to {result.held_s[1]:.4g} s"
     rests = Table(

@@ -177,11 +177,20 @@ def test_the_effect_of_an_error_that_is_not_freed_is_that_of_another_fit(tmp_pat
         fit = ("--steady", "--free", f"{DRAG}=1.5:2.5", "--signal", "tension", "--intervals", "linear", "--json")
         told = json.loads(call(*given, *fit).stdout)
         values.append(told["parameters"][0]["value"])
-        (note,) = (text for text in told["verdict"]["notes"] if "is not freed" in text)
-        assert "lag" not in note, "a mean has none"
-    per = float(re.search(rf"of {kind} moves {re.escape(DRAG)} by (\S+?);?(?: |$)", note)[1])
+        given = {one["kind"]: one["moves"] for one in told["parameters"][0]["conditional_on"]}
+        assert given.keys() == {"bias", "gain"}, "a mean has no lag"
+    per = given[kind]
     times = {"bias": off[0], "gain": 100.0 * (off[1] - 1.0)}[kind]
     assert values[1] - values[0] == pytest.approx(per * times, rel=0.15)
+
+
+def test_the_interval_stands_beside_what_it_takes_as_exact(steady, tmp_path):
+    out = tmp_path / "mine.yaml"
+    fit = ("--steady", "--free", f"{DRAG}=1.5:2.5", "--intervals", "linear", "--gain", "tension~0.02", "--out", out)
+    told = re.sub(r"\s+", " ", call(*steady, *fit).output)
+    assert re.search(r"tension: bias \(1 N: [+-][\d.e-]+\)", told)
+    assert re.search(r"body_depth: bias \(1 m: [+-][\d.e-]+\), gain", told) and "tension: gain" not in told
+    assert "taken as exact, tension: bias (1 N: " in out.read_text("utf-8")
 
 
 def test_a_fit_that_stops_short_is_failed_and_writes_no_scene(steady, tmp_path, monkeypatch):

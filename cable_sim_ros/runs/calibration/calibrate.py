@@ -21,6 +21,7 @@ from .limits import HOLD_OUT, MAX_LAG
 from .observed import Observed, chosen, observed
 from .reasons import judge
 from .result import Calibration, Left, Parameter, Shown
+from .systematic import taken_as_true
 from .tow_model import TowModel
 
 BIASES = 10.0  # spreads of a signal, that a bias may be
@@ -138,6 +139,7 @@ UNITS = {"gain": "", "lag": "s"}
 
 def _fill(out: Calibration, problem: Problem, found: Fit, known: Confidence, intervals: list[Interval]) -> None:
     units = {one.quantity: one.unit for one in problem.signals}
+    taken = taken_as_true(problem, found, out.steady, bool(known.apart))
     for k, name in enumerate(problem.names):
         interval = intervals[k]
         number = k < len(problem.free)
@@ -149,7 +151,8 @@ def _fill(out: Calibration, problem: Problem, found: Fit, known: Confidence, int
             other = problem.nuisances[k - len(problem.free)]
             low, high, unit = interval.low, interval.high, UNITS.get(other.kind, units[other.quantity])
             start, value, limits = other.neutral, float(found.x[k]), (other.low, other.high)
-        out.parameters.append(Parameter(name, unit, start, value, (low, high), limits, number, interval.rise))
+        given = tuple((*one[:4], None if one.moves is None else one.moves[k]) for one in taken)
+        out.parameters.append(Parameter(name, unit, start, value, (low, high), limits, number, interval.rise, given))
     out.correlation, out.apart = known.correlation.tolist(), known.apart
     begin = problem.start()
     before, after = problem.simulate(problem.values(begin)), problem.simulate(problem.values(found.x))

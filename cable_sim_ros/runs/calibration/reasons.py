@@ -13,7 +13,7 @@ from .confidence import APART, Confidence, Interval
 from .lags import repeats
 from .least_squares import Fit, Problem
 from .result import Calibration
-from .systematic import systematic, taken_as_true
+from .systematic import systematic
 from .tow_model import TowModel
 
 NEAR = 1e-3  # of its range: so near a bound it is at it
@@ -115,7 +115,6 @@ def judge(
             )
     _unlike(out, problem, found, known)
     if not known.apart:
-        out.notes += taken_as_true(problem, found, out.steady)
         systematic(out, problem, found, known, model)
     if out.held_s is None:
         out.notes.append("nothing was held out (--hold-out 0): no part of the record has judged the fit")

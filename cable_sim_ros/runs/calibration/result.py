@@ -14,7 +14,11 @@ from .observed import Observed
 
 
 class Parameter(NamedTuple):
-    """A fitted one: name, unit, start, value, 95 % interval (None: open at the bound), range, is it a free number?"""
+    """A fitted one: name, unit, start, value, 95 % interval (None: open at the bound), range, is it a free number?
+
+    conditional: what of the instruments the interval takes as exact: signal, kind, such an error [unit], and what that
+    moves the value by (None: not known).
+    """
 
     name: str
     unit: str
@@ -24,6 +28,7 @@ class Parameter(NamedTuple):
     limits: tuple[float, float]
     number: bool
     rise: tuple[float | None, float | None]
+    conditional: tuple[tuple[str, str, float, str, float | None], ...] = ()
 
 
 class Left(NamedTuple):
@@ -105,6 +110,9 @@ class Calibration:
                     "interval": list(one.interval),
                     "range": list(one.limits),
                     "rise": list(one.rise),
+                    "conditional_on": [
+                        dict(zip(("quantity", "kind", "error", "unit", "moves"), row)) for row in one.conditional
+                    ],
                 }
                 for one in self.parameters
             ],

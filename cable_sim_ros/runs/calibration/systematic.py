@@ -7,7 +7,7 @@ not cross, an offset that no free number explains, or a mesh that is not that of
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -23,6 +23,17 @@ MOVES = 0.5  # of the half width of an interval: an error that moves a number by
 CROSSED = 0.5  # of a rounding: a signal that varies by less does not average it out
 BESIDE = 2.5  # deviations of a prior, that a number may lie beside it
 FAST, SHARE = 0.2, 0.05  # of the rate of simulated values; of the variance of a signal, that may be faster
+
+
+class Taken(NamedTuple):
+    """An instrument's bias, gain or lag that is not fitted; moves: change of each parameter, in its unit, by such an
+    error of it, None: not known."""
+
+    quantity: str
+    kind: str
+    error: float
+    unit: str
+    moves: list[float] | None
 
 
 def moved(problem: Problem, found: Fit, errors: Mapping[str, np.ndarray]) -> np.ndarray:
@@ -42,22 +53,23 @@ def _told(problem: Problem, shift: np.ndarray) -> str:
     return ", ".join(text.rstrip() for text in by)
 
 
-def taken_as_true(problem: Problem, found: Fit, steady: bool) -> list[str]:
-    """What an error of an instrument that is not free would move the numbers by, a line for each signal."""
-    curves, lines = problem.simulate(problem.values(found.x)), []
+def taken_as_true(problem: Problem, found: Fit, steady: bool, apart: bool) -> list[Taken]:
+    """Bias, gain and lag of instruments that are not free: what every interval takes as exact.
+
+    apart: some parameters cannot be told apart, so that no shift of one of them is known.
+    """
+    curves, out = problem.simulate(problem.values(found.x)), []
     freed = {(one.kind, one.quantity) for one in problem.nuisances}
+    size = np.array([one.high - one.low for one in problem.free] + [1.0] * len(problem.nuisances))
     for one in problem.signals:
-        told = []
-        sizes = {"bias": f"1 {one.unit} of bias", "gain": "1 % of gain", "lag": "0.1 s of lag"}
         for kind in KINDS:
             if (kind, one.quantity) in freed or (kind == "lag" and steady):
                 continue
             error = TAKEN[kind] * problem.by_instrument(found.x, one, curves, kind)
-            told.append(f"{sizes[kind]} moves {_told(problem, moved(problem, found, {one.quantity: error}))}")
-        if told:
-            text = f"{one.quantity}: what its instrument is off and is not freed goes into the numbers: "
-            lines.append(text + "; ".join(told))
-    return lines
+            shift = None if apart else (size * moved(problem, found, {one.quantity: error})).tolist()
+            unit = {"bias": one.unit, "gain": "", "lag": "s"}[kind]
+            out.append(Taken(one.quantity, kind, TAKEN[kind], unit, shift))
+    return out
 
 
 def systematic(out: Calibration, problem: Problem, found: Fit, known: Confidence, model: TowModel) -> None:

@@ -17,11 +17,11 @@ from .alignment import SEARCH, Clock, clock_of
 from .exact import Exact
 from .exact import exact as exact_of
 from .limits import Judged, Limits, judge
-from .pairing import NotPaired, clean, paired
+from .pairing import LINES, NotPaired, clean, paired
 from .recordings import Recording
 from .score import SLOPE, Score, score
 from .spectra import BAND
-from .units import Finding, findings
+from .units import Finding, findings, floor_of, step_of
 from .waves import ellipsoid, inside
 
 SCORED = (  # quantities of a comparison, in this order; the motion of the ship is what both are given
@@ -165,7 +165,7 @@ def compare(
         )
     origin = min(int(first[name].time[0]) for name in first if len(first[name].time))
     if exact is None or not exact.common:
-        _align(out, first, second, both, origin, band, search)
+        _align(out, first, second, both, origin, window, band, search)
     for name in both:
         out.scores.append(score(first[name], second[name], origin=origin, window=window, band=band, slope=slope))
         _lag(out, out.scores[-1])
@@ -202,11 +202,12 @@ def _align(
     second: dict[str, Signal],
     both: list[str],
     origin: int,
+    window: tuple[float, float],
     band: tuple[float, float],
     search: float,
 ) -> None:
     """Find clock, signs and units; apply what was asked for; say the rest."""
-    told = []
+    told, adrift = [], False
     clocks = {name: clock_of(first[name], second[name], origin, band, search) for name in both if name not in MOTION}
     clocks = clocks or {name: clock_of(first[name], second[name], origin, band, search) for name in both}
     usable = [one for one in clocks.values() if one.found and one.interval is not None]
@@ -240,7 +241,8 @@ def _align(
             out.doubts.append(_reason("CLOCK", f"the clocks cannot be aligned: {why}; nothing was moved"))
     for name in both:
         row = Found(name, clocks.get(name) or Clock(name, False, why="not looked for: it is motion"))
-        row.findings = _findings(first[name], second[name], origin, row.clock, out)
+        row.findings, doubt = _findings(first[name], second[name], origin, window, row.clock, out)
+        adrift = adrift or (doubt and name in clocks)
         out.found.append(row)
         if not row.findings:
             continue
@@ -249,8 +251,11 @@ def _align(
             if row.applied:
                 old = first[name]
                 first[name] = Signal(name, old.time, old.value * one.factor, old.source, list(old.assumed))
-            how = f"A was multiplied by {one.factor:g} for the scores" if row.applied else "not applied"
-            out.doubts.append(_reason(one.kind.upper(), f"{name}: {one.text}; {how}", name))
+            how = f"; A was multiplied by {one.factor:g} for the scores" if row.applied else "; not applied"
+            text = f"{name}: {one.text}{how if one.factor != 1.0 else ''}"
+            out.doubts.append(_reason(one.kind.upper(), text, name))
+    if adrift and out.align is Align.NONE and not usable and out.clock is not None:
+        told.append(f"the clock of B was not found ({out.clock.quantity}): {out.clock.why}")
     for text in told:
         out.doubts.append(_reason("CLOCK", text))
 
@@ -285,20 +290,22 @@ def _agree(one: Clock, other: Clock) -> bool:
     return gap <= 2.0 * (0.5 * (one.interval[1] - one.interval[0]) + 0.5 * (other.interval[1] - other.interval[0]))
 
 
-def _findings(a: Signal, b: Signal, origin: int, clock: Clock, out: Comparison) -> list[Finding]:
-    """Signs and units, with the clock moved where that is known."""
-    moved = b if out.clock_applied or not clock.found else clock.moved(b, origin)
-    one = score(a, moved, origin=origin)
-    if not one.scored:
-        return []
+def _findings(
+    a: Signal, b: Signal, origin: int, window: tuple[float, float], clock: Clock, out: Comparison
+) -> tuple[list[Finding], bool]:
+    """Signs, units and steps, with the clock moved where that is known; is that clock in doubt?"""
+    usable = (one for one in (clock, out.clock) if one is not None and (one.found or one.rivals))
+    known = None if out.clock_applied else next(usable, None)
+    one = score(a, b if known is None else known.moved(b, origin), origin=origin, window=window)
+    if not one.scored or one.pair is None:
+        return [], False
     f = one.figures
-    return findings(
-        one.unit,
-        f["gain"],
-        one.intervals.get("gain"),
-        f["correlation"] or 0.0,
-        (f["mean_a"] or 0.0, f["mean_b"] or 0.0),
-    )
+    r, *rest = (f[name] or 0.0 for name in ("correlation", "mean_a", "mean_b", "std_a", "std_b"))
+    means, sizes = (rest[0], rest[1]), (rest[2], rest[3])
+    rows = [] if a.quantity in LINES else step_of(one.unit, one.pair)  # lines lose their track, and their size
+    rows = rows or findings(one.unit, f["gain"], one.intervals.get("gain"), r, means, sizes, bool(clock.rivals))
+    moving = min(sizes) > floor_of(one.unit, means)
+    return rows, moving and (bool(clock.rivals) or r < np.cos(np.radians(LATE)))
 
 
 def _body(

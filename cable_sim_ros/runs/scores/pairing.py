@@ -17,6 +17,7 @@ FASTER = 1.5  # times the rate of the grid: from here on a signal is low-passed 
 PASSED = 0.8  # of the Nyquist frequency of the grid
 CLOSE = 0.1  # of the median interval: two values so near each other are one
 MIN_SAMPLES = 8
+LARGEST = 1e12  # in SI units: no quantity reaches it, and its powers are numbers
 MAX_GRID = 5_000_000  # times on the grid: 14 h at 100 Hz
 TURNS = {"yaw", "course", "longitude", "body_longitude"}  # one turn more is the same
 LINES = {"x", "y", "latitude", "longitude", "body_x", "body_y", "body_latitude", "body_longitude"}  # they travel
@@ -71,10 +72,12 @@ def clean(signal: Signal, origin: int) -> Cleaned:
     dropped: dict[str, int] = {}
     time = np.asarray(signal.time, np.int64)
     value = np.asarray(signal.value, float)
-    finite = np.isfinite(value)
-    if not finite.all():
-        dropped["not finite"] = int((~finite).sum())
-        time, value = time[finite], value[finite]
+    usable = np.abs(value) <= LARGEST
+    if not usable.all():
+        finite = np.isfinite(value[~usable])
+        for cause, count in (("not finite", (~finite).sum()), (f"beyond {LARGEST:g} in SI units", finite.sum())):
+            dropped |= {cause: int(count)} if count else {}
+        time, value = time[usable], value[usable]
     if len(time):
         highest = np.maximum.accumulate(time)
         on = np.ones(len(time), bool)

@@ -159,6 +159,50 @@ def test_signs_and_units_are_named_and_taken_back_only_where_asked(factor):
     assert back.verdict.code == 4, "what was applied makes it doubtful"
 
 
+def test_a_clock_sign_or_unit_that_is_not_found_is_doubtful():
+    """Whatever an instrument may do to a tension or a rate, the verdict is not ok, and says which."""
+    seed = 31
+    time, x = sea(seed, 300.0, 2.0)
+    n, late = np.random.default_rng(seed).standard_normal(len(time)), time > 180.0
+    swell, rate = np.sin(2.0 * np.pi * time / 8.0), 0.3 * x
+    load, regular = 3000.0 + 100.0 * x, 3000.0 + 100.0 * swell
+    shifted = 3000.0 + 100.0 * np.sin(2.0 * np.pi * (time - 1.7) / 8.0)
+    for kind, quantity, a, b in (
+        ("STILL", "tension", 0.0 * x, load),
+        ("STILL", "tension", 0.0 * x, np.full(len(x), 3000.0)),
+        ("STILL", "tension", 3100.0 + 0.1 * n, load),
+        ("STILL", "payout_rate", 0.0 * x, rate),
+        ("SIGN", "tension", -load + 200.0 * n, load),
+        ("SIGN", "tension", n - 3000.0, 3000.0 + 0.0 * x),
+        ("SIGN", "payout_rate", 0.3 * n, rate),
+        ("STEP", "tension", np.where(late, 1e6, 1e3) + n, load),
+        ("STEP", "tension", np.where(late, load / 1e3, load), load),
+        ("STEP", "tension", np.where(late, 0.0, load), load),
+        ("UNIT", "tension", shifted / 4.4482216 + n, regular),
+        ("UNIT", "tension", load / 4.4482216 + 100.0 * n, load),
+        ("UNIT", "tension", 0.4 * load, load),
+        ("CLOCK", "tension", regular + 5.0 * n, regular + 5.0 * n[::-1]),
+        ("CLOCK", "tension", 3000.0 + 100.0 * sea(seed + 500, 300.0, 2.0)[1], load),
+    ):
+        found = compare([signal(time, a, quantity)], [signal(time, b, quantity)], "log", "run").verdict
+        assert kind in {one.flag for one in found.reasons} and found.code == 4, (kind, a[0], found)
+    for quantity, a, b in (
+        ("tension", 1.04 * load + 20.0 * n + 90.0, load),
+        ("payout", 457.5 + 0.0 * x, 457.5 + 1e-4 * x),
+        ("payout_rate", 0.003 * n, 0.0 * x),
+        ("payout_rate", np.where(late, 0.5, 0.0) + 0.003 * n, np.where(late, 0.5, 0.0)),
+    ):
+        log, run = [signal(time, a, quantity), signal(time, x, "heave")], [signal(time, b, quantity)]
+        assert compare(log, [*run, signal(time, x, "heave")], "log", "run").verdict.state == "ok", quantity
+
+
+@pytest.mark.parametrize("value, cause", [(1e300, "beyond 1e+12 in SI units"), (np.inf, "not finite")])
+def test_a_number_that_no_instrument_shows_is_left_out_and_counted(value, cause):
+    time, x = sea(12, 120.0)
+    one = compare([signal(time, np.where(time == 50.0, -value, x))], [signal(time, x)], "log", "run").scores[0]
+    assert one.dropped_a == {cause: 1} and one.figures["gain"] == pytest.approx(1.0, rel=1e-3)
+
+
 def test_degrees_knots_and_feet():
     for quantity, unit, word in (("pitch", "rad", "degrees"), ("speed", "m/s", "knots"), ("payout", "m", "ft")):
         time, x = sea(13, 200.0)
