@@ -9,6 +9,7 @@ from ..io.motion.clock import DataClock
 
 SECOND = 1_000_000_000
 SECONDS = 10  # that Distance goes by
+MARGIN = 5_000_000  # ns, over what they needed: it differs by some ms from second to second
 NOT_IN_REAL_TIME = (
     "time_mode is realtime: the clock of the motion drives, and does not stand; start the node with "
     "-p time_mode:=lockstep to pause and step"
@@ -21,7 +22,7 @@ class Distance:
     A tick past the newest sample is made up, and what it made up dies out over `ship.source_blend`: with one such tick
     every second or two none shows the ship as it moves. What a second needed is the longest time from the stamp of a
     sample to the next sample being there. `delay` is `least` (input_delay) where that suffices, else what eight of the
-    last ten seconds needed, at most `most`: a hold-up or a drop-out now and then does not move it.
+    last ten seconds needed and a little more, at most `most`: a hold-up or a drop-out now and then does not move it.
     """
 
     def __init__(self, least: int, most: int) -> None:
@@ -53,7 +54,8 @@ class Distance:
                 self._seconds.append(min(self._worst, self.most))
                 self._worst = 0
                 if len(self._seconds) == SECONDS:
-                    self.delay = max(self.least, sorted(self._seconds)[-3])
+                    found = sorted(self._seconds)[-3]
+                    self.delay = self.least if found <= self.least else min(found + MARGIN, self.most)
             self._worst = max(self._worst, now - self._newest)
         self._newest = stamp
 
