@@ -12,7 +12,7 @@ from pathlib import Path
 import click
 
 from ..errors import CODE_DAMAGED, CODE_INPUT, NEEDS_ROS
-from ..limits import LONGEST_RUN
+from ..limits import LONGEST_RUN, MAX_TOW_SPEED
 from ..version import __version__
 from . import expected_errors
 from .bags import make_bags as make_bags_command
@@ -196,7 +196,7 @@ def live(bag, scene, duration, imu_only, out, report, as_json) -> None:
     ready(out)
     quiet = (lambda *_: None) if as_json else None
     with reporting(report, out) as reporter:
-        done = run_live(path, scene, duration, out, imu_only=imu_only, progress=quiet)
+        done = run_live(path, scene, duration, out, imu_only=imu_only, speed=tow.ship.tow_speed, progress=quiet)
     recorded = load_run(done["bag"])
     node_metrics = done["node"]
     outside = {name: node_metrics.get(name) for name in OUTSIDE}
@@ -228,9 +228,17 @@ def live(bag, scene, duration, imu_only, out, report, as_json) -> None:
 @click.option("--imu-only", is_flag=True, help="Leave the odometry out.")
 @click.option("--keep-stamps", is_flag=True, help="Send the recorded stamps instead of present ones.")
 @click.option("--lockstep", is_flag=True, help="Send by /clock, for a node with time_mode:=lockstep.")
+@click.option(
+    "--speed",
+    type=Number(-MAX_TOW_SPEED, MAX_TOW_SPEED, "m/s"),
+    metavar="M/S",
+    help="Of the ship, for an imported bag whose log has none: ship.tow_speed of the scene.",
+)
 @bag_options
 @click.argument("ros_arguments", nargs=-1, type=click.UNPROCESSED)
-def play(bag, rate, loop, start, duration, imu_only, keep_stamps, lockstep, convention, topics, ros_arguments) -> None:
+def play(
+    bag, rate, loop, start, duration, imu_only, keep_stamps, lockstep, speed, convention, topics, ros_arguments
+) -> None:
     """Play the ship motion of BAG over real topics, as the ship's own sensors would send it.
 
     It is sent in ENU axes: with --convention ned it is turned.
@@ -250,6 +258,7 @@ def play(bag, rate, loop, start, duration, imu_only, keep_stamps, lockstep, conv
         lockstep=lockstep,
         topics=topics_of(topics),
         ned=convention == "ned",
+        speed=speed,
         ros_arguments=ros_arguments,
     )
     click.echo(f"played {sent} messages", err=True)

@@ -24,7 +24,10 @@ from .number import Number
     help="Positions as measured, or the waves of them about a straight track at --speed.",
 )
 @click.option(
-    "--speed", type=Number(-10.0, 10.0, "m/s"), metavar="M/S", help="Of the mean track, in place of the log's."
+    "--speed",
+    type=Number(-10.0, 10.0, "m/s"),
+    metavar="M/S",
+    help="Of the mean track, in place of the log's. Default: a run takes ship.tow_speed of its scene.",
 )
 @click.option("--heading", type=Number(-360.0, 360.0, "deg"), metavar="DEG", help="Of the bow, clockwise from north.")
 @click.option(

@@ -17,7 +17,7 @@ from ..io.scenes.load import load_scene, override
 from ..io.scenes.resources import find_bag
 from ..io.scenes.ship_plan import ShipPlan
 from ..io.scenes.winch_plan import WinchPlan
-from ..io.sources.imported_bag import provenance
+from ..io.sources.imported_bag import at_speed, provenance
 from ..io.sources.motion_table import MotionError
 from ..io.sources.recorded_tow import RecordedTow, SameTicks, paired, read_tow, recorded_frames, residuals
 from ..limits import LONGEST_RUN
@@ -261,6 +261,7 @@ def replay(
         if faults and own:
             doubts.append(verdict.check("JOURNAL", "; ".join(faults)))
     else:
+        tow.events = at_speed(tow.events, tow.about, scene.ship.tow_speed)
         motion_preview.look(tow, scene, *recorded_intake(tow))
         one = MessageRun(scene, tow, progress=progress)
         result = _run_of(one.sim, one.tick, tow, one.run(None, target, markers), target)

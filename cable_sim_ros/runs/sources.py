@@ -15,7 +15,7 @@ from ..io.scenes.load import SceneWarning, load_scene, override, scene_from_text
 from ..io.scenes.resources import find_bag
 from ..io.scenes.ship_plan import ShipPlan
 from ..io.sources.coarse_bag import smooth_odometry
-from ..io.sources.imported_bag import take_provenance
+from ..io.sources.imported_bag import at_speed, take_provenance
 from ..io.sources.motion_table import MotionError, planned, read_table, sine_heave
 from ..io.sources.recorded_tow import RecordedTow, read_tow
 from ..io.sources.sea_motion import sea_motion
@@ -74,6 +74,7 @@ def motion_of(
         return None
     tow = read_tow(find_bag(motion), imu_only=imu_only, topics=topics)
     apply_to_bag(tow, settings)
+    tow.events = at_speed(tow.events, tow.about, scene.ship.tow_speed)
     motion_preview.look(tow, scene, *recorded_intake(tow))
     smooth_odometry(tow, scene.sheave.position)
     take_provenance(tow, scene.sheave.position)

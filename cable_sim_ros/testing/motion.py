@@ -14,6 +14,7 @@ from ..errors import TowError
 from ..io.messages.commands import as_joint_state
 from ..io.messages.messages import Event
 from ..io.scenes.resources import find_bag
+from ..io.sources.imported_bag import at_speed
 from ..io.sources.motion_table import MotionWarning, Samples, odometry_events, read_table, sine_heave
 from ..io.sources.recorded_tow import read_tow
 from ..sim.inputs import ShipMotion
@@ -76,7 +77,8 @@ def _events(source: Any, ship: Ship, heave: Any, start: float, duration: float |
             for doubt in table.doubts:
                 warnings.warn(doubt.text, MotionWarning, stacklevel=4)
             return table.events
-        return read_tow(find_bag(os.fspath(source)), imu_only=imu_only).events
+        tow = read_tow(find_bag(os.fspath(source)), imu_only=imu_only)
+        return at_speed(tow.events, tow.about, ship.tow_speed)
     return _of_samples(source)
 
 

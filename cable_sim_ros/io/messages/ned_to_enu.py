@@ -1,10 +1,11 @@
-"""IMU and odometry messages turned from north-east-down axes to ENU, as bytes, for whoever sends a bag on.
+"""IMU and odometry messages turned from north-east-down axes to ENU, or moved on, as bytes.
 
 The same rotation as in `messages.py`: R_enu = Rz(90 deg) S R_ned S with S = diag(1, -1, -1).
 """
 
 from __future__ import annotations
 
+from math import atan2, nan
 from struct import Struct
 
 from .mounting import NORTH, times
@@ -31,4 +32,24 @@ def in_enu(kind: str, data: bytes) -> bytes:
         d[at + 1], d[at + 2] = -d[at + 1], -d[at + 2]
     if kind == "odometry":
         d[:3] = d[1], d[0], -d[2]
+    return data[: len(data) - numbers.size] + numbers.pack(*d)
+
+
+def heading_of(data: bytes) -> float:
+    """Yaw [rad] of a little-endian odometry message, nan of one too short to be one."""
+    numbers = _NUMBERS["odometry"]
+    if len(data) < 12 + numbers.size:
+        return nan
+    x, y, z, w = numbers.unpack_from(data, len(data) - numbers.size)[3:7]
+    return atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
+
+
+def moved_on(data: bytes, place: tuple[float, float], velocity: tuple[float, float]) -> bytes:
+    """A little-endian odometry message in ENU, with a place [m] and a velocity [m/s] to east and north more."""
+    numbers = _NUMBERS["odometry"]
+    d = list(numbers.unpack_from(data, len(data) - numbers.size))
+    x, y, z, w = d[3:7]
+    turned = times(times((-x, -y, -z, w), (*velocity, 0.0, 0.0)), (x, y, z, w))
+    d[0], d[1] = d[0] + place[0], d[1] + place[1]
+    d[43:46] = [one + more for one, more in zip(d[43:46], turned)]
     return data[: len(data) - numbers.size] + numbers.pack(*d)

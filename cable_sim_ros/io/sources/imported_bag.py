@@ -5,14 +5,18 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass
+from math import cos, isfinite, nan, sin
 from typing import Any
 
 import numpy as np
 
+from ..messages.messages import Event
+from ..messages.ned_to_enu import heading_of, moved_on
 from .motion_curves import Given, Rounding, judged
 from .recorded_tow import RecordedTow, odometry_of
 
 KEY = "import"  # of the custom data of a bag
+ALONG = "speed_of_scene"  # of that: its log has no speed; {"heading": rad, null: along the yaw of each message}
 OF_A_RUN = "imported"  # of the custom data of a run under its motion
 KEPT = ("files", "records", "lost", "mappings", "motion", "given", "track")
 LOST = "imported: lost records, "  # notes that begin so
@@ -59,6 +63,32 @@ def provenance(custom_data: Mapping[str, str]) -> dict[str, Any]:
         notes += [f"{LOST}{line}" for line in _lines(about, "losses")]
     figures = {name: about[name] for name in KEPT if name in about}
     return figures | {"notes": [note[:LONGEST] for note in notes[:MOST]]}
+
+
+def needs_speed(custom_data: Mapping[str, str]) -> bool:
+    """Is it an imported bag whose log has no speed?"""
+    return isinstance((_kept(custom_data, KEY) or {}).get(ALONG), dict)
+
+
+def at_speed(events: list[Event], custom_data: Mapping[str, str], speed: float) -> list[Event]:
+    """Motion of an imported bag whose log has no speed, at one ahead [m/s]; of any other bag as it is."""
+    about = (_kept(custom_data, KEY) or {}).get(ALONG)
+    if not isinstance(about, dict):
+        return events
+    heading = about.get("heading")
+    out, last, east, north = list[Event](), None, 0.0, 0.0
+    for event in events:
+        yaw = heading_of(event.data) if event.kind == "odometry" else nan
+        if isfinite(yaw):
+            yaw = heading if isinstance(heading, float) and isfinite(heading) else yaw
+            now = event.time, speed * cos(yaw), speed * sin(yaw)
+            if last is not None:
+                half = 0.5e-9 * (event.time - last[0])
+                east, north = east + half * (last[1] + now[1]), north + half * (last[2] + now[2])
+            last = now
+            event = event._replace(data=moved_on(event.data, (east, north), now[1:]))
+        out.append(event)
+    return out
 
 
 def _kept(custom_data: Mapping[str, str], key: str) -> dict[str, Any] | None:

@@ -58,13 +58,15 @@ def live(
     domain: int | None = None,
     parameters: dict | None = None,
     imu_only: bool = False,
+    speed: float | None = None,
     progress: Callable[[str, float, float | None], None] | None = None,
     node_command: list[str] | None = None,
 ) -> dict:
     """Play a bag into the node in real time, recorded to `out`/tow, with node.log and player.log beside.
 
     bag, scene: paths or names of shipped ones; duration: s of the bag; out: directory to make; domain: ROS domain,
-    derived from the process id by default; parameters: further node parameters; progress(phase, done, total): called as
+    derived from the process id by default; parameters: further node parameters; speed: of the ship [m/s], for an
+    imported bag whose log has none; progress(phase, done, total): called as
     it goes, a progress bar on a terminal by default. Returns {"bag", "node" (figures of ros/report/diagnostics.py),
     "node_exit", "player_exit", "played_s", "wall_s"}. Raises LiveError.
     """
@@ -100,7 +102,8 @@ def live(
                 lambda waited: report("compiling and solving the start", waited, None),
             )
             play = [sys.executable, "-m", "cable_sim_ros.cli", "play", str(bag), "--duration", str(duration)]
-            player = Process("player", play + ["--imu-only"] * imu_only, out / "player.log", own)
+            play += ["--imu-only"] * imu_only + ([] if speed is None else ["--speed", str(speed)])
+            player = Process("player", play, out / "player.log", own)
             children.append(player)
             _follow(node, player, metrics, duration, report)
             player_exit = player.stop(STOP)

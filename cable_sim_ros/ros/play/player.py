@@ -19,10 +19,12 @@ from functools import partial
 from pathlib import Path
 
 from ...errors import CableSimError
+from ...io.bags.bag import BagReader
 from ...io.messages.messages import COMMANDS, Event, stamp_of
 from ...io.messages.ned_to_enu import in_enu
 from ...io.scenes.resources import find_bag
 from ...io.sources.bag_motion import read_motion
+from ...io.sources.imported_bag import at_speed, needs_speed
 from ...limits import LONGEST_RUN
 from .. import discovery
 from .playback import SECOND, interval, publishers_of
@@ -42,11 +44,20 @@ def load(
     imu_only: bool = False,
     topics: Mapping[str, str] | None = None,
     ned: bool = False,
+    speed: float | None = None,
 ) -> list[Event]:
     """Motion messages of a bag, start [s] after its first one, duration [s] long. PlayError when there are none.
 
-    topics: as of `read_motion`; ned: they are in NED axes and turned to ENU, as a node by default wants them.
+    topics: as of `read_motion`; ned: they are in NED axes and turned to ENU, as a node by default wants them; speed:
+    of the ship [m/s], for an imported bag whose log has none.
     """
+    with BagReader(path) as bag:
+        about = dict(bag.custom_data)
+    if needs_speed(about) and speed is None and not imu_only:
+        raise PlayError(
+            f"bag '{path}': its log has no speed, the ship would stand still; nothing was played; give --speed M/S, "
+            "ship.tow_speed of the scene"
+        )
     for name, value in (("start", start), ("duration", duration)):
         if value is not None and not 0.0 <= value <= LONGEST_RUN:
             raise PlayError(
@@ -72,7 +83,7 @@ def load(
     if not items:
         wanted = "sensor_msgs/Imu" if imu_only else "sensor_msgs/Imu or nav_msgs/Odometry"
         raise PlayError(f"bag '{path}' has no {wanted} in the part asked for (from {start:g} s on); nothing was played")
-    return items
+    return at_speed(items, about, speed or 0.0)
 
 
 class _Timespec(ctypes.Structure):
@@ -148,13 +159,14 @@ def play_bag(
     lockstep: bool = False,
     topics: Mapping[str, str] | None = None,
     ned: bool = False,
+    speed: float | None = None,
     ros_arguments: Sequence[str] = (),
 ) -> int:
     """Play the motion of a bag (path or name of a shipped one) until its end or a signal; returns messages sent.
 
     rate: speed of sending, 1 by default, stamps keep their spacing; loop: begin again at the end; start, duration: part
-    of the bag, s; lockstep: by /clock, not by wall time, then no rate; topics, ned: see `load`; ros_arguments: passed
-    on to rclpy.
+    of the bag, s; lockstep: by /clock, not by wall time, then no rate; topics, ned, speed: see `load`; ros_arguments:
+    passed on to rclpy.
     Raises PlayError, BagError, ResourceError before a node is made.
     """
     import rclpy
@@ -179,7 +191,7 @@ def play_bag(
             f"--rate {rate:g} with --lockstep: /clock says when a message is sent; nothing was played. Leave --rate "
             f"out, and set lockstep.rate of the node"
         )
-    items = load(find_bag(bag), start=start, duration=duration, imu_only=imu_only, topics=topics, ned=ned)
+    items = load(find_bag(bag), start=start, duration=duration, imu_only=imu_only, topics=topics, ned=ned, speed=speed)
     node, sent = None, 0
     discovery.limit([])
     try:

@@ -26,6 +26,27 @@ def can(signals: dict[str, Signal]) -> bool:
     return all(name in signals for name in (*RATES, *FORCES))
 
 
+def upright(signals: dict[str, Signal], ready: bool) -> list[str]:
+    """LogError where the accelerations say that z points down and the motion is made of them, or of a source whose axes
+    a ready mapping takes for known; else what is said of it."""
+    if FORCES[2] not in signals:
+        return []
+    one = signals[FORCES[2]]
+    up = float(one.value.mean())
+    if up >= 0.0:
+        return []
+    text = (
+        f"{one.source}: the specific force along z of base_link is {up:.3g} m/s^2 in the mean, it is +9.8 in a ship at "
+        "rest: the axes are turned (NED), or it is gravity, with the other sign"
+    )
+    if ready or can(signals):
+        raise LogError(
+            f"{text}; nothing was imported. Give a mapping (cable-sim inspect --mapping-out FILE) with `frame: frd` and, "
+            "for an attitude to NED, `frame: ned`, or `sign: -1` of the acceleration"
+        )
+    return [f"{one.quantity}: {text}; it is not used"]
+
+
 def attitude(signals: dict[str, Signal]) -> tuple[dict[str, Signal], list[str]]:
     """roll, pitch and a relative yaw, and what is assumed of them. LogError where it cannot be."""
     try:
@@ -45,13 +66,6 @@ def attitude(signals: dict[str, Signal]) -> tuple[dict[str, Signal], list[str]]:
         raise LogError(
             f"{signals[RATES[0]].source}: rates come at {1.0 / step:.3g} Hz, below {SLOWEST:g} Hz no "
             f"attitude is made of them; nothing was imported. Map a source of roll and pitch"
-        )
-    up = float(signals[FORCES[2]].value.mean())
-    if up < 0.0:
-        raise LogError(
-            f"{signals[FORCES[2]].source}: the specific force along z of base_link is {up:.3g} m/s^2 in the "
-            f"mean, it is +9.8 in a ship at rest: the axes are turned; nothing was imported. Give `frame`, or "
-            f"`sign: -1` for y and z"
         )
     cuts = [0, *(np.flatnonzero(steps > max(BRIDGED, PERIODS * step)) + 1).tolist(), len(t)]
     dense = [(i, j) for i, j in zip(cuts, cuts[1:]) if t[j - 1] - t[i] <= SPARSE * step * (j - i)]

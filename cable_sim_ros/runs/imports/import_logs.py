@@ -22,6 +22,7 @@ from ...io.logs.own_signals import IMPORT
 from ...io.logs.read_signals import Reading, read
 from ...io.logs.several import Paths
 from ...io.logs.signals import QUANTITIES, Signal
+from ...io.sources.imported_bag import ALONG
 from ...io.sources.motion_curves import Rounding
 from ...io.sources.motion_table import MotionError, stream_odometry
 from ...version import __version__
@@ -70,8 +71,9 @@ def import_logs(
     reading = read(files, mapping, format)
     signals = {one.quantity: one for one in reading.signals}
     assumed = [line for one in reading.signals for line in one.assumed]
+    assumed += attitude.upright(signals, mapping is None)
     assumed += _attitude(signals)
-    imu = attitude.can(signals) and not {"heave", "z"} & signals.keys()
+    imu = attitude.can(signals) and not {"heave", "z", "heave_rate"} & signals.keys()
     motion = motion_of_signals(signals, choice) if _tells_motion(signals) and not imu else None
     if motion is not None:
         assumed += motion.assumed
@@ -99,6 +101,7 @@ def import_logs(
         "missing": reading.missing,
         "mapping": _texts(reading),
         "sources": _hashes(reading.files),
+        ALONG: motion.along if motion else None,
         "rounding": {str(k): _kept(one) for k, one in (motion.rounded if motion else {}).items()},
     }
     with _in_place_of(path):
@@ -143,7 +146,7 @@ def grouped(lines: list[str]) -> list[str]:
 
 
 def _tells_motion(signals: Mapping[str, Signal]) -> bool:
-    return any(name in signals for name in ("heave", "z", "roll", "pitch", "x", "latitude", "surge"))
+    return any(name in signals for name in ("heave", "z", "heave_rate", "roll", "pitch", "x", "latitude", "surge"))
 
 
 def _attitude(signals: dict[str, Signal]) -> list[str]:

@@ -10,12 +10,14 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
+from scipy.signal import butter, sosfiltfilt
 
 from ...io.logs.log import SECOND, LogError
 from ...io.logs.signals import Signal
 from ...io.sources.motion_curves import Curve, Given, Rounding, through
 from ...io.sources.motion_table import STEP, Samples
 from ...sim.inputs import MAX_POSITION
+from ..make_bags import CUTOFF
 from .choice import Choice
 from .regular import Regular, regular
 from .track import EDGE, Track, around_mean, measured
@@ -37,10 +39,15 @@ class ShipMotion:
     said: list[str] = field(default_factory=list)
     rounded: dict[int, Rounding] = field(default_factory=dict)
     given: list[str] = field(default_factory=list)
+    along: dict[str, float | None] | None = None  # as of `track.Found`
 
 
 def motion_of_signals(signals: Mapping[str, Signal], choice: Choice) -> ShipMotion | None:
     """Motion of a ship; None where no signal tells of it. LogError where they have no time in common."""
+    made = {}
+    if "heave_rate" in signals and not {"heave", "z"} & signals.keys() and len(signals["heave_rate"].time):
+        made["heave"] = _heave_of_rate(signals["heave_rate"])
+    signals = {**signals, **made}
     used = {name: signals[name] for name in USED if name in signals and len(signals[name].time)}
     height = "heave" if "heave" in used else "z" if "z" in used else ""
     if not height and not any(name in used for name in ("roll", "pitch", "x", "latitude", "surge")):
@@ -64,6 +71,7 @@ def motion_of_signals(signals: Mapping[str, Signal], choice: Choice) -> ShipMoti
     value, rate = np.zeros((len(at), 6)), np.zeros((len(at), 6))
     for k, (parts, line) in curves.items():
         value[:, k], rate[:, k] = _evaluate(at, parts, line)
+    out.assumed += made["heave"].assumed if made else []
     _height(out, height, value, choice)
     for k, name in enumerate(ANGLES, 3):
         if k not in curves and name != "yaw":
@@ -75,6 +83,7 @@ def motion_of_signals(signals: Mapping[str, Signal], choice: Choice) -> ShipMoti
     found = find(track, choice)
     out.assumed += found.assumed
     out.given += found.given
+    out.along = found.along
     for k, report in found.rounded.items():
         out.rounded[k] = report
     value[:, :2], rate[:, :2] = found.place, found.velocity
@@ -93,6 +102,26 @@ def motion_of_signals(signals: Mapping[str, Signal], choice: Choice) -> ShipMoti
     _check_place(used, at[keep], value[keep, :2])
     out.samples = Samples(stamps[keep], value[keep], rate[keep])
     return out
+
+
+def _heave_of_rate(rate: Signal) -> Signal:
+    """Heave [m] from a measured vertical speed: its integral above 1/30 Hz, as that has no datum and drifts."""
+    line = regular(rate, int(rate.time[0]))
+    times, values = [], []
+    for part in line.parts:
+        t = np.arange(line.t[part.start], line.t[part.stop - 1] + 1e-9, line.period)
+        speed = np.interp(t, line.t[part], line.value[part])
+        speed -= speed.mean()
+        height = np.concatenate([[0.0], np.cumsum(0.5 * line.period * (speed[1:] + speed[:-1]))])
+        sos = butter(4, min(CUTOFF * line.period * 2.0, 0.99), "highpass", output="sos")
+        times.append(t)
+        values.append(sosfiltfilt(sos, height, padlen=min(27, len(height) - 1)))
+    text = (
+        f"heave: not in the log, made of its measured vertical speed: the integral above 1/30 Hz; {EDGE:g} s at each "
+        "end and beside gaps are less exact"
+    )
+    time = rate.time[0] + np.round(np.concatenate(times) * SECOND).astype(np.int64)
+    return Signal("heave", time, np.concatenate(values), rate.source, [*rate.assumed, text])
 
 
 def _check_place(used: Mapping[str, Signal], at: np.ndarray, place: np.ndarray) -> None:

@@ -12,7 +12,7 @@ from ...io.geodesy import on_plane
 from ...io.logs.log import LogError
 from ...io.sources.motion_curves import Given, Rounding, through
 from ..make_bags import EDGE as EDGE
-from ..make_bags import SPEED, derive
+from ..make_bags import derive
 from .choice import Choice
 from .regular import Regular
 
@@ -34,7 +34,9 @@ class Track:
 
 @dataclass
 class Found:
-    """place [n, 2] m, velocity, yaw and its rate at the times of a track; inside: those with a place, None: all."""
+    """place [n, 2] m, velocity, yaw and its rate at the times of a track; inside: those with a place, None: all.
+
+    along: where a run adds the speed of its scene, as none is in the log: heading [rad] or None: along the yaw."""
 
     place: np.ndarray
     velocity: np.ndarray
@@ -44,6 +46,7 @@ class Found:
     given: list[str] = field(default_factory=list)
     rounded: dict[int, Rounding] = field(default_factory=dict)
     inside: np.ndarray | None = None
+    along: dict[str, float | None] | None = None
 
 
 def measured(track: Track, choice: Choice) -> Found:
@@ -89,16 +92,17 @@ def measured(track: Track, choice: Choice) -> Found:
 def around_mean(track: Track, choice: Choice) -> Found:
     """A straight track at a chosen speed, with surge, sway and yaw of waves about it as those of the shipped bags."""
     lines, at = track.lines, track.at
-    speed = SPEED if choice.speed is None else choice.speed
+    speed = choice.speed or 0.0
     out = _with_yaw(track, choice)
     heading = _mean_heading(track, choice, out)
     places = _places(lines)
     ahead = np.array([np.cos(heading), np.sin(heading)])
     since = at - at[0]
     out.place, out.velocity = np.outer(speed * since, ahead), np.tile(speed * ahead, (len(at), 1))
-    out.assumed.append(
-        f"speed: {speed:g} m/s along {np.degrees(heading) % 360:.4g} deg from east put in for the ship's own"
-    )
+    way = f"along {np.degrees(heading) % 360:.4g} deg from east"
+    if choice.speed is None:
+        out.along = {"heading": heading}
+    out.assumed.append(_speed_of(choice, way, choice.track != "mean"))
     if places is None or not track.yaw:
         _add_waves(lines, at, heading, out)
         if track.yaw and choice.track == "mean":
@@ -174,9 +178,10 @@ def _dead_reckoned(track: Track, choice: Choice) -> Found:
     if put_in and not (track.yaw and np.ptp(out.yaw) > STRAIGHT):
         return around_mean(track, choice)
     if put_in:
-        fixed = SPEED if choice.speed is None else choice.speed
-        speed, way = np.full(len(at), fixed), out.yaw
-        out.assumed.append(f"speed: {fixed:g} m/s along the heading put in for the ship's own")
+        speed, way = np.full(len(at), choice.speed or 0.0), out.yaw
+        if choice.speed is None:
+            out.along = {"heading": None}
+        out.assumed.append(_speed_of(choice, "along the heading", True))
     else:
         speed = np.interp(at, lines["speed"].t, lines["speed"].value)
         way = np.interp(at, lines["course"].t, lines["course"].value) if "course" in lines else out.yaw
@@ -188,6 +193,13 @@ def _dead_reckoned(track: Track, choice: Choice) -> Found:
     out.given += [] if put_in else ["speed", *(["course"] if by == "course" else [])]
     out.assumed.append(f"position: not in the log, reckoned from speed and {by}; surge and sway of waves are not in it")
     return out
+
+
+def _speed_of(choice: Choice, way: str, lacks: bool) -> str:
+    if choice.speed is not None:
+        return f"speed: {choice.speed:g} m/s {way} put in for the ship's own"
+    why = "not in the log, " if lacks else ""
+    return f"speed: {why}a run takes ship.tow_speed of its scene {way}; the bag alone has none"
 
 
 def _places(lines: Mapping[str, Regular]) -> tuple[list[str], tuple[np.ndarray, np.ndarray]] | None:

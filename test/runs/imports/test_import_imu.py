@@ -9,8 +9,10 @@ import pytest
 from made_tables import mapping, ship, told
 
 from cable_sim_ros.io.logs.log import LogError
+from cable_sim_ros.io.logs.signals import Signal
 from cable_sim_ros.io.messages.messages import decode_imu
 from cable_sim_ros.io.sources.recorded_tow import read_tow
+from cable_sim_ros.runs.imports.attitude import upright
 from cable_sim_ros.runs.imports.import_logs import import_logs
 
 VECTORS = ("rates: [p,q,r] rad/s frame: flu", "acceleration: [ax,ay,az] m/s^2 frame: flu")
@@ -53,11 +55,28 @@ def test_attitude_comes_of_rates_and_accelerations_anew_after_a_gap(tmp_path):
         assert told(done.assumed, *words), (words, done.assumed)
 
 
+@pytest.mark.parametrize("own", [False, True])
+def test_a_bag_in_ned_without_a_mapping_that_says_so_is_refused(tmp_path, own):
+    """Of the ready mapping whatever it is used for; of one's own, where nothing is made of it, it is said."""
+    t = np.arange(0.0, 20.0, 0.1)
+    one = 1_000_000_000
+    signals = [
+        Signal(name, one * 1000 + np.round(t * one).astype(np.int64), value, "bag")
+        for name, value in (("acceleration_z", -9.8 + 0.1 * np.sin(t)), ("heave", np.sin(t)), ("roll", 0.1 * np.sin(t)))
+    ]
+    found = {signal.quantity: signal for signal in signals}
+    if own:
+        assert told(upright(found, False), "-9.8 m/s^2 in the mean", "it is not used")
+    else:
+        with pytest.raises(LogError, match="axes are turned .NED.*nothing was imported. Give a mapping .*frame: frd"):
+            upright(found, True)
+
+
 def test_what_no_attitude_can_be_made_of_is_one_line(tmp_path, monkeypatch):
     pytest.importorskip("vqf")
     with pytest.raises(LogError, match="rates come at 2 Hz, below 5 Hz no attitude is made of them; nothing was imp"):
         made(imu(tmp_path / "a.csv", np.arange(0.0, 60.0, 0.5)))
-    with pytest.raises(LogError, match="is -9.79 m/s.2 in the mean, .* axes are turned; nothing was imported"):
+    with pytest.raises(LogError, match="is -9.79 m/s.2 in the mean, .* axes are turned .*; nothing was imported"):
         made(imu(tmp_path / "a.csv", np.arange(0.0, 60.0, 0.1), up=-1.0))
     with pytest.raises(LogError, match="have no 5 s without a gap"):
         t = np.arange(0.0, 60.0, 0.1)

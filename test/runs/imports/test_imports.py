@@ -9,6 +9,12 @@ import pytest
 from made_tables import imported, ship, told
 
 from cable_sim_ros.io.logs.log import LogError
+from cable_sim_ros.io.messages.messages import decode_odometry
+from cable_sim_ros.io.scenes.load import load_scene, override
+from cable_sim_ros.io.sources.recorded_tow import odometry_of
+from cable_sim_ros.ros.play.player import PlayError, load
+from cable_sim_ros.runs.sources import motion_of
+from cable_sim_ros.sim.tables.attitude import to_world
 
 T = np.arange(0.0, 60.0, 0.1)
 HEAVE = 0.8 * np.sin(0.7 * T)
@@ -22,9 +28,9 @@ def test_heave_alone_makes_a_level_ship_on_a_mean_track(tmp_path):
     assert np.diff(t).max() <= 0.0201 and t[0] == pytest.approx(0.0, abs=1e-6) and t[-1] > 59.8
     known = 0.8 * np.sin(0.7 * t)
     np.testing.assert_allclose(motion[:, 2], known - known.mean() + 1.5, atol=SPLINE)
-    np.testing.assert_allclose(motion[:, 0], 2.2 * t, atol=1e-6)  # heading 0: to the east
+    assert not motion[:, :2].any(), "a run takes the speed of its scene"
     assert not motion[:, 3:].any()
-    for words in (("roll, pitch", "the ship is level"), ("speed: 2.2 m/s", "put in for the ship's own"),
+    for words in (("roll, pitch", "the ship is level"), ("speed: not in the log", "takes ship.tow_speed"),
                   ("surge and sway: not in the log",), ("lever arm",), ("mean put at 1.5 m",)):  # fmt: skip
         assert told(done.assumed, *words), (words, done.assumed)
 
@@ -55,7 +61,7 @@ def test_a_ship_that_turns_is_not_drawn_straight_but_by_choice(tmp_path):
     """A circle in 90 s without position and speed: it goes where it points; --track mean takes the turn out."""
     t = np.arange(0.0, 150.0, 0.5)
     log = ship(tmp_path / "a.csv", t, h=4.0 * t + np.sin(0.9 * t), r=np.sin(t))
-    done, stamps, motion = imported(log, "heading h deg", "roll r deg")
+    done, stamps, motion = imported(log, "heading h deg", "roll r deg", speed=2.2)
     way = np.diff(motion[:, :2], axis=0)
     ahead = np.column_stack([np.cos(motion[1:, 5]), np.sin(motion[1:, 5])])
     assert (way * ahead).sum() == pytest.approx(np.hypot(*way.T).sum(), rel=1e-4)
@@ -69,6 +75,40 @@ def test_a_ship_that_turns_is_not_drawn_straight_but_by_choice(tmp_path):
     assert told(done.assumed, "yaw: that above 1/30 Hz of the heading, which turns over 599 deg")
     with pytest.raises(LogError, match="--track mean takes 30 s off at each end, and position and heading last 59 s"):
         imported(turning(tmp_path), *ANGLES, track="mean")
+
+
+@pytest.mark.parametrize("columns, entries, turns", [
+    (dict(h=-HEAVE), ("heave_down h m",), 0.0),
+    (dict(h=10.0 + 0.0 * T, u=HEAVE, p=PITCH), ("heading h deg", "surge u m", "pitch_bow_up p rad"), 0.0),
+    (dict(h=350.0 + 3.0 * T, p=PITCH), ("heading h deg", "pitch_bow_up p rad"), 180.0),
+])  # fmt: skip
+def test_a_log_without_a_speed_has_that_of_the_scene_of_each_run(tmp_path, columns, entries, turns):
+    imported(ship(tmp_path / "a.csv", T, **columns), *entries)
+    for speed in (0.8, 3.0):
+        scene = override(load_scene("full_scale"), {"ship.tow_speed": speed, "ship.heading_deg": 80.0})
+        tow = motion_of(scene, tmp_path / "bag", None, None, False)
+        t, value = odometry_of(tow)
+        way = np.hypot(*np.diff(value[:, :2], axis=0).T).sum() if turns else np.hypot(*(value[-1, :2] - value[0, :2]))
+        wave = 0.0 if turns or "u" not in columns else np.interp(t[-1] / 1e9 - t[0] / 1e9, T, HEAVE) - HEAVE[0]
+        assert way == pytest.approx(speed * 1e-9 * (t[-1] - t[0]) + wave, rel=1e-3)
+        assert abs(np.degrees(np.unwrap(value[:, 5]))[-1] - np.degrees(value[0, 5])) == pytest.approx(turns, abs=4.0)
+        rows = [decode_odometry(event.data) for event in tow.events]
+        world = np.array([to_world(row.angles, row.velocity) for row in rows])
+        rate = np.gradient(value[:, :3], 1e-9 * t, axis=0)
+        assert np.abs(rate - world)[2:-2].max() < 2e-3 * max(speed, 1.0), "the twist is the slope of the places"
+    with pytest.raises(PlayError, match="its log has no speed.*give --speed M/S"):
+        load(tmp_path / "bag")
+    played = np.array([decode_odometry(event.data).position for event in load(tmp_path / "bag", speed=3.0)])
+    np.testing.assert_allclose(played[:, :2], value[:, :2], atol=1e-9)
+
+
+def test_a_measured_vertical_speed_is_the_heave_of_a_log_without_one(tmp_path):
+    t = np.arange(0.0, 180.0, 0.1)
+    log = ship(tmp_path / "a.csv", t, v=0.7 * 0.8 * np.cos(0.7 * t) + 0.02, r=np.sin(t))
+    done, stamps, motion = imported(log, "heave_rate v m/s", "roll r deg", height=1.0)
+    middle = (stamps > 60.0) & (stamps < 120.0)
+    np.testing.assert_allclose(motion[middle, 2], 1.0 + 0.8 * np.sin(0.7 * stamps[middle]), atol=0.02)
+    assert told(done.assumed, "heave: not in the log, made of its measured vertical speed")
 
 
 def test_a_height_that_is_there_at_the_ends_of_a_mean_track_alone_is_refused(tmp_path):
@@ -123,7 +163,7 @@ def test_a_clock_that_jumps_ahead_costs_no_memory(tmp_path):
         assert told(done.said, "1 gaps, the longest of 2.6e+06 s")
     log = ship(tmp_path / "a.csv", t + np.where(T[:100] >= 5.0, 3e7, 0.0), h=HEAVE[:100])
     with pytest.raises(LogError, match="above 1e\\+07 m, and the log has a gap of .* Was its clock set"):
-        imported(log, "heave h m")
+        imported(log, "heave h m", speed=2.2)
 
 
 def test_bursts_make_no_more_samples_than_records(tmp_path):
