@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import json
 import sys
+from collections.abc import Callable, Mapping
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -54,9 +56,16 @@ class NoPlan(RunError):
 @click.option(
     "--out", type=click.Path(file_okay=False, path_type=Path), help="Folder for the bag and figures of the run."
 )
+@click.option(
+    "--smallest",
+    type=click.IntRange(1, 50),
+    metavar="SEEDS",
+    help="Find the smallest winch that suffices in so many seeds of the sea: some runs of each, limits raised until "
+    "none is reached.",
+)
 @report_option
 @click.option("--json", "as_json", is_flag=True, help="Print the figures as JSON, nothing else.")
-def plan(scene, out, as_json, report, **asked) -> None:
+def plan(scene, out, smallest, as_json, report, **asked) -> None:
     """What a recovery or a tow needs of its winch: rate, torque, power, brake and cable, with margins.
 
     SCENE is simulated as by `cable-sim run`; RUN is a recording of one, a bag or its MCAP file. A run that failed has
@@ -66,6 +75,7 @@ def plan(scene, out, as_json, report, **asked) -> None:
     if path.suffix.lower() == ".mcap" or (path / "metadata.yaml").is_file():
         given = [FLAG.get(name, f"--{name}") for name in SIMULATES if asked[name]]
         given += ["--out"] if out is not None else []
+        given += ["--smallest"] if smallest is not None else []
         if given:
             raise click.UsageError(
                 f"{given[0]} is of a run, and {scene} is a recording of one; nothing was done; leave it out"
@@ -75,7 +85,7 @@ def plan(scene, out, as_json, report, **asked) -> None:
     else:
         with reporting(report, out) as reporter:
             result = simulated(scene, None, as_json, out=reporter.folder, **asked)
-            needs = _planned(scene, result, reporter)
+            needs = _planned(scene, result, reporter, partial(_smallest, scene, smallest, asked) if smallest else None)
     verdict = result.verdict
     if out is not None:
         (out / "plan.json").write_text(json.dumps(needs, indent=1) + "\n", "utf-8")
@@ -91,15 +101,44 @@ def plan(scene, out, as_json, report, **asked) -> None:
     sys.exit(verdict.code)
 
 
-def _planned(scene: str, result: Run, reporter: Reporter) -> dict[str, Any]:
+def _smallest(scene: str, seeds: int, asked: dict[str, Any], result: Run) -> dict[str, Any]:
+    """The smallest winch for the job of a run, in so many seeds."""
+    from ..physics.water import WaveKind
+    from ..runs.winch_size import SEED, smallest
+
+    assert result.scene is not None
+    if seeds > 1 and result.scene.water.waves.kind is not WaveKind.JONSWAP:
+        raise click.UsageError(f"--smallest {seeds}: the scene has no irregular waves, so no {SEED}; give --smallest 1")
+
+    def simulate(values: Mapping[str, Any]) -> Run:
+        own = [one for one in asked["settings"] if one.partition("=")[0].strip() not in values]
+        settings = (*own, *(f"{key}={value}" for key, value in values.items()))
+        return simulated(scene, None, True, out=None, **{**asked, "settings": settings, "markers": 0.0})
+
+    return smallest(simulate, result.scene, seeds)
+
+
+def _planned(
+    scene: str, result: Run, reporter: Reporter, size: Callable[[Run], dict[str, Any]] | None = None
+) -> dict[str, Any]:
     """The plan of a run, and its report with the plan in it. Raises NoPlan for a run that failed."""
     verdict, frames, tow = result.verdict, result.frames, result.scene
     if verdict.state == FAILED or not len(frames) or tow is None:
         reasons = "; ".join(str(reason) for reason in verdict.reasons) or "no tick was simulated"
         raise NoPlan(f"{scene}: no plan is made of a run that failed: {reasons}", verdict, result)
     from ..runs.plan import plan_of
+    from ..sim.verdict import check, verdict_of
 
     needs = plan_of(frames, tow, result.metrics)
+    if size is not None:
+        needs["smallest"] = size(result)
+        for seed, texts in needs["smallest"]["lacks"].items():
+            needs["short"] += [f"seed {seed}: {text}" for text in texts if text not in needs["short"]]
+        needs["sufficient"] = not needs["short"]
+    if needs["short"]:
+        reason = check("WINCH", f"the winch does not suffice: {'; '.join(needs['short'])}")
+        result.verdict = verdict_of([*verdict.reasons, reason])._replace(notes=verdict.notes)
+        needs["verdict"] = result.verdict.as_dict()
     reporter.write(result, needs)
     return needs
 
@@ -128,6 +167,18 @@ def _tell(report: dict[str, Any]) -> None:
     Console(width=None if sys.stdout.isatty() else 120).print(table)
     if "rules" in report:
         tell_rules(report["rules"])
+    servo = "" if any(row["need"] == "torque" and row["has"] for row in report["plan"]) else " of rate and cable"
+    least = min((row["margin_share"], row["need"]) for row in report["plan"] if row["margin_share"] is not None)
+    if report["sufficient"]:
+        click.echo(f"the winch suffices{servo}; least margin: {least[1]} {100.0 * least[0]:.3g} %")
+    for text in report["short"]:
+        click.echo(f"insufficient: {text}")
+    if "smallest" in report:
+        found = report["smallest"]
+        click.echo(f"smallest winch, {found['runs']} runs of seeds {', '.join(map(str, found['seeds']))}:")
+        for row in found["limits"]:
+            values = row["least"] if isinstance(row["least"], list) else [row["least"]]
+            click.echo(f"  {row['key']}: {', '.join(f'{value:.4g}' for value in values)} (seed {row['seed']})")
     for note in report["notes"]:
         click.echo(f"note: {note}")
 

@@ -98,6 +98,10 @@ def cards(subject: Subject) -> list[Card]:
     """The figures that are asked for first."""
     wanted = CARDS_OF_A_HAUL if subject.hauled else CARDS
     rows = [(name, label, subject.metrics.get(name), what) for name, label, what in wanted]
+    for need in subject.plan["plan"] if subject.plan else ():  # one least tension on a page: that of the plan
+        if need["need"] == "least_tension":
+            least = "least_tension", "least tension along the cable", need["needed"], need["unit"]
+            rows = [least if row[0] == "tension_min_n" else row for row in rows]
     return [Card(name, label, number(value, 4), unit(what)) for name, label, value, what in rows if value is not None]
 
 

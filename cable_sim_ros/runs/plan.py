@@ -17,7 +17,7 @@ from .summary import since_first, tick_length
 
 class Need(NamedTuple):
     """One row: what was needed, when, and what there is (None: nothing that limits it); held: share of the run in
-    which the limit held the winch, so that more was asked for than was given."""
+    which the limit held the winch though more was asked for."""
 
     name: str
     unit: str
@@ -26,6 +26,18 @@ class Need(NamedTuple):
     has: float | None
     meaning: str
     held: float = 0.0
+
+    @property
+    def short(self) -> str:
+        """Why the winch does not suffice here, "" where it does."""
+        if self.name == "least_tension":
+            return "least_tension: the cable goes slack" if self.needed <= 0.0 else ""
+        if self.has is not None and self.needed > self.has:
+            off = 100.0 * (self.has - self.needed) / self.has if self.has else -100.0
+            return f"{self.name} {self.needed:.4g} {self.unit} needed at {self.at_s:.5g} s, has {self.has:.4g} ({off:.2g} %)"
+        if self.held > 0.0 and self.name in JUDGED:
+            return f"{self.name} saturated in {100.0 * self.held:.3g} % of the run: more was asked for than was given"
+        return ""
 
     def as_dict(self) -> dict[str, Any]:
         """For the JSON."""
@@ -63,6 +75,9 @@ SERVO_NOTE = (
     "motor needs more, for the inertia of its drum. Give drive.model: motor"
 )
 HELD_NOTE = "a limit held the winch: what it gave is not all that was asked for ({names})"
+TOP_NOTE = "the winch ran at winch.max_rate in {:.3g} % of the run, as it was commanded: top rate, not saturation"
+JUDGED = ("rate", "torque")  # of what a limit holds; a step of a commanded rate asks for any acceleration
+OVER = 1e-3  # of winch.max_rate: a set-point that moves faster asks for more
 
 
 class _Peaks:
@@ -91,12 +106,11 @@ def needs_of(frames: np.recarray, scene: Scene) -> list[Need]:
     """What the winch of a scene needed in a run, over all its tick outputs."""
     peaks, drive, winch = _Peaks(frames), scene.drive, scene.winch
     motor = drive.model is DriveModel.MOTOR
-    radius = winch.drum_radius + 0.5 * scene.cable.diameter  # of the first layer, for which the drive is given
-    lay = np.where(np.isfinite(frames["drum_lay_radius"]), frames["drum_lay_radius"], radius)
-    gear = radius / lay
+    gear = lay_gear(frames, scene)
+    lay = (winch.drum_radius + 0.5 * scene.cable.diameter) / gear
     speed = np.abs(frames["payout_rate"])
     rows = [
-        peaks.need("rate", frames["payout_rate_tick_max"], winch.max_rate, held=_mean(frames["rate_limited"])),
+        peaks.need("rate", frames["payout_rate_tick_max"], winch.max_rate, held=_mean(saturated(frames, winch.max_rate))),
         peaks.need(
             "acceleration",
             frames["payout_acceleration_tick_max"],
@@ -141,6 +155,22 @@ def needs_of(frames: np.recarray, scene: Scene) -> list[Need]:
     return [row for row in rows if row is not None]
 
 
+def lay_gear(frames: np.recarray, scene: Scene) -> np.ndarray:
+    """Radius of the first layer, for which the drive is given, over that of the layer that runs off, each tick."""
+    radius = scene.winch.drum_radius + 0.5 * scene.cable.diameter
+    return radius / np.where(np.isfinite(frames["drum_lay_radius"]), frames["drum_lay_radius"], radius)
+
+
+def saturated(frames: np.recarray, most: float) -> np.ndarray:
+    """Share of each tick in which the largest rate [m/s] held a winch of which more was asked, or that catches up with
+    that; one that is commanded to run at its largest rate is not saturated."""
+    limited = np.nan_to_num(frames["rate_limited"])
+    asked = np.abs(np.diff(frames["payout_setpoint"], prepend=frames["payout_setpoint"][:1])) / tick_length(frames)
+    more = (asked > (1.0 + OVER) * most) | (frames["command_limited"] > 0.0)
+    episode = np.cumsum(np.diff((limited > 0.0).astype(int), prepend=0) == 1)
+    return np.where(np.isin(episode, episode[more & (limited > 0.0)]), limited, 0.0)
+
+
 def motor_pull(scene: Scene, speed: np.ndarray) -> np.ndarray:
     """What the motor can pull [N] on the first layer at speeds [m/s] of the cable there."""
     drive = scene.drive
@@ -165,12 +195,17 @@ def plan_of(frames: np.recarray, scene: Scene, metrics: Mapping[str, Any]) -> di
     notes = []
     if scene.drive.model is not DriveModel.MOTOR:
         notes.append(SERVO_NOTE.format(model=scene.drive.model.value))
+    top = _mean(frames["rate_limited"]) - _mean(saturated(frames, scene.winch.max_rate))
+    if top > 0.0:
+        notes.append(TOP_NOTE.format(100.0 * top))
     held = [f"{row.name} {100.0 * row.held:.3g} % of the run" for row in rows if row.held > 0.0]
     if held:
         notes.append(HELD_NOTE.format(names=", ".join(held)))
     kept = ("scene", "motion", "winch", "setpoint", "duration_s", "rao", "rules", "verdict")
     return {
         "plan": [row.as_dict() for row in rows],
+        "sufficient": not any(row.short for row in rows),
+        "short": [row.short for row in rows if row.short],
         "notes": notes,
         **{key: metrics[key] for key in kept if key in metrics},
     }

@@ -361,6 +361,13 @@ CHECKS = (
         "were taken back: for their error, or without a solution",
     ),
     ("JOURNAL", DOUBTFUL, TENSION + BODY, "a replay could not do all that the journal of the recording says"),
+    (
+        "WINCH",
+        DOUBTFUL,
+        WINCH,
+        "`cable-sim plan`: a margin of the winch or its cable is negative, its rate or torque was saturated, or the "
+        "cable went slack: the winch does not suffice",
+    ),
     ("BEHIND", DOUBTFUL, TENSION + BODY, "the node did not hold real time and was taken to the present"),
     ("NOT_RECORDED", DOUBTFUL, TENSION + BODY, "messages were lost on the way to the disk"),
     (DAMAGE, DOUBTFUL, TENSION + BODY, "the bag was damaged and read in part; exit code 3"),

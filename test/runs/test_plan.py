@@ -12,8 +12,11 @@ from cable_sim_ros.io.recordings import recorded_run
 from cable_sim_ros.io.recordings.recorded_run import load_run
 from cable_sim_ros.io.scenes.load import SceneWarning, load_scene, override, scene_from_text
 from cable_sim_ros.io.scenes.resources import find_bag
+from cable_sim_ros.report.subject import subject_of
+from cable_sim_ros.report.verdict import cards
 from cable_sim_ros.runs import offline
-from cable_sim_ros.runs.plan import NEEDS, most_power, motor_pull, needs_of, plan_markdown
+from cable_sim_ros.runs.plan import NEEDS, most_power, motor_pull, needs_of, plan_markdown, plan_of
+from cable_sim_ros.runs.winch_size import NoWinch, smallest
 from cable_sim_ros.sim.layout import layout_of
 from cable_sim_ros.sim.verdict import check, verdict_of
 
@@ -164,10 +167,75 @@ def test_a_run_that_goes_on_may_have_other_rules(tmp_path):
 
 def test_a_limit_that_held_the_winch_is_said(made):
     _, frames, scene, _ = made
-    held = frames.copy()
-    held.rate_limited[:100] = 1.0
-    row = next(row for row in needs_of(held, scene) if row.name == "rate")
-    assert row.held == pytest.approx(100 / len(frames))
+    for asked, saturated, note in ((1.2, 100 / len(frames), "a limit held the winch"), (1.0, 0.0, "top rate, not sat")):
+        held = at_top_rate(frames, scene, asked)
+        row = next(row for row in needs_of(held, scene) if row.name == "rate")
+        assert row.held == pytest.approx(saturated) and ("rate saturated in 25 %" in row.short) == (saturated > 0.0)
+        plan = plan_of(held, scene, {})
+        assert note in plan["notes"][0] and plan["sufficient"] == (saturated == 0.0)
+
+
+def at_top_rate(frames, scene, asked):
+    """A haul at the largest rate for 100 ticks, of which so many times that rate is asked."""
+    held, rate, tick = frames.copy(), scene.winch.max_rate, scene.solver.tick
+    held.rate_limited[:], held.command_limited[:] = 0.0, 0.0
+    held.rate_limited[100:200], held.payout_rate_tick_max[100:200] = 1.0, rate
+    held.payout_setpoint[:] = 200.0 - asked * rate * tick * np.clip(np.arange(len(held)) - 99.0, 0.0, 100.0)
+    return held
+
+
+def test_a_winch_that_does_not_suffice_makes_the_plan_doubtful(monkeypatch, made):
+    """A rate 20 % beyond the limit: neither ok nor code 0, on the page too; one least tension on it."""
+    _, frames, scene, folder = made
+    fast = frames.copy()
+    fast.payout_rate_tick_max[50] = 1.2 * scene.winch.max_rate
+    metrics = {"tension_min_n": 1.0, "tension_mean_n": 2.0, "duration_s": 20.0, "flags": {}}
+    monkeypatch.setattr(offline, "run", lambda *_, **__: offline.Run(fast, dict(metrics), scene=scene))
+    done = call("plan", "full_scale", "--motion", "none")
+    assert done.exit_code == 4 and "insufficient: rate 3 m/s needed at 2.55 s, has 2.5 (-20 %)" in done.stdout
+    assert "WINCH: the winch does not suffice: rate 3 m/s" in done.stdout and "the winch suffices" not in done.stdout
+    monkeypatch.setattr(offline, "run", lambda *_, **__: offline.Run(frames, dict(metrics), scene=scene))
+    done = call("plan", "full_scale", "--motion", "none")
+    assert done.exit_code == 0 and "the winch suffices; least margin: " in done.stdout
+    slack = frames.copy()
+    slack.tension_least[9] = -0.1
+    assert plan_of(slack, scene, {})["short"] == ["least_tension: the cable goes slack"]
+    run = offline.Run(frames, dict(metrics), scene=scene)
+    page = subject_of(run, (), plan_of(frames, scene, {}))
+    (least,) = (card for card in cards(page) if "least" in card.label)
+    assert least.label == "least tension along the cable"
+
+
+def test_the_smallest_winch_is_that_of_the_hardest_sea_and_suffices(made):
+    """Jobs in closed form: of seed k (1 + k/10) m/s, and so much of the pull; limits are raised until none holds."""
+    _, frames, base, _ = made
+    small = override(base, {"winch.max_rate": 0.5, "water.waves.seed": 1})
+
+    def simulate(values):
+        scene = override(small, dict(values))
+        job = 1.0 + 0.1 * scene.water.waves.seed
+        held = at_top_rate(frames, scene, job / scene.winch.max_rate)
+        held.payout_rate_tick_max[:] = np.minimum(job, scene.winch.max_rate)
+        held.rate_limited[:] *= job > scene.winch.max_rate
+        held.motor_pull[:] = held.motor_pull * job
+        return offline.Run(held, {}, scene=scene)
+
+    found = smallest(simulate, small, 3)
+    limits = {row["key"]: row for row in found["limits"]}
+    assert found["seeds"] == [1, 2, 3] and set(found["lacks"]) == {"1", "2", "3"} and found["runs"] == 12
+    assert limits["winch.max_rate"]["least"] == pytest.approx(1.3) and limits["winch.max_rate"]["seed"] == 3
+    curve = limits["drive.curve_pull"]
+    assert len(curve["least"]) == len(base.drive.curve_pull)
+    enough = override(small, {"winch.max_rate": 1.3, "drive.curve_pull": [1.000001 * one for one in curve["least"]]})
+    rows = {row.name: row for row in needs_of(simulate({"water.waves.seed": 3}).frames, enough)}
+    assert not rows["line_pull"].short and not rows["torque"].short
+
+    def endless(values):
+        scene = override(small, dict(values))
+        return offline.Run(at_top_rate(frames, scene, 1.2), {}, scene=scene)
+
+    with pytest.raises(NoWinch, match="no winch was found that suffices, up to winch.max_rate"):
+        smallest(endless, small, 1)
 
 
 def test_without_a_motor_nothing_is_made_up(made):
