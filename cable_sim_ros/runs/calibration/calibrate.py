@@ -151,8 +151,8 @@ def _fill(out: Calibration, problem: Problem, found: Fit, known: Confidence, int
             other = problem.nuisances[k - len(problem.free)]
             low, high, unit = interval.low, interval.high, UNITS.get(other.kind, units[other.quantity])
             start, value, limits = other.neutral, float(found.x[k]), (other.low, other.high)
-        given = tuple((*one[:4], None if one.moves is None else one.moves[k]) for one in taken)
-        out.parameters.append(Parameter(name, unit, start, value, (low, high), limits, number, interval.rise, given))
+        exact = tuple((*one[:4], None if one.moves is None else one.moves[k]) for one in taken)
+        out.parameters.append(Parameter(name, unit, start, value, (low, high), limits, number, interval.rise, exact))
     out.correlation, out.apart = known.correlation.tolist(), known.apart
     begin = problem.start()
     before, after = problem.simulate(problem.values(begin)), problem.simulate(problem.values(found.x))

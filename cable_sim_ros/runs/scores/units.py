@@ -59,7 +59,7 @@ def findings(
     moves = [spread > floor for spread in spreads]
     known = gain is not None and abs(correlation) >= CLEAR
     far = all(abs(mean) > FAR * max(spread, floor) for mean, spread in zip(means, spreads))
-    for k, (side, other) in enumerate(("AB", "BA")):
+    for k, (side, other) in enumerate((("A", "B"), ("B", "A"))):
         dead = not any(moves) and not spreads[k] and not means[k] and abs(means[1 - k]) > floor
         if not known and (dead or (not moves[k] and moves[1 - k])):
             text = (
