@@ -280,8 +280,7 @@ def replay(
         journal=bool(report.segments),
         replay_faults=faults,
     )
-    kept = {"rao": tow.sea_motion, "imported": tow.imported}
-    result.metrics.update({name: one for name, one in kept.items() if one})
+    result.metrics.update({name: one for name, one in (("rao", tow.sea_motion), ("imported", tow.imported)) if one})
     if not result.residuals and result.metrics["largest_difference"] is None:
         doubts.append(
             verdict.check(

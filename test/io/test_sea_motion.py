@@ -182,7 +182,7 @@ def test_the_same_seed_gives_the_same_bytes_and_longer_runs_begin_alike(table):
     assert sea_motion(path, scene_of(**(IRREGULAR | {"seed": 6}), spreading=10.0), 7.0).events[200:] != first[200:]
 
 
-def test_interpolation_is_linear_in_frequency_and_heading_and_complex(table):
+def test_interpolation_is_by_amplitude_and_phase_in_frequency_and_linear_in_heading(table):
     rows = {(p, h): {"heave": (a, f)} for (p, h, a, f) in ((5.0, 90.0, 1.0, 0.0), (10.0, 90.0, 1.0, 90.0))}
     rows |= {(p, 180.0): {"heave": (2.0, 180.0)} for p in (5.0, 10.0)}
     answer = RaoTable(table(rows))
@@ -193,11 +193,34 @@ def test_interpolation_is_linear_in_frequency_and_heading_and_complex(table):
         return answer.response(wave)[2], answer.covers(wave)
 
     middle = 2.0 * pi / (0.5 * (2.0 * pi / 5.0 + 2.0 * pi / 10.0))
-    assert heave(middle, 90.0)[0] == pytest.approx(0.5 + 0.5j)
+    assert heave(middle, 90.0)[0] == pytest.approx((1.0 + 1.0j) / 2.0**0.5), "no amplitude is lost between phases"
     assert heave(5.0, 135.0)[0] == pytest.approx(-0.5) and heave(5.0, -135.0)[0] == pytest.approx(-0.5)
     assert heave(10.0, 90.0) == (pytest.approx(1j), True)
     assert heave(3.0, 90.0) == (pytest.approx(1.0), False) and heave(20.0, 90.0) == (pytest.approx(1j), False)
     assert heave(5.0, 30.0) == (pytest.approx(1.0), False)
+
+
+@pytest.mark.parametrize("step, loss", [(90.0, 29.0), (45.0, 7.6), (30.0, 0.0)])
+def test_headings_far_apart_say_what_is_lost_between_them(table, step, loss):
+    """Of a roll that goes with the sine of the heading."""
+    headings = [step * k for k in range(round(180.0 / step) + 1)]
+    roll = {h: round(abs(sin(radians(h))), 12) for h in headings}
+    answer = RaoTable(table({(p, h): {"roll": (roll[h], 90.0)} for p in (5.0, 40.0) for h in headings}))
+    found = abs(answer.response(Wave(1.0, 0.1, radians(90.0 - 0.5 * step), 1.0))[3]) / radians(1.0)
+    exact = sin(radians(90.0 - 0.5 * step))
+    said = [note for note in answer.notes() if "deg apart: half-way" in note]
+    assert 100.0 * (1.0 - found / exact) <= max(loss, 3.5) + 0.5
+    assert bool(said) == (loss > 0.0) and (not said or f"up to {loss:.2g} % too small" in said[0])
+
+
+def test_phases_that_are_a_change_of_sign_are_interpolated_through_zero_and_said(table):
+    rows = {(p, 90.0): {"heave": (1.0, f)} for p, f in ((5.0, 0.0), (10.0, 170.0))}
+    rows |= {(p, 0.0): {"heave": (1.0, f)} for p, f in ((5.0, -30.0), (10.0, 30.0))}
+    answer = RaoTable(table(rows))
+    middle = 0.75 * 2.0 * pi / 5.0
+    through, turned = (abs(answer.response(Wave(middle, 0.1, radians(h), middle))[2]) for h in (90.0, 0.0))
+    assert through == pytest.approx(cos(radians(85.0))) and turned == pytest.approx(1.0), "60 deg apart lost 13 %"
+    assert any("heave: phases of neighbouring periods up to 170 deg apart" in note for note in answer.notes())
 
 
 def test_a_full_circle_is_closed(table):

@@ -2,8 +2,9 @@
 
 A row is one period and one heading; each degree of freedom has an amplitude in m/m or deg/m and a phase. With the wave
 Re(A e^(i theta)) at the mean place of base_link, theta growing with time for a ship at rest, the motion is
-Re(R A e^(i theta)), R = amplitude e^(i phase): the phase is the lead over the crest. R is interpolated linearly, real
-and imaginary part, in frequency and heading, and held beyond the first and the last period and heading.
+Re(R A e^(i theta)), R = amplitude e^(i phase): the phase is the lead over the crest. R is interpolated in frequency by
+amplitude and phase, the shorter way round, and in heading linearly, real and imaginary part (it may change its
+sign there); beyond the first and the last period and heading it is held.
 """
 
 from __future__ import annotations
@@ -11,6 +12,7 @@ from __future__ import annotations
 import difflib
 import os
 import warnings
+from cmath import phase, rect
 from collections.abc import Sequence
 from math import cos, degrees, pi, radians, sin
 from pathlib import Path
@@ -30,6 +32,9 @@ PERIODS = (0.3, 1000.0)  # s
 HEADINGS = (0.0, 360.0)  # deg
 MOST = 50.0  # m/m and deg/m: of no ship
 TURN = 720.0  # deg, of a phase
+COARSE = 30.0  # deg between headings: 3.4 % half-way
+APART = 120.0  # deg between phases of neighbouring periods, beyond which it is a change of sign rather than a turn
+MATTERS = 0.1  # of the largest amplitude
 WIDEST = 90.0  # deg between headings: beyond it a straight line between them means nothing
 ON_PLANE = 0.01  # of its largest amplitude: what sway, roll or yaw may have in waves along the centre plane
 SLOPE = 0.05  # of the slope of the wave: less in the longest wave is no angle in deg/m
@@ -67,11 +72,12 @@ class RaoTable:
                 continue
             scale = radians(1.0) if k in ROTATIONS else 1.0
             rows = zip(table[f"{name}_amplitude"].tolist(), np.radians(table[f"{name}_phase_deg"]).tolist())
-            for (i, j), (amplitude, phase) in zip(index, rows):
-                values[k, len(self.omega) - 1 - i, j] = scale * complex(amplitude * cos(phase), amplitude * sin(phase))
+            for (i, j), (amplitude, lead) in zip(index, rows):
+                values[k, len(self.omega) - 1 - i, j] = scale * complex(amplitude * cos(lead), amplitude * sin(lead))
         self.missing = [name for name in FREEDOMS if f"{name}_amplitude" not in table]
         self._settle_plane(values)
         _look_at_units(where, self.periods[-1], self.headings, values[:, 0])
+        self.reversed, self.apart = self._phases(values)
         self._bearings, columns = _around(self.headings, self.symmetric)
         self._values = values[:, :, columns].transpose(1, 2, 0).tolist()  # [frequency][bearing][freedom]
 
@@ -95,6 +101,18 @@ class RaoTable:
                     )
                 values[k, :, j] = 0.0
 
+    def _phases(self, values: np.ndarray) -> tuple[list[str], float]:
+        """Freedoms whose phase turns by more than APART between periods that both matter; the largest turn, deg."""
+        found, most = [], 0.0
+        for k, name in enumerate(FREEDOMS):
+            size = np.abs(values[k])
+            both = np.minimum(size[1:], size[:-1]) > MATTERS * max(float(size.max()), 1e-300)
+            turn = np.degrees(np.abs(np.angle(values[k, 1:] * np.conj(values[k, :-1]))))
+            if both.any() and (turn := float(turn[both].max())) > APART:
+                found.append(name)
+                most = max(most, turn)
+        return found, most
+
     @property
     def title(self) -> str:
         """What responds."""
@@ -111,8 +129,23 @@ class RaoTable:
 
     def notes(self) -> list[str]:
         """What was taken without being given."""
-        what = ", ".join(self.missing)
-        return [f"{self.path} has no columns of {what}: the ship does not move so"] if what else []
+        found = []
+        if what := ", ".join(self.missing):
+            found.append(f"{self.path} has no columns of {what}: the ship does not move so")
+        widest = max((b - a for a, b in zip(self._bearings, self._bearings[1:])), default=0.0)
+        if widest > COARSE:
+            found.append(
+                f"{self.path}: headings up to {widest:g} deg apart: half-way between them responses that go with the "
+                f"cosine or sine of the heading (surge, sway, roll, pitch) come out up to "
+                f"{100.0 * (1.0 - cos(radians(0.5 * widest))):.2g} % too small; give headings every {COARSE:g} deg"
+            )
+        if self.reversed:
+            found.append(
+                f"{self.path}: {', '.join(self.reversed)}: phases of neighbouring periods up to {self.apart:.3g} deg "
+                f"apart, above {APART:g} deg: interpolated linearly, as through a zero, and if it turns up to "
+                f"{100.0 * (1.0 - cos(radians(0.5 * self.apart))):.2g} % too small; give periods between"
+            )
+        return found
 
     def covers(self, wave: Wave) -> bool:
         """Does the table reach as far as this wave?"""
@@ -128,8 +161,7 @@ class RaoTable:
         here, there = self._values[i], self._values[min(i + 1, len(self.omega) - 1)]
         next_ = min(j + 1, len(self._bearings) - 1)
         found = [
-            (1.0 - s) * ((1.0 - t) * here[j][k] + t * here[next_][k])
-            + s * ((1.0 - t) * there[j][k] + t * there[next_][k])
+            (1.0 - t) * _turned(here[j][k], there[j][k], s) + t * _turned(here[next_][k], there[next_][k], s)
             for k in range(6)
         ]
         return [-x if mirrored and k in ACROSS else x for k, x in enumerate(found)]
@@ -140,6 +172,14 @@ class RaoTable:
         if self.symmetric and bearing > 180.0:
             return 360.0 - bearing, True
         return bearing, False
+
+
+def _turned(a: complex, b: complex, s: float) -> complex:
+    """Between two neighbouring periods: amplitude and phase, linear where the phase turns by more than APART."""
+    angle = phase(b * a.conjugate())
+    if angle == 0.0 or abs(angle) > radians(APART):
+        return (1.0 - s) * a + s * b
+    return rect((1.0 - s) * abs(a) + s * abs(b), phase(a) + s * angle)
 
 
 def _check_names(path: Path, names: Sequence[str]) -> None:

@@ -98,6 +98,7 @@ def test_records_outside_range_times_and_repeats_are_left_out(log):
         ("heave: {source: tabel, field: down_ft}", "there is no source tabel. Did you mean table?"),
         ("heave: {source: table, field: down_ft, unit: kgf}", "does not fit: heave is in m, kgf in N"),
         ("heave: {source: table, field: down_ft, unit: parsec}", "is no unit that is known"),
+        ("tension: {source: table, field: down_ft, unit: ton}", "1000 kg or 907.2 kg: give tonne, or short_ton"),
         ("heav: {source: table, field: down_ft}", "Did you mean heave?"),
         ("heave: {source: table, field: down_ft, lever_arm: [500, 0, 0]}", "lever_arm"),
         ("heave: {source: table, field: down_ft, lever_arm: [1, 0]}", "lever_arm"),

@@ -13,7 +13,7 @@ from .find import SHOWN, column_of, find_sources, listed, near, one_after_anothe
 from .lever_arm import at_base_link
 from .mapping_file import Clock, Entry, Frame, Mapping, dimension_of, fields_of, sources_of, word_of
 from .time_base import ascending, dated, device_of, every, least_delay, thinned
-from .units import UNITS, named
+from .units import AMBIGUOUS, UNITS, named, nearest
 from .validity import accepted_records
 from .words import VECTORS, WORDS
 
@@ -158,6 +158,10 @@ def _unit(where, entry, source, column, dimension, ready, assumed) -> str:
         raise LogError(
             f"{where}: {source.name}.{column} is in {told} by the log, which does not fit {dimension}; nothing was "
             f"used. Map it to another quantity, or give its unit"
+        )
+    if told.strip().lower() in AMBIGUOUS:
+        raise LogError(
+            f"{where}: {source.name}.{column} is in {told} by the log; nothing was used. {nearest(told, dimension)}"
         )
     if dimension != "1":
         assumed.append(f"{where.rpartition('.')[2]}: the log tells no unit of {column}, taken as {dimension}")

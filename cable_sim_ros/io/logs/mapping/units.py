@@ -49,6 +49,7 @@ UNITS: dict[str, Unit] = {
     "klb": Unit("N", 1000.0 * POUND),
     "kgf": Unit("N", KILOGRAM),
     "t": Unit("N", 1000.0 * KILOGRAM),
+    "short_ton": Unit("N", 2000.0 * POUND),
     "Pa": Unit("Pa", 1.0),
     "kPa": Unit("Pa", 1e3),
     "MPa": Unit("Pa", 1e6),
@@ -68,9 +69,14 @@ OTHER_NAMES = {  # as loggers and drivers write them
     "deg/sec": "deg/s", "°/s": "deg/s", "degrees/s": "deg/s", "rad/sec": "rad/s",
     "m/s2": "m/s^2", "m/s/s": "m/s^2", "m/s**2": "m/s^2", "gal": "cm/s^2",
     "newton": "N", "newtons": "N", "lbs": "lb", "lbf": "lb", "pounds": "lb", "kg": "kgf", "te": "t", "tf": "t",
-    "tonne": "t", "tonnes": "t", "ton": "t",
+    "tonne": "t", "tonnes": "t", "short ton": "short_ton", "short tons": "short_ton", "us ton": "short_ton",
     "decibar": "dbar", "dB": "dbar", "db": "dbar", "pascal": "Pa", "pa": "Pa",
 }  # fmt: skip
+
+
+AMBIGUOUS = {  # names that stand for several units
+    name: "a ton is 1000 kg or 907.2 kg: give tonne, or short_ton. " for name in ("ton", "tons", "tonf", "tn")
+}
 
 
 def named(unit: str) -> str | None:
@@ -86,6 +92,8 @@ def named(unit: str) -> str | None:
 
 def nearest(unit: str, dimension: str) -> str:
     """What may be written in place of an unknown unit, for an error."""
+    if hint := AMBIGUOUS.get(unit.strip().lower()):
+        return f"{hint}Known for it: {', '.join(units_of(dimension))}"
     near = difflib.get_close_matches(unit, [*UNITS, *OTHER_NAMES], 1, 0.6)
     return (f"Did you mean {near[0]}? " if near else "") + f"Known for it: {', '.join(units_of(dimension))}"
 
