@@ -34,7 +34,8 @@ class Need(NamedTuple):
             return "least_tension: the cable goes slack" if self.needed <= 0.0 else ""
         if self.has is not None and self.needed > self.has:
             off = 100.0 * (self.has - self.needed) / self.has if self.has else -100.0
-            return f"{self.name} {self.needed:.4g} {self.unit} needed at {self.at_s:.5g} s, has {self.has:.4g} ({off:.2g} %)"
+            what = f"{self.name} {self.needed:.4g} {self.unit} needed at {self.at_s:.5g} s"
+            return f"{what}, has {self.has:.4g} ({off:.2g} %)"
         if self.held > 0.0 and self.name in JUDGED:
             return f"{self.name} saturated in {100.0 * self.held:.3g} % of the run: more was asked for than was given"
         return ""
@@ -109,8 +110,9 @@ def needs_of(frames: np.recarray, scene: Scene) -> list[Need]:
     gear = lay_gear(frames, scene)
     lay = (winch.drum_radius + 0.5 * scene.cable.diameter) / gear
     speed = np.abs(frames["payout_rate"])
+    over = _mean(saturated(frames, winch.max_rate))
     rows = [
-        peaks.need("rate", frames["payout_rate_tick_max"], winch.max_rate, held=_mean(saturated(frames, winch.max_rate))),
+        peaks.need("rate", frames["payout_rate_tick_max"], winch.max_rate, held=over),
         peaks.need(
             "acceleration",
             frames["payout_acceleration_tick_max"],

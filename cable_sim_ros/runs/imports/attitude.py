@@ -41,8 +41,8 @@ def upright(signals: dict[str, Signal], ready: bool) -> list[str]:
     )
     if ready or can(signals):
         raise LogError(
-            f"{text}; nothing was imported. Give a mapping (cable-sim inspect --mapping-out FILE) with `frame: frd` and, "
-            "for an attitude to NED, `frame: ned`, or `sign: -1` of the acceleration"
+            f"{text}; nothing was imported. Give a mapping (cable-sim inspect --mapping-out FILE) with `frame: frd` "
+            "and, for an attitude to NED, `frame: ned`, or `sign: -1` of the acceleration"
         )
     return [f"{one.quantity}: {text}; it is not used"]
 
