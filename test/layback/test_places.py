@@ -13,7 +13,7 @@ from cable_sim_ros.cli import commands
 from cable_sim_ros.io.geodesy import on_plane
 from cable_sim_ros.io.scenes.load import load_scene, override
 from cable_sim_ros.physics.parameter import declared
-from cable_sim_ros.runs.layback.laid import WAYS
+from cable_sim_ros.runs.layback.laid import WAYS, Samples, of_track
 from cable_sim_ros.sim.layback.ranges import Ranges, assumed, with_drag
 from cable_sim_ros.sim.layback.static_place import NoShape, Tow, band_of, static_place
 from cable_sim_ros.sim.simulator import Simulator
@@ -101,7 +101,7 @@ def test_a_steady_log_gives_the_static_tow_behind_its_ship(by_log):
     assert {row["way"] for row in report["ways"]} == set(WAYS)
     straight = next(row for row in report["ways"] if row["way"] == "pythagoras")
     assert straight["layback_difference_mean_m"] == pytest.approx(sqrt(200**2 - 60**2) - place.layback, abs=0.4)
-    assert any("sheave holds the cable" in note for note in report["notes"])
+    assert any("block of the sheave swivels" in note for note in report["notes"])
     assert any("pay-out counts from the sheave" in line for line in report["assumed"])
     assert (
         report["depth_difference_m"]["share_within_interval"] == 1.0 and (out / "layback.png").stat().st_size > 10_000
@@ -159,3 +159,41 @@ def test_options_that_cannot_be_used(tmp_path, words, text):
     import re
 
     assert re.search(text, " ".join(done.output.split())), done.output
+
+
+def way_of(turned):
+    """Samples of 400 s at 2 m/s that turn by ``turned`` [rad] over 100 s, the fish 180 m behind on the way, and the
+    steady tow of each moment."""
+    t = np.arange(0.0, 400.0)
+    course = 0.4 + turned * np.clip((t - 200.0) / 100.0, 0.0, 1.0)
+    heads = np.column_stack([np.cos(course), np.sin(course)])
+    sheave = np.cumsum(2.0 * heads, axis=0)
+    fish = np.column_stack([np.interp(t - 90.0, t, sheave[:, k]) for k in (0, 1)])
+    fish[t < 90.0] = sheave[t < 90.0] - 180.0 * heads[t < 90.0]
+    rest = [np.zeros(len(t))] * 3
+    return Samples(
+        t, sheave, sheave, 2.0 * heads, course, rest[0], rest[0] + 200.0, rest[1], fish, rest[2]
+    ), -180 * heads
+
+
+def test_the_interval_of_a_straight_way_is_the_steady_one_and_a_turn_makes_it_that_of_its_way():
+    band = np.tile([2.0, 2.0, 9.0, 1.0], (400, 1))
+    assert of_track(*way_of(0.0), band, 0.1) == pytest.approx(band, abs=1e-5)
+    one, steady = way_of(-0.5 * np.pi)
+    found = of_track(one, steady, band, 0.0)
+    assert found[:195] == pytest.approx(band[:195], abs=1e-5) and found[395] == pytest.approx(band[395], abs=0.1)
+
+    # a current of 0.1 m/s that nobody knew: the way through the water less that of the sheave since the same length
+    def end(current, k=300):
+        water = one.velocity[:k][::-1] - current
+        length = np.concatenate([[0.0], np.cumsum(np.hypot(*water.T))])
+        back = np.vstack([[0.0, 0.0], -np.cumsum(water, axis=0)])
+        return np.array([np.interp(180.0, length, back[:, j]) for j in (0, 1)])
+
+    k, still = 300, end((0.0, 0.0))
+    axes = np.array([still, [-still[1], still[0]]]) / np.hypot(*still)
+    worst = sum((axes @ (end(current) - still)) ** 2 for current in ((0.1, 0.0), (0.0, 0.1)))
+    assert np.hypot(2.0, np.sqrt(worst[0])) == pytest.approx(found[k, 1], rel=0.05)
+    assert np.sqrt(worst[1]) == pytest.approx(found[k, 2], rel=0.05)
+    assert found[k, 1] > 3.0 and found[k, 2] > 10.0
+    assert (of_track(one, steady, band, 0.1)[250:350, 2] > found[250:350, 2]).all()

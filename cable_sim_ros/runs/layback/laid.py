@@ -19,6 +19,7 @@ from ...sim.tables.current import flow_of
 
 MOVING = 0.2  # m/s, under which the ship has no course of its own
 POINTS = 8  # static tows with an interval over a run, at most
+STILL = 1e-6  # m
 CALM = 15.0  # s, over which velocity and height of the sheave are averaged
 SAME = 0.02  # change of the state of a tow over which one of them holds
 WAYS = ("pythagoras", "factor", "follow_dog", "catenary", "catenary_of_depth", "static")
@@ -81,6 +82,7 @@ def laid(
     plain, drop = ways.catenary(one.cable, weight, body, pull)
     behind = -np.array([np.cos(away[0]), np.sin(away[0])])
     middle, band, count, notes = static_along(scene, one, ranges, drag, points)
+    band = of_track(one, middle[:, :2], band, ranges.speed)
     places = {
         "pythagoras": ways.astern(one.sheave, straight, away),
         "factor": ways.astern(one.sheave, ways.cable_factor(one.cable, factor), away),
@@ -149,6 +151,38 @@ def static_along(
     c, s = np.cos(course), np.sin(course)
     world = np.column_stack([at[:, 0] * c - at[:, 1] * s, at[:, 0] * s + at[:, 1] * c, at[:, 2] - one.height])
     return world, at[:, 3:], len(chosen), notes
+
+
+def of_track(one: Samples, steady: np.ndarray, band: np.ndarray, speed: float) -> np.ndarray:
+    """The intervals [n, 4] of a steady tow as those of the way that the sheave came; steady [n, 2]: its place, m east
+    and north of the sheave; speed: half-width of that of the ship [m/s].
+
+    The cable lies along the way of the sheave through the water, as long as the layback of the steady tow. A current c
+    that is not known moves what lies at its end by c t, t: the time since the sheave passed there, and ends it earlier
+    or later by the way along that current: E c t, E = I - u m^T, u: direction of the way at that end, m: its mean since.
+    On a straight way E c is the part of c across it, and t |c| the ``across`` of the steady tow; in a turn it has a
+    part along the line from the sheave to the towbody, and a speed that is wrong by s shifts it by (u - m) s t.
+    """
+    away, course = one.fish - one.sheave, courses(one.velocity, one.yaw)
+    known = np.isfinite(steady).all(axis=1)[:, None]
+    behind = np.where(known, steady, -np.column_stack([np.cos(course), np.sin(course)]))
+    size = np.maximum(np.where(known[:, 0], np.hypot(*behind.T), np.hypot(*away.T)), STILL)
+    heads = -behind / np.maximum(np.hypot(*behind.T), STILL)[:, None]
+    step = np.hypot(*np.diff(one.sheave, axis=0, prepend=one.sheave[:1]).T)
+    chain, way = np.cumsum(step), np.cumsum(heads * step[:, None], axis=0)
+    reach = float(size.max()) + 1.0  # straight before its beginning
+    marks = np.concatenate([[-reach], chain])
+    way = np.vstack([way[0] - reach * heads[0], way])
+    ends = np.column_stack([np.interp(chain - size, marks, way[:, k]) for k in (0, 1)])
+    first = heads[np.clip(np.searchsorted(marks, chain - size) - 1, 0, len(heads) - 1)]
+    mean = (way[1:] - ends) / size[:, None]
+    along = away / np.maximum(np.hypot(*away.T), STILL)[:, None]
+    wrong = speed * size / np.maximum(np.hypot(*one.velocity.T), MOVING)
+    parts = []
+    for axis in (along, np.column_stack([-along[:, 1], along[:, 0]])):
+        shifted = band[:, 2] * np.hypot(*(axis - (axis * first).sum(1)[:, None] * mean).T)  # E^T axis
+        parts.append(np.hypot(shifted, wrong * (axis * (first - mean)).sum(1)))
+    return np.column_stack([np.hypot(band[:, 0], parts[0]), np.hypot(band[:, 1], parts[0]), parts[1], band[:, 3]])
 
 
 def spread(one: Samples, course: np.ndarray, points: int) -> np.ndarray:
