@@ -121,7 +121,8 @@ def text() -> str:
         parts.append(_row(f"`{name}`", kind, _unit(unit), meaning, ", ".join(also[name])))
     slopes = ", ".join(f"`{name}`" for name, _ in SLOPE_COLUMNS)
     parts += [TABLES, SHAPE.format(slopes=slopes), *_columns(SHAPE_COLUMNS)]
-    parts += [CONTACT.format(rows=MAX_CONTACT_POINTS), *_columns(CONTACT_COLUMNS), STRUM, *_columns(STRUM_COLUMNS), BODIES, *_columns(BODY_COLUMNS)]
+    parts += [CONTACT.format(rows=MAX_CONTACT_POINTS), *_columns(CONTACT_COLUMNS), STRUM, *_columns(STRUM_COLUMNS)]
+    parts += [BODIES, *_columns(BODY_COLUMNS)]
     parts += [RECORDING.format(namespace=Context().namespace), *_topics()]
     return "".join(parts)
 

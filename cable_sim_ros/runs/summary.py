@@ -15,7 +15,6 @@ from scipy.stats import chi2
 from ..physics.tick_output import Flag
 from ..sim.checks.deviation_checks import SKIP
 from ..sim.tables.elementary import principal, product
-
 from .travel import HAUL_OVER, HAULED, TURNED, haul_of, turned, turns
 from .travel import since_first as since_first
 from .travel import tick_length as tick_length

@@ -81,4 +81,3 @@ def phase_figures(plan: ShipPlan, ship: Ship, frames: np.recarray, before: float
         row |= {"lead_min_deg": float(lead[of].min()), "lead_max_deg": float(lead[of].max())}
         found.append(row | {"groove_margin_min_m": float(frames["groove_margin"][of].min())})
     return found
-

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 SCOPE, SPEED = "winch.scope", "ship.tow_speed"
 MOST = 1000  # values of a key
-NUMBERS = re.compile(r"([-+0-9.,:eE\s]*)(.*)")  # and the unit behind them
+UNIT = re.compile(r"(?=[^-+0-9.,:eE\s])")  # begins behind the numbers
 SHOWN = (  # figure, title, title of its panel, unit, digits
     ("body_depth_m", "depth of the towbody", "depth", "m", 1),
     ("tension_mean_n", "tension at the sheave", "tension", "N", 0),
@@ -44,7 +44,7 @@ class TableError(CableSimError, ValueError):
 
 def speeds_of(text: str) -> list[float]:
     """Speeds [m/s] as of values_of, behind the last one a unit of UNITS: `2,3,4 kn`. Raises TableError."""
-    numbers, word = NUMBERS.fullmatch(text.strip()).groups()
+    numbers, word = [*re.split(UNIT, text.strip(), maxsplit=1), ""][:2]
     unit = UNITS.get(named(word) or "") if word else UNITS["m/s"]
     if unit is None or unit.dimension != "m/s":
         raise TableError(

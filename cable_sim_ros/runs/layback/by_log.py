@@ -128,7 +128,8 @@ def simulated(
 ) -> Simulated:
     """Simulate the tow of a scene under a log; cable: out from the sheave [n]; antenna: in base_link, x and y [m];
     drag: factor on that of the scene. Raises LogError, SceneError, StartError."""
-    notes = [] if scene.sheave.swivel else ["the block of the sheave swivels (sheave.swivel), which the scene's does not"]
+    swivels = "the block of the sheave swivels (sheave.swivel), which the scene's does not"
+    notes = [] if scene.sheave.swivel else [swivels]
     c, s = np.cos(log.yaw), np.sin(log.yaw)
     track = log.track - np.column_stack([antenna[0] * c - antenna[1] * s, antenna[0] * s + antenna[1] * c])
     velocity = np.gradient(track, STEP, axis=0)

@@ -159,7 +159,7 @@ def of_track(one: Samples, steady: np.ndarray, band: np.ndarray, speed: float) -
 
     The cable lies along the way of the sheave through the water, as long as the layback of the steady tow. A current c
     that is not known moves what lies at its end by c t, t: the time since the sheave passed there, and ends it earlier
-    or later by the way along that current: E c t, E = I - u m^T, u: direction of the way at that end, m: its mean since.
+    or later by the way along that current: E c t, E = I - u m^T, u: direction of the way there, m: its mean since.
     On a straight way E c is the part of c across it, and t |c| the ``across`` of the steady tow; in a turn it has a
     part along the line from the sheave to the towbody, and a speed that is wrong by s shifts it by (u - m) s t.
     """
