@@ -66,7 +66,7 @@ OPTIONS = (
         type=Number(1e-4, 1.0, "s"),
         metavar="S",
         help="Seconds between tick outputs. Default: solver.tick of the scene; 0.1 where it does not choose steps "
-        "itself, or less for rules that read the tension oftener.",
+        "itself, or less for rules that read the tension oftener or a motor's controller that is faster.",
     ),
 )
 

@@ -10,6 +10,7 @@ import numpy as np
 from ..io.scenes.load import override
 from ..physics.heave_compensation import SetpointLaw
 from ..physics.integrate import Solver
+from ..physics.winch_drive import DriveModel
 from ..sim.flag_rules import MIN_REFUSED, REFUSED_FRACTION
 from ..sim.rule_blocks import slowest_tick
 from ..sim.scene import Scene
@@ -17,20 +18,27 @@ from ..sim.tables.sensor_tables import aboard
 from ..sim.verdict import Reason, check
 
 EVERY = 0.1  # s between tick outputs of a run whose steps are chosen, where the scene does not say
+TICKS = 1.0, 0.5, 0.2, 0.1, 0.05, 0.02, 0.01, 0.005, 0.002, 0.001  # s, of which a motor takes the longest it can follow
 
 
 def stepped(scene: Scene, step: str | None, every: float | None) -> Scene:
     """The scene with other steps: "chosen" by their error, "fixed": one a tick, None: as the scene says.
 
     every: s between tick outputs; default: the scene's tick, of steps chosen that the scene did not choose EVERY, less
-    where rules on watch read the tension oftener, and the scene's where instruments or constant tension read at
-    ticks.
+    where that is above `longest_tick`, and the scene's where instruments or constant tension read at ticks.
     Steps that the scene did not choose have the errors of its accuracy.
     """
     if step not in (None, "chosen", "fixed"):
         raise ValueError(f"step = {step!r} is not known: nothing was simulated; give 'chosen', 'fixed' or None")
     values = values_of_steps(scene, step, every)
     return override(scene, values) if values else scene
+
+
+def longest_tick(scene: Scene) -> float:
+    """Longest tick [s] with a tension for every reading of rules on watch, and that a motor's controller follows."""
+    followed = 1.0 / scene.drive.bandwidth if scene.drive.model is DriveModel.MOTOR else TICKS[0]
+    longest = next((tick for tick in TICKS if tick <= followed), followed)
+    return min(slowest_tick(scene.rules), longest)
 
 
 def values_of_steps(scene: Scene, step: str | None, every: float | None = None) -> dict[str, float | None]:
@@ -40,7 +48,7 @@ def values_of_steps(scene: Scene, step: str | None, every: float | None = None) 
     if step == "fixed" and solver.tension_error is not None:
         values["solver.tension_error"] = None
     if step == "chosen" and solver.tension_error is None:
-        values |= {"solver.tension_error": scene.accuracy.tension, "solver.tick": min(EVERY, slowest_tick(scene.rules))}
+        values |= {"solver.tension_error": scene.accuracy.tension, "solver.tick": min(EVERY, longest_tick(scene))}
         if aboard(scene) or scene.setpoint.algorithm is SetpointLaw.CONSTANT_TENSION:  # these read at the ticks
             values["solver.tick"] = solver.tick
         if scene.accuracy.position is not None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from math import floor, log10
 from typing import NamedTuple
 
 
@@ -20,3 +21,9 @@ def apart(value: float, bound: float, digits: int = 3) -> tuple[str, str]:
         if first != second:
             break
     return first, second
+
+
+def one_digit(x: float) -> float:
+    """x > 0 rounded down to one digit."""
+    decade = 10.0 ** floor(log10(x))
+    return float(f"{floor(x / decade) * decade:.0e}")

@@ -19,14 +19,13 @@ from ...sim.inputs import ShipMotion, WinchCommand
 from ...sim.layback.ranges import Ranges, with_drag
 from ...sim.layback.static_place import NoShape, Tow, static_place
 from ...sim.layout import layout_of
-from ...sim.rule_blocks import slowest_tick
 from ...sim.scene import Scene
 from ...sim.simulator import Simulator, SolverError
 from ...sim.statics.route import DRUM_RESERVE
 from ...sim.tables.sensor_tables import aboard
 from .. import offline
 from ..result import Run
-from ..step_choice import metrics_of_steps, stepped
+from ..step_choice import longest_tick, metrics_of_steps, stepped
 from ..stepping import Progress, silent
 from .laid import Samples, courses, samples_of, spread
 from .tow_log import STEP, TowLog
@@ -182,7 +181,7 @@ def simulated(
 
 def _tick(scene: Scene, tick: float) -> float:
     """Seconds between tick outputs: a part of STEP, and as rules and instruments of the scene want it."""
-    wanted = scene.solver.tick if aboard(scene) else min(tick, slowest_tick(scene.rules))
+    wanted = scene.solver.tick if aboard(scene) else min(tick, longest_tick(scene))
     return STEP / ceil(STEP / wanted - 1e-9)
 
 

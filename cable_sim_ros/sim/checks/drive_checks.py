@@ -8,7 +8,7 @@ from ...physics.drum_layers import radius_of
 from ...physics.winch import DrumModel
 from ...physics.winch_drive import POINTS, DriveModel
 from ..layout import Layout
-from ..problem import Problem, apart
+from ..problem import Problem, apart, one_digit
 from ..scene import Scene
 from ..tables.drum_layers import layered
 from .mode_checks import BRAKES, PULLS, mode_problems
@@ -54,7 +54,7 @@ def drive_problems(scene: Scene) -> list[Problem]:
                 "drive.bandwidth",
                 f"= {drive.bandwidth:g} rad/s is faster than solver.tick = {scene.solver.tick:g} s can follow, "
                 f"{1.0 / scene.solver.tick:.3g} rad/s",
-                "Make either smaller",
+                f"Give solver.tick (--every) of {one_digit(1.0 / drive.bandwidth):g} s or less, or a slower controller",
             )
         )
     if drive.inertia <= 0.0:
