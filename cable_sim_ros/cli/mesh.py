@@ -77,6 +77,7 @@ def _print(scene: Scene, plan: MeshPlan, changes: list[Change], report: dict[str
     console.print(
         f"solver.tick = {scene.solver.tick:g} s is the scene's; for motion of 4 s and longer {plan.tick:g} s would do"
     )
+    console.print(f"forces are solved to {plan.tolerance:g} of contact.working_tension (solver.tolerance)")
     if changes:
         rows = [
             (

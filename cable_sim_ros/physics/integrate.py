@@ -26,13 +26,21 @@ from .water_kinematics import STILL, link_stir, stir
 SEARCHED, PATIENCE, BACKTRACKS, FALL = 5, 8, 4, 0.9
 
 
+TOLERANCE = 1e-7  # of the working tension, where the scene does not say
+
+
 class Solver(Block):
     tick: float = quantity(0.01, "s", 1e-4, 1.0, "one published step; above 0.1 s only with solver.tension_error")
     rho_inf: float = quantity(
         0.3, "1", 0.0, 0.5, "spectral radius at infinite frequency", "trap T2: 0.6 and above gain energy in snaps"
     )
-    tolerance: float = quantity(
-        1e-7, "1", 1e-12, 1e-3, "largest residual, as a fraction of the working tension; never below round-off"
+    tolerance: float | None = quantity(
+        None,
+        "1",
+        1e-12,
+        1e-3,
+        "largest residual, as a fraction of the working tension; never below round-off; none: 1e-7, or what "
+        "accuracy.position takes where that is less",
     )
     max_iterations: int = quantity(20, "1", 2, 200, "Newton iterations before a step is halved")
     tension_error: float | None = quantity(

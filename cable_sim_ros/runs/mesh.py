@@ -153,6 +153,7 @@ def as_json(scene: Scene, plan: MeshPlan, changes: list[Change]) -> dict[str, An
         "expected": [_plain(row) for row in plan.expected],
         "tick_s": scene.solver.tick,
         "tick_that_would_do_s": plan.tick,
+        "tolerance": plan.tolerance,
         "aboard_m": plan.mesh.aboard.tolist(),
         "shares": {name: fraction.tolist() for name, fraction in zip(names, plan.mesh.section_fractions, strict=True)},
     }

@@ -19,6 +19,7 @@ from ..io.sources.imported_bag import at_speed, take_provenance
 from ..io.sources.motion_table import MotionError, planned, read_table, sine_heave
 from ..io.sources.recorded_tow import RecordedTow, read_tow
 from ..io.sources.sea_motion import sea_motion
+from ..physics.integrate import TOLERANCE
 from ..sim.layout import layout_of
 from ..sim.scene import Scene
 from . import motion_preview
@@ -121,6 +122,17 @@ def notes_of(metrics: Mapping[str, Any]) -> tuple[str, ...]:
         notes = metrics.get(key, {}).get("notes", ())
         found += [str(note) for note in notes] if isinstance(notes, (list, tuple)) else []
     return tuple(found)
+
+
+def notes_of_mesh(scene: Scene | None) -> tuple[str, ...]:
+    """Notes for the verdict of a run: what was chosen for the accuracy of its scene."""
+    plan = None if scene is None else layout_of(scene).plan
+    if scene is None or plan is None or scene.solver.tolerance is not None or plan.tolerance == TOLERANCE:
+        return ()
+    return (
+        f"forces are solved to {plan.tolerance:g} of contact.working_tension in place of {TOLERANCE:g} "
+        f"(solver.tolerance), as accuracy.position = {scene.accuracy.position:g} m takes",
+    )
 
 
 def scene_of_bag(

@@ -12,7 +12,7 @@ import numpy.typing as npt
 from ..physics import ancf
 from ..physics.cable_assembly import Cable
 from ..physics.contact_surface import SHEAVE_ROW, surfaces_of
-from ..physics.integrate import Solver
+from ..physics.integrate import TOLERANCE, Solver
 from ..physics.jit import LANES
 from ..physics.mesh_motion import ABOARD
 from ..physics.output import Output
@@ -266,11 +266,15 @@ def halvings(solver: Solver) -> int:
     return min(more, LEVELS - 1)  # each has its count
 
 
-def line_settings(cable: Cable, solver: Solver, gravity: float, tension: float, rules: Rules) -> np.ndarray:
-    """LINE_SETTINGS [1]; tension: working tension [N] that scales the tolerance."""
+def line_settings(
+    cable: Cable, solver: Solver, gravity: float, tension: float, rules: Rules, tolerance: float = TOLERANCE
+) -> np.ndarray:
+    """LINE_SETTINGS [1]; tension: working tension [N] that scales the tolerance, the one given where the solver has
+    none."""
     row = np.zeros(1, LINE_SETTINGS)
     row["gravity"], row["rho_inf"] = gravity, solver.rho_inf
-    row["tolerance"] = max(solver.tolerance * tension, ROUND_OFF * extreme(cable, "axial_stiffness", max)[1])
+    relative = tolerance if solver.tolerance is None else solver.tolerance
+    row["tolerance"] = max(relative * tension, ROUND_OFF * extreme(cable, "axial_stiffness", max)[1])
     row["mean_flow_time"] = cable.mean_flow_time
     row["amplified"] = any(section.drag_amplification != 1.0 for section in cable.sections.values())
     row["max_iterations"] = solver.max_iterations
@@ -341,7 +345,8 @@ def build_model(layout: Layout, mesh: FeedMesh | None = None) -> Model:
     else:  # filled for the pay-out, see mesh_motion.py
         elements = np.zeros((-(-(nodes - 1) // LANES), ancf.ROWS, LANES))
     rules = Rules(halvings(scene.solver))
-    line = line_settings(scene.cable, scene.solver, scene.gravity, tension, rules)
+    tolerance = TOLERANCE if layout.plan is None else layout.plan.tolerance
+    line = line_settings(scene.cable, scene.solver, scene.gravity, tension, rules, tolerance)
     line["jumps"] |= bool(scene.bodies)
     settings["drive"] = drive_record(scene)
     settings["drive"]["balance"] = np.maximum(BALANCED * tension, line["tolerance"])

@@ -1,5 +1,7 @@
 """A mesh made from an accuracy: rules, hand-written numbers, refusals, and the promise against a finer mesh."""
 
+import re
+
 import numpy as np
 import pytest
 
@@ -212,7 +214,7 @@ REFUSED = [
         r"its winch working errs by 0.0005, and nothing finer was measured; nothing was started. Give 0.0005 or more",
     ),
     (
-        {"accuracy__position": 1e-4},
+        {"accuracy__position": 1e-4, "solver__tolerance": 1e-7},
         r"accuracy.position = 0.0001 m cannot be met: forces are solved to \S+ N \(solver.tolerance = 1e-07 of "
         r"contact.working_tension = \S+ N\), which with 592 m of scope is \S+ m of the towbody's place; nothing was "
         r"started. Give \S+ m or more, or solver.tolerance \S+ or less",
@@ -340,3 +342,18 @@ def test_a_mesh_fixed_to_the_material_has_no_plan():
     )
     with pytest.raises(SceneError, match=text):
         plan_of(scene)
+
+
+@pytest.mark.parametrize("name, place", [("harbour_60m", 2e-4), ("deep_tow_6km", 1e-3)])
+def test_forces_are_solved_to_what_the_place_asks_for(name, place):
+    fine = with_keys(name, accuracy__position=place)
+    plan = layout_of(fine).plan
+    assert layout_of(TOWS[name]).plan.tolerance == 1e-7 > plan.tolerance
+    assert all(row.position <= place for row in plan.expected)
+    assert Simulator(fine).tolerance == pytest.approx(plan.tolerance * fine.contact.working_tension)
+    with pytest.raises(SceneError, match="cannot be met") as refused:
+        with_keys(name, accuracy__position=1e-6)
+    least = float(re.search(r"Give (\S+) m or more; round-off allows no less", str(refused.value))[1])
+    # what is refused names a number that is taken
+    plan = layout_of(with_keys(name, accuracy__position=least)).plan
+    assert all(row.position <= least for row in plan.expected)

@@ -104,6 +104,7 @@ class MeshPlan(NamedTuple):
     parts: tuple[Part, ...]
     expected: tuple[Expected, ...]
     tick: float  # s, that would do
+    tolerance: float  # of the working tension, to which forces are solved
 
 
 def places_outboard(mesh: FeedMesh, total: float, tangent: float) -> np.ndarray:

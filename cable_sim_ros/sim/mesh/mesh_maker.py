@@ -8,7 +8,6 @@ from typing import NamedTuple
 import numpy as np
 from scipy.integrate import trapezoid
 
-from ..statics.route import ROUND_OFF
 from ..statics.static_shape import TowShape
 from ..tables.elementary import power
 from ..tables.material import extreme
@@ -26,7 +25,6 @@ LEANS = 0.05  # of the tension, across: less is a cast
 BROADSIDE_DRAG = 1.2  # C_D of that estimate
 SMOOTH = 2.0  # an element beside one of length h is no longer than h + SMOOTH times the way between
 KINK_FRACTION = 0.3  # of the error of the place may come from one jump of the curvature
-PER_TOLERANCE = 0.5  # error of the body's place per residual of every node below, over the tension along the cable
 # sheave elements for each element of a section that is hauled in; of 1 a section's end that came to the sheave at 1 m/s
 # changed the tension by 3.5 N in one tick of 20 ms, of 3 by 0.6 N, of 6 by 0.4 N, as much as without one
 PRESSED = 6.0
@@ -34,7 +32,6 @@ MAX_ELEMENTS = 600
 FIRST_FRACTION = 100.0  # the search for as few elements as will do begins so coarse
 MIN_WITH_BODIES = 0.5  # the same where bodies or terminations hang on the line: they move it as the towbody does
 MIN_PROMISE = 0.2  # of the place asked for: no estimate from a static shape is better than that in waves
-SOLVER_FRACTION = 0.6  # of the error of the place may be the solver's
 SHORTEST = 0.25  # of a sheave element: shorter ones are not made, but at a corner
 MAX_CORNERS = 0.6  # of the error of the place may be of corners, with the shortest elements there
 
@@ -81,7 +78,7 @@ class Maker(SheaveMesh):
                 raise self.unreachable(mesh)
             fraction *= 0.75
         mesh = self.outboard(aboard, size, fraction, True)
-        return MeshPlan(mesh, self.parts(mesh), self.promise(mesh), self.tick())
+        return MeshPlan(mesh, self.parts(mesh), self.promise(mesh), self.tick(), self.relative)
 
     def follow_waves(self, aboard: np.ndarray, size: float, fraction: float) -> None:
         """What the waves ask for; less than for the accuracy where that is more than MOST_OF_WAVES elements."""
@@ -113,22 +110,6 @@ class Maker(SheaveMesh):
             "m of scope",
             f"Give {1.1 * worst.outboard:.2g} or more, or limit the scope with winch.most_scope",
         )
-
-    def check_solver(self, nodes: int) -> None:
-        """Refuse a place finer than the forces are solved to; one that the scene does not ask for is then coarser."""
-        worst = max(self.shapes, key=lambda scope: self.floor(scope, nodes))
-        floor, solver = self.floor(worst, nodes), self.scene.solver
-        if floor > SOLVER_FRACTION * self.position and self.scene.accuracy.position is None:
-            self.position = 1.1 * floor / SOLVER_FRACTION
-        elif floor > SOLVER_FRACTION * self.position:
-            tolerance = 0.9 * solver.tolerance * SOLVER_FRACTION * self.position / floor
-            raise MeshError(
-                "accuracy.position",
-                f"= {self.position:g} m cannot be met: forces are solved to {self.tolerance:.2g} N (solver.tolerance = "
-                f"{solver.tolerance:g} of contact.working_tension = {self.scene.contact.working_tension:g} N), "
-                f"which with {worst:.4g} m of scope is {floor:.2g} m of the towbody's place",
-                f"Give {1.1 * floor / SOLVER_FRACTION:.2g} m or more, or solver.tolerance {tolerance:.1g} or less",
-            )
 
     def check_corners(self, mesh: FeedMesh) -> None:
         """Refuse a place finer than the shortest elements at corners keep it; one not asked for is then coarser."""
@@ -322,21 +303,6 @@ class Maker(SheaveMesh):
             if np.abs(nodes - s).min() > 1e-6 * scope:
                 error += self.order.per_kink * float(h[min(int(np.searchsorted(nodes, s)), len(h)) - 1]) ** 2 * jump
         return error
-
-    def floor(self, scope: float, nodes: int) -> float:
-        """Error [m] of the body's place that the solver leaves whatever the mesh: its residual turns the tension."""
-        shape = self.shapes[scope]
-        below = nodes * shape.s / shape.s[-1]
-        return PER_TOLERANCE * self.tolerance * float(trapezoid(below / shape.tension, shape.s))
-
-    @property
-    def tolerance(self) -> float:
-        """Largest residual of a solved step [N]."""
-        scene = self.scene
-        return max(
-            scene.solver.tolerance * scene.contact.working_tension,
-            ROUND_OFF * extreme(scene.cable, "axial_stiffness", max)[1],
-        )
 
     def errors(self, mesh: FeedMesh) -> list[Error]:
         """What the mesh outboard and the solver leave, at every scope that leaves the mesh room."""

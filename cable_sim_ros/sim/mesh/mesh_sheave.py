@@ -6,12 +6,15 @@ from collections.abc import Callable
 from math import degrees, pi, radians, sqrt
 
 import numpy as np
+from scipy.integrate import trapezoid
 
 from ...physics.ancf import ADDED_MASS, MASS_PER_LENGTH
+from ...physics.integrate import TOLERANCE
 from ...physics.section import CableModel
 from ..mesh_blocks import SheaveAnswer
+from ..problem import one_digit
 from ..scene import Scene
-from ..statics.route import Route
+from ..statics.route import ROUND_OFF, Route
 from ..statics.static_shape import TowShape
 from ..tables.material import extreme, material_rows
 from .mesh_corners import Corner, Zone
@@ -33,6 +36,8 @@ LAYER = 4.0  # bending lengths of fine mesh beside the sheave
 MAX_HEAVE, HEAVE_PER_SCOPE = 1.0, 0.01  # m; and of the scope where that is less
 MIN_OUTBOARD = 0.1  # of the scope at the start: all zones pressed together are no longer
 USUAL_POSITION, PER_SCOPE = 0.01, (1e-5, 1e-3)  # m, kept within fractions of the scope: promised where nothing is said
+PER_TOLERANCE = 0.5  # error of the body's place per residual of every node below, over the tension along the cable
+SOLVER_FRACTION = 0.6  # of the error of the place may be the solver's
 
 
 def scope_range(scene: Scene, route: Route) -> tuple[float, float, float]:
@@ -71,12 +76,56 @@ class SheaveMesh:
         self.position = scene.accuracy.position or min(
             max(USUAL_POSITION, PER_SCOPE[0] * maximum), PER_SCOPE[1] * maximum
         )
+        # of the working tension, to which forces are solved
+        self.relative = TOLERANCE if scene.solver.tolerance is None else scene.solver.tolerance
         self.reasons: dict[str, str] = {}
         self.corners: list[Corner] = []
         self.waves = wave_field(scene)
         self.for_waves = {scope: np.zeros(len(shape.s)) for scope, shape in self.shapes.items()}  # elements per length
         self.zones: list[Zone] = []
         self.spare = 0  # elements aboard that only a tow that hangs straight down needs
+
+    def check_solver(self, nodes: int) -> None:
+        """Solve the forces to what the place asks for, and refuse one finer than the scene lets them be solved to; one
+        that the scene does not ask for is then coarser."""
+        worst = max(self.shapes, key=lambda scope: self.floor(scope, nodes))
+        left, solver, working = self.floor(worst, nodes), self.scene.solver, self.scene.contact.working_tension
+        if left <= SOLVER_FRACTION * self.position:
+            return
+        if self.scene.accuracy.position is None:
+            self.position = 1.1 * left / SOLVER_FRACTION
+            return
+        takes, least = self.relative * SOLVER_FRACTION * self.position / left, self.round_off / working
+        if takes > least and solver.tolerance is None:
+            self.relative = max(one_digit(takes), least)
+            return
+        can = left  # with round-off alone, by a mesh of up to six times the nodes
+        if solver.tolerance is None:
+            can *= 6.0 * self.round_off / self.tolerance
+        also = f", or solver.tolerance {one_digit(takes):g} or less" if takes > least else "; round-off allows no less"
+        raise MeshError(
+            "accuracy.position",
+            f"= {self.position:g} m cannot be met: forces are solved to {self.tolerance:.2g} N (solver.tolerance = "
+            f"{self.relative:g} of contact.working_tension = {working:g} N), which with {worst:.4g} m of scope is "
+            f"{left:.2g} m of the towbody's place",
+            f"Give {1.1 * can / SOLVER_FRACTION:.2g} m or more{also}",
+        )
+
+    def floor(self, scope: float, nodes: int) -> float:
+        """Error [m] of the body's place that the solver leaves whatever the mesh: its residual turns the tension."""
+        shape = self.shapes[scope]
+        below = nodes * shape.s / shape.s[-1]
+        return PER_TOLERANCE * self.tolerance * float(trapezoid(below / shape.tension, shape.s))
+
+    @property
+    def tolerance(self) -> float:
+        """Largest residual of a solved step [N]."""
+        return max(self.relative * self.scene.contact.working_tension, self.round_off)
+
+    @property
+    def round_off(self) -> float:
+        """That which cannot be solved for [N]."""
+        return ROUND_OFF * extreme(self.scene.cable, "axial_stiffness", max)[1]
 
     def sheave_size(self) -> float:
         """Length [m] of the elements at the sheave."""
