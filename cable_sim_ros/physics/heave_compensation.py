@@ -148,8 +148,13 @@ class Setpoint(Block):
     tension_max_rate: float | None = quantity(
         None, "m/s", 1e-3, 50.0, "largest rate of constant_tension; none: winch.max_rate"
     )
-    tension_return_time: float = quantity(
-        60.0, "s", 0.0, 1e5, "time constant with which constant_tension goes back to the length of the start; 0: never"
+    tension_return_time: float | None = quantity(
+        None,
+        "s",
+        0.0,
+        1e5,
+        "time constant with which constant_tension goes back to the length that has the set tension at rest; 0: never; "
+        "none: what dT/dL at rest allows, 60 s or less",
     )
     feed_forward: bool = quantity(
         False,

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..physics.tick_output import Flag
-from ..sim.checks.deviation_checks import SKIP, deviation_damped, hauled_into_waves
+from ..sim.checks.deviation_checks import SKIP, deviation_damped, drifting, hauled_into_waves
 from ..sim.checks.friction_checks import in_part, slow
 from ..sim.flag_rules import WITHIN, WITHIN_JOURNAL, WITHIN_M
 from ..sim.layout import layout_of
@@ -39,6 +39,8 @@ def judge(frames: np.recarray, scene: Scene | None = None, others: Iterable[Reas
         fraction = float(np.mean(maximum > strength(scene)))
         over = overload(scene, float(maximum.max()), fraction * len(maximum) * tick, fraction)
         over += hauled_into_waves(scene, float(frames["scope"].min()))
+        if (frames["command_age"] < 0.0).all():
+            over += drifting(scene, len(frames) * tick, frames["payout"])
         over += in_part(scene, float(np.mean(np.abs(frames["payout_rate"]) < slow(scene))))
     found = judge_counts(
         dict(zip(map(int, status), map(int, counts))),

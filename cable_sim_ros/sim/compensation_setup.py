@@ -12,12 +12,15 @@ from ..physics.setpoint_limits import KNEE
 from ..physics.winch_drive import DriveModel
 from .problem import Problem
 from .scene import Scene
-from .statics.route import first_angle
+from .statics.route import StartError, first_angle
 
 STEEPEST, FLATTEST = radians(-85.0), radians(85.0)  # of a nominal angle
 # gain of constant_tension times sqrt(EA m), of a loop that is late by PROMPT [s], and of any; its integral time at
 # least [s]. A mass on a stiff cable swings up with them where the drive has dead time (docs/setpoints.md)
 MATCHED, PROMPT, LEAST, SOONEST = 0.4, 0.05, 0.05, 0.1
+# k t_r (1 + t_r / t_i) dT/dL, by which the law adds to a mean error: as chosen, and the most that a scene may have;
+# return that is chosen [s]: at most, and at least, above which waves of some seconds are still taken out
+SURE, UNSURE, LONGEST_RETURN, SHORTEST_RETURN = 0.2, 0.5, 60.0, 2.0
 WATERLINE = (SetpointLaw.SIMPLIFIED_WATERLINE, SetpointLaw.RIGOROUS_WATERLINE)
 
 
@@ -42,12 +45,57 @@ def declare_tension(law: np.record, scene: Scene) -> None:
     block, winch = scene.setpoint, scene.winch
     law.wanted, law.time = block.tension, block.tension_filter_time
     law.max_rate = winch.max_rate if block.tension_max_rate is None else block.tension_max_rate
-    law.back = 1.0 / block.tension_return_time if block.tension_return_time > 0.0 else 0.0
     late = block.tension_filter_time + scene.drive.dead_time + scene.solver.tick + lag(scene)
     gain = min(MATCHED, max(LEAST, MATCHED * (PROMPT / late) ** 2)) / impedance(scene)
     law.gain = gain if block.tension_gain is None else block.tension_gain
     given = block.tension_integral_time
     law.integral_time = max(SOONEST, late) if given is None else given
+
+
+def take_slope(law: np.record, scene: Scene, slope: float) -> None:
+    """Choose the return of constant_tension by dT/dL of the tow at rest [N/m], so that a mean error does not run away.
+
+    Raises StartError where the numbers of the scene leave none that holds.
+    """
+    block, inverse = scene.setpoint, 1.0 / law.integral_time
+    law.slope = slope
+    given = block.tension_return_time
+    push = max(slope, 0.0)
+    if given is not None:
+        law.back = 1.0 / given if given > 0.0 else 0.0
+        if push > 0.0 and law.gain * push * (law.back + inverse) > UNSURE * law.back**2:
+            raise StartError(unsteady(law, scene, back_of(law.gain, push, inverse, UNSURE)), 0.0)
+        return
+    law.back = max(back_of(law.gain, push, inverse, SURE), 1.0 / LONGEST_RETURN)
+    if law.back * SHORTEST_RETURN <= 1.0:
+        return
+    law.back = 1.0 / SHORTEST_RETURN
+    most = SURE * law.back**2 / (push * (law.back + inverse))
+    if block.tension_gain is not None:
+        raise StartError(
+            f"{scene.name}: setpoint.tension_gain = {law.gain:g} m/(N s): paying out raises the tension of this tow at "
+            f"rest by {slope:.3g} N/m, and with that gain it would have to go back to its length within "
+            f"{SHORTEST_RETURN:g} s, as fast as waves come; nothing was started. Give {most:.2g} m/(N s) or less, or "
+            "a longer setpoint.tension_integral_time",
+            0.0,
+        )
+    law.gain = most
+
+
+def back_of(gain: float, push: float, inverse: float, share: float) -> float:
+    """1/t_r at which k t_r (1 + t_r / t_i) dT/dL is a share; inverse: 1/t_i."""
+    return (gain * push + sqrt((gain * push) ** 2 + 4.0 * share * gain * push * inverse)) / (2.0 * share)
+
+
+def unsteady(law: np.record, scene: Scene, back: float) -> str:
+    """Why a return that the scene gives does not hold; back: 1/s, that which just does."""
+    return (
+        f"{scene.name}: setpoint.tension_return_time = {scene.setpoint.tension_return_time:g} s: paying out raises the "
+        f"tension of this tow at rest by {law.slope:.3g} N/m, so that setpoint.algorithm = constant_tension would pay "
+        f"out, or haul in, more and more; nothing was started. With tension_gain = {law.gain:.3g} m/(N s) and "
+        f"tension_integral_time = {law.integral_time:.3g} s give {1.0 / back:.2g} s or less (0 is never), or leave it "
+        "out"
+    )
 
 
 def lag(scene: Scene) -> float:

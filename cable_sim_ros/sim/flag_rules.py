@@ -300,6 +300,13 @@ CHECKS = (
         "the run, as one that is held: there friction acts in part, by more than 0.1 % of `contact.working_tension`",
     ),
     (
+        "SETPOINT_DRIFT",
+        DOUBTFUL,
+        (*TENSION, *COMPENSATED[3:]),
+        "`constant_tension` without commands, 300 s or more: from the second to the third and the last quarter of the "
+        "run the mean pay-out goes the same way and no less fast, by more than 0.05 m and half of its deviation",
+    ),
+    (
         "LAYBACK_DEPTH",
         DOUBTFUL,
         ("body_depth_m", "body_position_m"),

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from ..physics.contact_surface import SHEAVE_ROW, sheave_friction
+from ..physics.heave_compensation import SetpointLaw
 from ..physics.sensor_models import TARGETS
 from ..physics.state import NOW
 from ..physics.winch_drive import MODES, WinchMode
@@ -20,7 +21,7 @@ from .checks.instrument_checks import fault_problems, feed_problems
 from .checks.mode_checks import mode_problems
 from .checks.setpoint_checks import feed_forward_problems
 from .scene import Scene
-from .simulator import Simulator
+from .simulator import Simulator, StartError
 from .tables.sensor_tables import put_fault
 
 Way = Callable[[Simulator, Any], None]
@@ -139,6 +140,13 @@ def put_live(sim: Simulator, name: str, value: Any) -> None:
 
 def unfit(scene: Scene) -> str:
     """ "" or why live values of a scene do not serve together."""
+    block = scene.setpoint
+    written = block.tension_gain is not None or block.tension_return_time is not None
+    if written and block.algorithm is SetpointLaw.CONSTANT_TENSION:
+        try:
+            Simulator(scene).start()
+        except StartError as error:
+            return str(error).replace("nothing was started", "nothing was changed")
     problems = *mode_problems(scene), *feed_problems(scene), *fault_problems(scene), *feed_forward_problems(scene)
     for problem in problems:
         return f"{problem.key} {problem.text}; nothing was changed. {problem.remedy}"

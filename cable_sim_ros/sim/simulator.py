@@ -10,7 +10,7 @@ from math import cos, radians, sin
 import numpy as np
 
 from ..errors import RunError
-from ..physics.heave_compensation import LAWS, SetpointLaw
+from ..physics.heave_compensation import CONSTANT_TENSION, LAWS, SetpointLaw
 from ..physics.inputs import Inputs, make_inputs
 from ..physics.mesh_motion import lay_mesh
 from ..physics.output import Output
@@ -18,7 +18,7 @@ from ..physics.ship import NO_EPOCH
 from ..physics.state import ARC, MEMORY, NOW, STEP
 from ..physics.tick_output import SHAPE_COLUMNS, TICK_OUTPUT, Flag, strum_table
 from .build import build_model, build_state, make_output
-from .compensation_setup import declare, take_rest
+from .compensation_setup import declare, take_rest, take_slope
 from .inputs import YAW, InputError, ShipMotion, WinchCommand, push
 from .layout import layout_of
 from .loop import CONTROL_WORDS, SETTLE, STATS_COLUMNS, TICKS, drive
@@ -27,7 +27,7 @@ from .rebase import start_problem
 from .saved import savefile
 from .saved.savefile import SaveError
 from .scene import Scene
-from .static_equilibrium import settle, turn_bodies
+from .static_equilibrium import settle, tension_slope, turn_bodies
 from .statics.route import StartError
 from .tables.current import declare_water
 from .tables.sensor_tables import declare_faults, keep_faults, pin_problem
@@ -109,6 +109,8 @@ class Simulator:
         self.start_report = settle(self, shape, yaw)
         now.health.iterations = now.health.substeps = 0
         take_rest(now, scene)
+        if self._algorithm == CONSTANT_TENSION:
+            take_slope(now.setpoint.tension, scene, tension_slope(self))
         if problem := pin_problem(self.state, scene):
             raise StartError(f"{scene.name}: {problem}", 0.0)
 
@@ -212,9 +214,19 @@ class Simulator:
         return self._chunk.shape, self._chunk.contact
 
     def set_algorithm(self, law: SetpointLaw | str) -> None:
-        """Choose the set-point algorithm; takes effect with the next tick."""
-        self._algorithm = LAWS.index(SetpointLaw(law))
-        self.state.now.setpoint.algorithm = self._algorithm
+        """Choose the set-point algorithm; takes effect with the next tick. Raises StartError where it cannot hold."""
+        algorithm, now = LAWS.index(SetpointLaw(law)), self.state.now
+        tension = now.setpoint.tension
+        if algorithm == CONSTANT_TENSION and tension.at_start > 0.0 and tension.slope == 0.0:
+            take_slope(tension, self.scene, self._slope_at_rest(algorithm))
+        self._algorithm = now.setpoint.algorithm = algorithm
+
+    def _slope_at_rest(self, algorithm: int) -> float:
+        """dT/dL [N/m] of the tow that this one began as."""
+        twin = Simulator(self.scene, self._mesh)
+        twin._algorithm = algorithm
+        twin.start(heading=float(self.state.now.ship.mean_coord[5]))
+        return float(twin.state.now.setpoint.tension.slope)
 
     @property
     def steps(self) -> dict[float, int]:

@@ -32,6 +32,9 @@ IN_PLANE = 1e-3  # rad, from the plane of a block that swivels to the cable that
 MAX_FLEET = 0.1  # rad to one side of the sheave: more may be why the cable does not stay in its groove
 
 
+PAID_OUT = 3e-4  # of the scope, to either side, for the slope of the tension: more is a start of its own
+
+
 class Tow(Protocol):
     """What a start needs of a Simulator."""
 
@@ -50,6 +53,10 @@ class Tow(Protocol):
     def stiffness(self) -> str: ...
 
     def bring_to_rest(self, steps: int) -> int: ...
+
+    def snapshot(self) -> dict[str, np.ndarray]: ...
+
+    def restore(self, saved: dict[str, np.ndarray]) -> None: ...
 
 
 class Departure(NamedTuple):
@@ -183,6 +190,25 @@ def settle(sim: Tow, shape: TowShape, yaw: float) -> dict[str, float]:
             return {"steps": tried, "iterations": iterations, "residual_n": left}
         beside = beside or resting
     raise off_sheave(scene, departure, left) if beside else no_equilibrium(sim, departure, tried, iterations, left)
+
+
+def tension_slope(sim: Tow) -> float:
+    """dT/dL [N/m] of a tow at rest: tension at the sheave to the pay-out, by the tows beside it. Raises StartError."""
+    here, now = sim.snapshot(), sim.state.now
+    step, ends = PAID_OUT * float(sim.frame.scope), [float(now.measured.tension)]
+    for length in (step, -step):
+        now.winch.length = length
+        if sim.bring_to_rest(MAX_STEPS) >= 0:
+            ends.append(float(now.measured.tension))
+        sim.restore(here)
+    if len(ends) < 3:
+        raise StartError(
+            f"{sim.scene.name}: setpoint.algorithm = constant_tension needs to know how the tension at rest answers to "
+            f"pay-out, and {step:.3g} m more or less of it do not come to rest; nothing was started. Remedy: a smaller "
+            "solver.tolerance, or a finer mesh on the sheave",
+            float(now.health.residual),
+        )
+    return (ends[1] - ends[2]) / (2.0 * step)
 
 
 def check_push(sim: Tow) -> None:

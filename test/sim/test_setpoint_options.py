@@ -11,9 +11,11 @@ import pytest
 from cable_sim_ros.io.scenes.load import SceneError, SceneWarning, load_scene, override
 from cable_sim_ros.physics.tick_output import Flag
 from cable_sim_ros.runs import offline
+from cable_sim_ros.sim.checks.deviation_checks import drifting
 from cable_sim_ros.sim.compensation_setup import impedance
 from cable_sim_ros.sim.live_parameters import set_live
-from cable_sim_ros.sim.simulator import Simulator
+from cable_sim_ros.sim.simulator import Simulator, StartError
+from cable_sim_ros.sim.static_gradients import StaticGradients
 
 pytestmark = pytest.mark.filterwarnings("ignore::cable_sim_ros.io.scenes.load.SceneWarning")
 
@@ -102,8 +104,60 @@ def test_what_the_scene_leaves_out_follows_from_cable_and_drive():
     assert one.tension.at_start == one.tension.at_start > 3000.0 and one.tension.max_rate == TOW.winch.max_rate
     late = law(drive__dead_time=0.3)
     assert late.tension.gain == pytest.approx(0.05 * matched) and late.tension.integral_time == pytest.approx(0.35)
-    given = law(setpoint__tension_gain=1e-4, setpoint__tension_return_time=0.0, setpoint__horizon=0.7)
-    assert given.tension.gain == 1e-4 and given.tension.back == 0.0 and given.prediction.horizon == 0.7
+    given = law(setpoint__tension_gain=1e-4, setpoint__horizon=0.7)
+    assert given.tension.gain == 1e-4 and given.prediction.horizon == 0.7
+
+
+def loop_gain(law) -> float:
+    """What the law adds to a mean error, k t_r (1 + t_r / t_i) dT/dL."""
+    return law.gain / law.back * (1.0 + 1.0 / (law.back * law.integral_time)) * law.slope
+
+
+def test_the_return_of_constant_tension_follows_from_the_tow_at_rest():
+    sim = Simulator(scene(setpoint__algorithm="constant_tension"))
+    sim.start()
+    law, at_rest = sim.state.now.setpoint.tension, sim.frame.tobytes()
+    assert law.slope == pytest.approx(StaticGradients(TOW)("winch.scope").slopes[0].slope, rel=0.01)
+    assert loop_gain(law) == pytest.approx(0.2) and 2.0 < 1.0 / law.back < 60.0
+    later = Simulator(TOW)
+    later.start()
+    assert later.state.now.setpoint.tension.back == 0.0
+    assert later.frame.tobytes() == at_rest, "the tows beside it leave nothing behind"
+    later.run(10)
+    set_live(later, "setpoint.algorithm", "constant_tension")
+    assert later.state.now.setpoint.tension.back == law.back
+
+
+@pytest.mark.parametrize(
+    "values, key, most",
+    [
+        ({"setpoint.tension_return_time": 60.0}, "setpoint.tension_return_time = 60 s", r"give (\S+) s or less"),
+        ({"setpoint.tension_return_time": 0.0}, "setpoint.tension_return_time = 0 s", r"give (\S+) s or less \(0 is"),
+        ({"setpoint.tension_gain": 0.1}, "setpoint.tension_gain = 0.1 m/(N s)", r"Give (\S+) m/\(N s\) or less"),
+    ],
+)
+def test_a_constant_tension_that_would_run_away_is_refused_with_the_number_that_holds(values, key, most):
+    """At the start, and while it runs."""
+    tow, law = override(TOW, values), {"setpoint.algorithm": "constant_tension"}
+    with pytest.raises(StartError, match=re.escape(key) + r".*tension of this tow at rest by 1.92 N/m") as refused:
+        Simulator(override(tow, law)).start()
+    sim = Simulator(tow)
+    sim.start()
+    with pytest.raises(ValueError, match=re.escape(key)):
+        set_live(sim, "setpoint.algorithm", "constant_tension")
+    assert sim.scene.setpoint.algorithm == "simplified_sheave"
+    holds = float(re.search(most, str(refused.value))[1])
+    Simulator(override(tow, law | {next(iter(values)): holds})).start()
+
+
+def test_a_pay_out_that_goes_on_and_on_is_doubtful():
+    law, t = scene(setpoint__algorithm="constant_tension"), np.linspace(0.0, 1500.0, 15001)
+    wave = 0.2 * np.sin(0.9 * t)
+    (reason,) = drifting(law, 1500.0, wave - 1.5 * np.exp(t / 1500.0))
+    assert reason.flag == "SETPOINT_DRIFT" and "hauled in" in reason.text
+    for settles in (wave, wave - 9.0 * np.exp(-t / 400.0), 0.1 * np.sin(0.01 * t) + wave):
+        assert drifting(law, 1500.0, settles) == ()
+    assert drifting(TOW, 1500.0, t) == (), "another law"
 
 
 def test_a_servo_without_a_rate_gain_has_no_inverse():

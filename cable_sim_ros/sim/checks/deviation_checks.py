@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from ...physics.heave_compensation import SetpointLaw
 from ...physics.water import WaveKind
 from ..flag_rules import RULES
 from ..layout import layout_of
@@ -15,6 +16,7 @@ SKIP = 20.0  # s at the start, which figures leave out: the motion is taken up t
 # correlation of surge and pitch; of any half minute of the two records it is +0.30 or more, of two minutes +0.46
 AGAINST = -0.4
 PITCHED_OVER = 30.0  # s, at least
+LONG_ENOUGH, DRIFT, SWINGS = 300.0, 0.05, 0.5  # s of a run; m of a drift, and of the deviation of the pay-out, at least
 # deg, and m/s^2: less pitch or surge than that says nothing, as of a table without one of them
 MIN_PITCH, MIN_SURGE = 0.05, 0.003
 # of the deviation, and of the mean tension: ringing that the steps damped away below that is no reason
@@ -46,6 +48,27 @@ def deviation_damped(mean: float, there: float, lost: float) -> tuple[Reason, ..
         return ()
     rule = next(rule for rule in RULES if rule.flag == "RINGING_DAMPED")
     return (Reason(rule.flag, 0.0, 0.0, rule.metrics, rule.text),)
+
+
+def drifting(scene: Scene, seconds: float, payout: np.ndarray) -> tuple[Reason, ...]:
+    """Reason where constant_tension pays out, or hauls in, more and more; seconds: of the run, payout [ticks], m."""
+    if scene.setpoint.algorithm is not SetpointLaw.CONSTANT_TENSION or seconds < LONG_ENOUGH:
+        return ()
+    _, *quarters = np.array_split(payout, 4)
+    before, after = np.diff([quarter.mean() for quarter in quarters])
+    place = np.linspace(-1.0, 1.0, len(quarters[-1]))
+    swings = np.std(quarters[-1] - place * (place @ quarters[-1]) / (place @ place))
+    if before * after <= 0.0 or abs(after) < abs(before) or abs(after) <= max(DRIFT, SWINGS * swings):
+        return ()
+    way = "paid out" if after > 0.0 else "hauled in"
+    return (
+        check(
+            "SETPOINT_DRIFT",
+            f"constant_tension {way} {abs(before):.3g} m and then {abs(after):.3g} m in quarters of the run, of "
+            f"{0.25 * seconds:.4g} s each: it does not come to a length, and the mean tension goes with it. Give a "
+            "shorter setpoint.tension_return_time, or less setpoint.tension_gain",
+        ),
+    )
 
 
 def hauled_into_waves(scene: Scene, minimum: float) -> tuple[Reason, ...]:
