@@ -78,6 +78,7 @@ NIGHTLY = {  # long, and beside what the rest has of them already
     "ensemble/test_ensemble_follow.py::test_twins_of_the_same_ranges_are_inside_and_a_drag_half_as_large_again_is_seen",
     "verification/test_bench.py::test_the_whole_tow_has_both_drums_and_says_what_feeding_brings",
     "verification/test_bench.py::test_a_haul_and_back_is_a_row",
+    "validation/test_setpoint_runs.py::test_constant_tension_holds_for_half_an_hour",
 }
 WITHOUT_KERNELS = {"install"}  # tiers that run those of other installs
 COMPILE = """

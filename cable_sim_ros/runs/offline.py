@@ -41,7 +41,7 @@ from .resume import Resumed, report_of
 from .resume import save as save_run
 from .run_folder import bag_path, write_summary
 from .settings import NOTHING, Settings, apply_to_bag, apply_to_scene, of_intake, recorded_intake, refuse_without_bag
-from .sources import in_the_sea, motion_of, notes_of, notes_of_mesh, scene_of_bag, sea_motion_kept, seconds_of
+from .sources import in_the_sea, motion_of, notes_of, scene_of_bag, sea_motion_kept, seconds_of
 from .step_choice import doubts_of_steps, metrics_of_steps, overwritten, stepped
 from .stepping import Progress, Stepped, silent
 from .summary import after_start, of_bodies, summarize
@@ -327,7 +327,7 @@ def judged(
         others = [*others, *still_growing(scene, result.metrics, before)]
     others = [*others, *doubts_of_steps(result.metrics)]
     result.verdict = verdict.judge(counted, scene, others, result.problem)._replace(
-        notes=(*notes_of(result.metrics), *notes_of_mesh(scene))
+        notes=notes_of(result.metrics, scene)
     )
     if result.problem:
         result.metrics["problem"] = result.problem

@@ -115,24 +115,20 @@ def sea_motion_kept(tow: RecordedTow) -> dict[str, object]:
     return found if isinstance(found, dict) else {}
 
 
-def notes_of(metrics: Mapping[str, Any]) -> tuple[str, ...]:
-    """Notes for the verdict of a run: what was chosen for the motion of its ship, in the waves or in an import."""
+def notes_of(metrics: Mapping[str, Any], scene: Scene | None = None) -> tuple[str, ...]:
+    """Notes for the verdict of a run: what was chosen for the motion of its ship, in the waves or in an import, and for
+    the accuracy of its scene."""
     found: list[str] = []
     for key in ("rao", "imported"):
         notes = metrics.get(key, {}).get("notes", ())
         found += [str(note) for note in notes] if isinstance(notes, (list, tuple)) else []
+    plan = None if scene is None or scene.solver.tolerance is not None else layout_of(scene).plan
+    if scene is not None and plan is not None and plan.tolerance != TOLERANCE:
+        found.append(
+            f"forces are solved to {plan.tolerance:g} of contact.working_tension in place of {TOLERANCE:g} "
+            f"(solver.tolerance), which accuracy.position = {scene.accuracy.position:g} m takes"
+        )
     return tuple(found)
-
-
-def notes_of_mesh(scene: Scene | None) -> tuple[str, ...]:
-    """Notes for the verdict of a run: what was chosen for the accuracy of its scene."""
-    plan = None if scene is None else layout_of(scene).plan
-    if scene is None or plan is None or scene.solver.tolerance is not None or plan.tolerance == TOLERANCE:
-        return ()
-    return (
-        f"forces are solved to {plan.tolerance:g} of contact.working_tension in place of {TOLERANCE:g} "
-        f"(solver.tolerance), as accuracy.position = {scene.accuracy.position:g} m takes",
-    )
 
 
 def scene_of_bag(

@@ -9,7 +9,6 @@ from cable_sim_ros import ShipMotion, Simulator
 from cable_sim_ros.io.scenes.load import load_scene, override
 from cable_sim_ros.physics.tick_output import Flag
 from cable_sim_ros.runs import offline
-from cable_sim_ros.sim.compensation_setup import impedance
 
 pytestmark = pytest.mark.filterwarnings("ignore::cable_sim_ros.io.scenes.load.SceneWarning")
 SETTLED = 2000  # ticks of the start that statistics leave out
@@ -185,46 +184,10 @@ def test_in_a_steady_turn_the_added_mass_across_does_not_count():
     assert out[2000.0] == pytest.approx(out[10.0], abs=0.1)
 
 
-# heave [m] of period 8 s, m that the pay-out may move by over the last 10 minutes; looked at every 0.5 s, 1 s of
-# integral time: with a return of 60 s every one of these but the flume's ran away
-HALF_HOURS = {
-    "full_scale": (0.3, 0.05),
-    "side_scan": (0.3, 0.05),
-    "lowered_ctd": (0.3, 0.05),
-    "recovery_3t": (0.3, 0.05),
-    "flume": (1e-3, 1e-3),
-}
-
-
-@pytest.mark.parametrize("name", HALF_HOURS)
+@pytest.mark.parametrize("name", ["full_scale", "side_scan", "lowered_ctd"])
 def test_constant_tension_holds_for_half_an_hour(name):
-    heave, moves = HALF_HOURS[name]
-    tow = override(
-        load_scene(name),
-        {
-            "setpoint.algorithm": "constant_tension",
-            "setpoint.tension_gain": 0.4 / impedance(load_scene(name)),
-            "setpoint.tension_integral_time": 1.0,
-            "water.waves": {"kind": "off"},
-            "rules": {"set": "none"},
-            "drive": {"model": "servo"},
-        },
-    )
-    run = offline.run(tow, heave=(heave, 8.0), duration=1800.0, step="chosen", every=0.5)
-    ends = [run.frames.payout[part].mean() for part in (slice(-1216, -1200), slice(-16, None))]
-    assert run.problem == "" and abs(ends[1] - ends[0]) < moves
+    """Under 1 m of heave; with a return of 60 s each of them ran away."""
+    run = offline.run(name, heave=(1.0, 8.0), duration=1800.0, step="chosen", every=0.1, algorithm="constant_tension")
+    ends = [run.frames.payout[part].mean() for part in (slice(-6080, -6000), slice(-80, None))]
+    assert run.problem == "" and abs(ends[1] - ends[0]) < 0.05
     assert not any(reason.flag == "SETPOINT_DRIFT" for reason in run.verdict.reasons)
-
-
-def test_a_set_tension_is_that_of_another_length_in_the_end():
-    """On a tow that pulls harder the more cable is out: hauled in at first, and in the end paid out."""
-    more = 10.0
-    tow = override(load_scene("full_scale"), {"setpoint.tension_integral_time": 1.0, "setpoint.tension_gain": 2.5e-4})
-    sim = Simulator(tow)
-    sim.start()
-    start = float(sim.frame.tension)
-    asked = {"setpoint.algorithm": "constant_tension", "setpoint.tension": start + more}
-    frames = offline.run(override(tow, asked), duration=3600.0, step="chosen", every=0.5).frames
-    payout = frames.payout - frames.payout[0]
-    assert payout[:100].min() < -0.01 and payout[-1] == pytest.approx(more / 1.917, rel=0.1)
-    assert frames.tension[-1] - start == pytest.approx(more, rel=0.1)
