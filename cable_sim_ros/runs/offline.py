@@ -128,9 +128,8 @@ def run(
         )
     plan, scenario = None if winch is None else WinchPlan.of(winch), scenario_of(faults)
     live, way = in_order(changes_of(changes or ()), scenario), None if ship is None else ShipPlan.of(ship)
-    report = report_of(motion, heave, imu_only, plan, rao, way)._replace(
-        settings=of_intake(settings), topics=dict(topics)
-    )
+    intake = {"settings": of_intake(settings), "topics": dict(topics)}
+    report = report_of(motion, heave, imu_only, plan, rao, way)._replace(**intake)
     before = 0.0  # s simulated under the same motion
     own_plan = winch is not None
     if resumed is not None:
@@ -319,16 +318,13 @@ def judged(
 ) -> Run:
     """The run with its verdict, in its figures too.
 
-    others: reasons beside those of its tick outputs; frames: those that count, all by default; before: s that had been
-    simulated when the run began.
+    others: reasons beside those of its tick outputs; frames: those that count, default all; before: s before the run.
     """
     counted = result.frames if frames is None else frames
     if scene is not None and not result.problem:
         others = [*others, *still_growing(scene, result.metrics, before)]
-    others = [*others, *doubts_of_steps(result.metrics)]
-    result.verdict = verdict.judge(counted, scene, others, result.problem)._replace(
-        notes=notes_of(result.metrics, scene)
-    )
+    judged_as = verdict.judge(counted, scene, [*others, *doubts_of_steps(result.metrics)], result.problem)
+    result.verdict = judged_as._replace(notes=notes_of(result.metrics, scene))
     if result.problem:
         result.metrics["problem"] = result.problem
     result.metrics["verdict"] = result.verdict.as_dict()
