@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from cable_sim_ros.io.messages.messages import decode_odometry
+from cable_sim_ros.io.sources.csv_table import head_of, numbers_of
 from cable_sim_ros.io.sources.motion_table import COLUMNS, MotionError, MotionWarning, read_table, sine_heave
 from cable_sim_ros.physics.ship import Ship
 from cable_sim_ros.sim.tables.attitude import angle_rates, to_world
@@ -124,7 +125,7 @@ ROWS = "0,0\n1,0\n2,0\n3,0\n4,0\n"
         (HEAD + "0,1\n1,high", r"motion.csv:3: heave_m = high is no finite number"),
         ("time_s,roll\n" + ROWS, r"no column 'roll'; nothing was simulated. Did you mean roll_rad or roll_deg\?"),
         ("time_s,heave_cm\n" + ROWS, r"there is no column 'heave_cm'; .* Did you mean heave_m"),
-        ("time_s;heave_m\n" + ROWS, r"there is no column 'time_s;heave_m'; .* Commas separate columns, points dec"),
+        ("time_s;heave_m\n" + ROWS, r"csv:2: 1 cells under 2 columns; .* Commas separate cells, points"),
         ("time_s,wind\n" + ROWS, r"there is no column 'wind'; .* Known: time_s, x_m, .*yaw_degps"),
         ("time_s,z_m,heave_m\n0,0,0", r"z_m and heave_m both give z; nothing was simulated. Keep one of them"),
         ("time_s,roll_deg,roll_deg\n0,0,0", r"roll_deg and roll_deg both give roll; "),
@@ -209,3 +210,40 @@ def test_a_ship_that_would_point_away_from_where_it_goes_is_refused(table):
         read_table(table(**off), SHIP)
     read_table(table(**off, x_m=t, y_m=t), SHIP)
     read_table(table(time_s=t, yaw_deg=32.0), SHIP)
+
+
+def written(rows, delimiter, comma, style):
+    def number(value):
+        text = {"plain": f"{value:.4f}", "fortran": f"{value:.6E}".replace("E", "D"), "grouped": f"{value:,.1f}"}[style]
+        if comma:
+            text = text.translate({ord(","): ".", ord("."): ","})
+        return f'"{text}"' if delimiter in text else text
+
+    return "\r\n".join(delimiter.join(map(number, row)) for row in rows)
+
+
+@pytest.mark.parametrize("style", ["plain", "fortran"])
+@pytest.mark.parametrize("delimiter, comma", [(",", False), (";", True), (";", False), ("\t", True)])
+@pytest.mark.parametrize("head", ["time_s,heave_m,roll_deg", '"time [s]","heave, m","roll (deg)"'])
+def test_tables_of_other_countries_are_the_same(tmp_path, delimiter, comma, style, head):
+    t = np.arange(0.0, 20.0, 0.1)
+    rows = np.column_stack([t, np.round(0.8 * np.sin(0.7 * t), 4), np.round(3.0 * np.sin(0.5 * t), 4)])
+    names = delimiter.join(head.replace('"heave, m"', '"heave; m"').split(",")).replace('"heave; m"', '"heave, m"')
+    (tmp_path / "a.csv").write_bytes(
+        "\ufeff".encode() + f"{names}\r\n{written(rows, delimiter, comma, style)}".encode()
+    )
+    (tmp_path / "b.csv").write_text("time_s,heave_m,roll_deg\n" + written(rows, ",", False, "plain").replace("\r", ""))
+    found, known = (read_table(tmp_path / name, Ship()) for name in ("a.csv", "b.csv"))
+    assert [event.data for event in found.events] == [event.data for event in known.events]
+
+
+@pytest.mark.parametrize("delimiter, comma", [(",", False), (";", True)])
+def test_thousands_apart_are_read_where_a_number_shows_it_and_refused_where_none_does(tmp_path, delimiter, comma):
+    rows = np.column_stack([np.arange(6.0), 998.0 + np.arange(6.0)])
+    text = written(rows, delimiter, comma, "grouped")
+    (tmp_path / "a.csv").write_text(f"time_s{delimiter}payout_m\n{text}\n")
+    names, below = head_of(tmp_path / "a.csv", "")
+    np.testing.assert_allclose(numbers_of(tmp_path / "a.csv", names, below)[1], rows)
+    (tmp_path / "b.csv").write_text('time_s,payout_m\n0,"1,234"\n1,"1,236"\n')
+    with pytest.raises(MotionError, match=r"b.csv:2: payout_m = 1,234 may be thousands or decimals"):
+        numbers_of(tmp_path / "b.csv", *head_of(tmp_path / "b.csv", ""))

@@ -1,9 +1,14 @@
-"""Tables of numbers in CSV files: names of columns in the first line, # before comments, one finite number a cell."""
+"""Tables of numbers in CSV files: names of columns in the first line, # before comments, one finite number a cell.
+
+Cells are apart by commas, semicolons or tabs; decimals by points, or by commas where these separate no cells. Numbers
+are also those of Fortran (1.0D+00) and with thousands apart (1,234.5), where both signs show which is which.
+"""
 
 from __future__ import annotations
 
 import csv
-from collections.abc import Sequence
+import re
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +16,17 @@ import numpy as np
 from ...errors import CableSimError
 
 CONSEQUENCE = "nothing was simulated"
-Line = tuple[int, str]  # number in the file, text
+CELLS = "Commas separate cells, points decimals; or semicolons or tabs cells, points or commas decimals"
+Line = tuple[int, list[str]]  # number in the file, cells with decimal points
+DELIMITERS = (";", "\t", ",")
+_EXPONENT = r"([eEdD][+-]?\d+)?\s*"
+PLAIN = re.compile(r"\s*[+-]?(\d+\.?\d*|\.\d+)" + _EXPONENT, re.ASCII)
+COMMA = re.compile(r"\s*[+-]?\d*,\d+" + _EXPONENT, re.ASCII)
+# thousands apart, by decimal sign: such a number, and one that no decimal can be
+GROUPED = {
+    s: re.compile(rf"\s*[+-]?\d{{1,3}}({t}\d{{3}})+({s}\d*)?\s*", re.ASCII) for s, t in ((r"\.", ","), (",", r"\."))
+}
+PROOF = {s: re.compile(rf".*{t}\d{{3}}({t}|{s}).*") for s, t in ((r"\.", ","), (",", r"\."))}
 
 
 class MotionError(CableSimError, ValueError):
@@ -29,24 +44,60 @@ def head_of(path: Path, example: str) -> tuple[list[str], list[Line]]:
     kept = [(i, line) for i, line in enumerate(text.splitlines(), 1) if line.strip() and not line.startswith("#")]
     if not kept:
         raise MotionError(f"{path}: is empty; {CONSEQUENCE}. The first line names the columns, such as {example}")
-    return [name.strip() for name in kept[0][1].split(",")], kept[1:]
+    heading = kept[0][1]
+    delimiter = next((one for one in DELIMITERS if one in re.sub(r'"[^"]*"', "", heading)), ",")
+    cells = [(i, _split(path, i, line, delimiter)) for i, line in kept]
+    flat = [cell for _, row in cells[1:] for cell in row]
+    comma = delimiter != "," and decimal_comma(flat)
+    columns = [grouped((row[k] for _, row in cells[1:] if k < len(row)), comma) for k in range(len(cells[0][1]))]
+    columns += [False] * max((len(row) for _, row in cells), default=0)
+    below = [(i, [pointed(cell, comma, columns[k]) for k, cell in enumerate(row)]) for i, row in cells[1:]]
+    return [_named(name) for name in cells[0][1]], below
+
+
+def _split(path: Path, line: int, text: str, delimiter: str) -> list[str]:
+    try:
+        (cells,) = csv.reader([text], delimiter=delimiter)
+    except (csv.Error, ValueError) as error:
+        raise MotionError(f"{path}:{line}: is no row of a table ({error}); {CONSEQUENCE}. {CELLS}") from None
+    return cells
+
+
+def _named(name: str) -> str:
+    """Name with its unit behind it: `heave [m]`, `heave (m)` and `heave, m` are heave_m."""
+    found = re.fullmatch(r"\s*(\w+)\s*[,\[(]\s*([\w/°]+)\s*[\])]?\s*", name)
+    return f"{found[1]}_{found[2].replace('/', 'p').replace('°', 'deg')}" if found else name.strip()
+
+
+def decimal_comma(cells: Iterable[str]) -> bool:
+    """Do more numbers have a decimal comma than a point?"""
+    cells = list(cells)
+    return sum(bool(COMMA.fullmatch(cell)) for cell in cells) > sum(
+        "." in cell and bool(PLAIN.fullmatch(cell)) for cell in cells
+    )
+
+
+def grouped(cells: Iterable[str], comma: bool) -> bool:
+    """Has a column numbers that can only be read with their thousands apart?"""
+    sign = "," if comma else r"\."
+    return any(GROUPED[sign].fullmatch(cell) and PROOF[sign].fullmatch(cell) for cell in cells)
+
+
+def pointed(cell: str, comma: bool, thousands: bool = False) -> str:
+    """A cell as `float` takes it, where it is a number; thousands: its column has them apart."""
+    if thousands and GROUPED["," if comma else r"\."].fullmatch(cell):
+        cell = cell.replace("." if comma else ",", "")
+    if comma and COMMA.fullmatch(cell):
+        cell = cell.replace(",", ".")
+    return re.sub("[dD]", "e", cell) if PLAIN.fullmatch(cell) else cell
 
 
 def numbers_of(path: Path, names: Sequence[str], below: Sequence[Line]) -> tuple[list[int], np.ndarray]:
     """Line numbers of the rows, and their numbers [rows, columns]. Raises MotionError."""
     rows = []
-    for i, line in below:
-        try:
-            (cells,) = csv.reader([line])
-        except (csv.Error, ValueError) as error:
-            raise MotionError(
-                f"{path}:{i}: is no row of a table ({error}); {CONSEQUENCE}. Commas separate cells, points decimals"
-            ) from None
+    for i, cells in below:
         if len(cells) != len(names):
-            raise MotionError(
-                f"{path}:{i}: {len(cells)} cells under {len(names)} columns; {CONSEQUENCE}. Commas separate cells, "
-                f"points decimals"
-            )
+            raise MotionError(f"{path}:{i}: {len(cells)} cells under {len(names)} columns; {CONSEQUENCE}. {CELLS}")
         rows.append([_cell(path, i, name, cell) for name, cell in zip(names, cells)])
     return [i for i, _ in below], np.array(rows, float).reshape(-1, len(names))
 
@@ -57,6 +108,11 @@ def _cell(path: Path, line: int, name: str, cell: str) -> float:
     except ValueError:
         number = float("nan")
     if not np.isfinite(number):
+        if GROUPED[r"\."].fullmatch(cell):
+            raise MotionError(
+                f"{path}:{line}: {name} = {cell.strip()} may be thousands or decimals; {CONSEQUENCE}. Write it without "
+                f"the comma, or separate cells by semicolons"
+            )
         raise MotionError(
             f"{path}:{line}: {name} = {cell.strip() or 'nothing'} is no finite number; {CONSEQUENCE}. "
             f"Leave the whole row out, or fill it"

@@ -195,10 +195,7 @@ def _given(path: Path, names: Sequence[str]) -> dict[tuple[int, bool], str]:
         if name not in COLUMNS:
             near = [n for n, column in COLUMNS.items() if n.rpartition("_")[0] == name and not column.rate]
             near = near or difflib.get_close_matches(name, (TIME, *COLUMNS), 1)
-            if ";" in name or "\t" in name:
-                hint = "Commas separate columns, points decimals"
-            else:
-                hint = f"Did you mean {' or '.join(near)}?" if near else f"Known: {', '.join((TIME, *COLUMNS))}"
+            hint = f"Did you mean {' or '.join(near)}?" if near else f"Known: {', '.join((TIME, *COLUMNS))}"
             raise MotionError(f"{path}: there is no column '{name}'; {CONSEQUENCE}. {hint}")
         key = COLUMNS[name][:2]
         if key in given:

@@ -15,6 +15,7 @@ from typing import NamedTuple, TextIO
 
 import numpy as np
 
+from ...sources.csv_table import COMMA, PLAIN, decimal_comma, grouped, pointed
 from ..log import Log, LogError, Losses, Source
 from .table_times import Clock, clocks_of
 
@@ -25,8 +26,6 @@ SAMPLE = 200  # rows that tell the kinds of the columns
 TOP = 60  # lines above which the names stand, after comments
 COMMENTED = 20_000  # lines of comment at most before the names
 MAX_COLUMNS = 2000
-PLAIN = re.compile(r"\s*[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?\s*", re.ASCII)
-COMMA = re.compile(r"\s*[+-]?\d+,\d+([eE][+-]?\d+)?\s*", re.ASCII)
 NOTHING = {"", "nan", "na", "n/a", "null", "none", "-", "--", "#n/a", "inf", "-inf"}
 WORDS = {"true": 1.0, "false": 0.0, "on": 1.0, "off": 0.0, "yes": 1.0, "no": 0.0}
 KNOWN = (
@@ -165,8 +164,7 @@ def _layout(lines: Sequence[str]) -> Layout | None:
         second = dict(zip(headings, (cell.strip().strip("[]()") for cell in rows[0][1])))
         above += 1
     cells = [cell for k, row in rows if k >= above for cell in row]
-    comma = delimiter != "," and any(map(COMMA.fullmatch, cells))
-    comma = comma and not any("." in cell and PLAIN.fullmatch(cell) for cell in cells)
+    comma = delimiter != "," and decimal_comma(cells)
     names, units = _named(headings, second)
     return Layout(delimiter, comma, names, units, above)
 
@@ -215,7 +213,7 @@ class _Table:
         width = len(layout.names)
         sample = [row[:width] for row in sample if len(row) >= width and any(cell.strip() for cell in row)][:SAMPLE]
         if layout.comma:
-            sample = [[cell.replace(",", ".") if COMMA.fullmatch(cell) else cell for cell in row] for row in sample]
+            sample = [[pointed(cell, True) for cell in row] for row in sample]
         self._clocks: list[Clock] = clocks_of(layout.names, layout.units, list(zip(*sample)), log.notices)
         if not self._clocks:
             raise LogError(
@@ -227,6 +225,7 @@ class _Table:
         self._blocks: dict[int, list[np.ndarray]] = {k: [] for k in self._numbers}
         self._times: list[list[np.ndarray]] = [[] for _ in self._clocks]
         self._filled, self._bad = dict.fromkeys(self._numbers, 0), dict.fromkeys(self._numbers, 0)
+        self._thousands = dict.fromkeys(self._numbers, False)
         self._first_bad: dict[int, str] = {}
 
     def read(self, file: TextIO) -> None:
@@ -257,7 +256,7 @@ class _Table:
     def _take(self, rows: list[list[str]], lines: list[int], losses: Losses) -> None:
         columns = list(zip(*rows))
         if self._layout.comma:
-            columns = [tuple(cell.replace(",", ".") for cell in column) for column in columns]
+            columns = [tuple(pointed(cell, True) for cell in column) for column in columns]
         good = np.ones(len(rows), bool)
         times = []
         for clock in self._clocks:
@@ -279,9 +278,10 @@ class _Table:
         except ValueError:
             pass
         values = np.full(len(cells), np.nan)
+        self._thousands[k] = self._thousands[k] or grouped(cells, self._layout.comma)
         for i, cell in enumerate(cells):
             try:
-                values[i] = float(cell)
+                values[i] = float(pointed(cell, self._layout.comma, self._thousands[k]))
                 self._filled[k] += 1
             except ValueError:
                 word = cell.strip().lower()
