@@ -78,6 +78,14 @@ class MotionInput(Block):
     convention: Convention = quantity(
         Convention.ENU, "", None, None, "axes of IMU and odometry messages; ned is turned into enu here", "REP 103"
     )
+    force_reversed: bool = quantity(
+        False,
+        "",
+        None,
+        None,
+        "linear_acceleration is the negative of specific force, gravity less acceleration: it is turned round",
+        "REP 145",
+    )
     odometry_timeout: float = quantity(
         0.5, "s", 0.02, 60.0, "odometry silent for longer than this gives way to the IMU"
     )

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from ..io.messages.commands import CommandIngest, encode_command
-from ..io.messages.messages import Event, Refused, decode_imu, decode_odometry
+from ..io.messages.messages import CAUSES, Event, Refused, decode_imu, decode_odometry
 from ..io.messages.mounting import mounting_of
 from ..io.motion.motion import MotionIngest
 from ..io.recordings.journal import Start
@@ -147,10 +147,12 @@ class MessageRun(Runner):
             if feeder.jumped:  # the first stamps were odd
                 feeder.follow()
         if feeder.ingest.first_pose is None:
-            counts = ", ".join(f"{cause} {count}" for cause, count in feeder.intake.refusals().items()) or "none came"
+            refused = feeder.intake.refusals()
+            counts = ", ".join(f"{cause} {count}" for cause, count in refused.items()) or "none came"
+            why = "".join(f" {cause}: {CAUSES[cause]}." for cause in refused if CAUSES.get(cause))
             raise MotionError(
                 f"{tow.path}: no message of the ship's motion can be used ({counts}): nothing was simulated, it would "
-                f"be a tow on its mean track. See the causes in docs/motion.md, or simulate it with --motion none"
+                f"be a tow on its mean track.{why} See the causes in docs/motion.md, or simulate it with --motion none"
             )
         first, x, y, yaw = feeder.ingest.first_pose
         heading = _mean_yaw(tow, yaw, feeder.ingest) if tow.heading is None else tow.heading

@@ -12,7 +12,7 @@ from ..io.motion.motion import MotionIngest
 from ..io.motion.refusals import TOPICS
 from ..io.sources.motion_table import MotionError
 from ..io.sources.recorded_tow import RecordedTow
-from ..physics.heave_filter import Heave, MotionInput
+from ..physics.heave_filter import Convention, Heave, MotionInput
 from ..physics.inputs import make_inputs
 from ..sim.scene import Scene
 from ..sim.verdict import Reason, refused_motion
@@ -39,7 +39,11 @@ def look(tow: RecordedTow, scene: Scene, motion: MotionInput, heave: Heave) -> N
         tow.unfit = {kind for kind in received if found[TOPICS[kind]]}
         return
     said = "; ".join(f"{topic} ({cause}): {DOUBTS[cause]}" for topic, cause in found.items())
-    remedy = " Is it in NED axes? Then give --convention ned." if set(found.values()) & set(NED) else ""
+    remedy = ""
+    if set(found.values()) & set(NED) and motion.convention is Convention.ENU:
+        remedy = " Is it in NED axes? Then give --convention ned."
+    if "gravity_sign" in found.values() and not motion.force_reversed:
+        remedy += " Does the driver send gravity for specific force? Then --set motion.force_reversed=true."
     raise MotionError(
         f"{tow.path}: none of the ship's motion can be used. {said}. Nothing was simulated: it would be a tow on its "
         f"mean track.{remedy} See the causes in docs/motion.md"

@@ -59,7 +59,8 @@ DOUBTS = {
     "gravity_removed": "specific force is about 0 where it must be +g along the vertical: gravity removed? "
     f"{UNUSED}; send linear_acceleration with gravity (REP 145)",
     "gravity_sign": "specific force along the vertical is about -g where it must be +g: NED axes, or gravity instead "
-    f"of specific force? {UNUSED}; set motion.convention (--convention) to the axes of the driver",
+    f"of specific force? {UNUSED}; set motion.convention (--convention) to the axes of the driver, or "
+    "motion.force_reversed where they are right",
     "gravity_units": f"specific force along the vertical is about 1 where it must be 9.81: in g? {UNUSED}; send m/s^2",
     "gravity_direction": "specific force is more than 60 deg off the vertical of the attitude: accelerometer and "
     f"attitude in different axes? {UNUSED}; bring both to the same axes, or set heave.imu_rotation_deg",

@@ -36,7 +36,8 @@ CAUSES = {
     "use a sensor with attitude, or odometry",
     "out_of_range": "a number is beyond what a ship does "
     f"({MAX_FORCE:g} m/s^2, {MAX_RATE:g} rad/s, {MAX_SPEED:g} m/s, {degrees(MAX_PITCH):g} deg pitch, "
-    f"{MAX_POSITION:g} m) or a winch is commanded ({MAX_COMMAND:g} m or m/s): dropped; check sender and units",
+    f"{MAX_POSITION:g} m) or a winch is commanded ({MAX_COMMAND:g} m or m/s): dropped; check sender and units, and "
+    "heave.imu_rotation_deg of an IMU whose axes are not the ship's",
     "height": "odometry z is further from ship.reference_height than heave.max_displacement: dropped; z must be the "
     "height of base_link above the mean water surface",
     "no_stamp": "the stamp is zero: dropped; if it stays zero, arrival times are used",
@@ -216,10 +217,13 @@ def _body(vector):
     return vector[0], -vector[1], -vector[2]
 
 
-def decode_imu(data: bytes, convention: Convention = Convention.ENU, mounting: Mounting | None = None) -> Imu:
+def decode_imu(
+    data: bytes, convention: Convention = Convention.ENU, mounting: Mounting | None = None, force_reversed: bool = False
+) -> Imu:
     """Checked numbers of a sensor_msgs/Imu, in base_link where the mounting is that of the sensor.
 
-    Refused if it cannot be used. Covariances but the first are not read.
+    Refused if it cannot be used. Covariances but the first are not read. force_reversed: the message has the negative
+    of specific force.
     """
     stamp, d, frames = _open(data, 1, _IMU)
     if d[4] == -1.0:
@@ -229,6 +233,8 @@ def decode_imu(data: bytes, convention: Convention = Convention.ENU, mounting: M
     rotor, norm = _unit(*d[:4])
     _check(rate, MAX_RATE)
     _check(force, MAX_FORCE)
+    if force_reversed:
+        force = -force[0], -force[1], -force[2]
     ned = convention is Convention.NED
     if ned:
         rate, force = _body(rate), _body(force)

@@ -109,7 +109,7 @@ class MotionIngest:
     def imu(self, data: bytes, arrival: int) -> int | None:
         """Take a sensor_msgs/Imu; see the class."""
         try:
-            message = decode_imu(data, self.settings.convention, self._mounting)
+            message = decode_imu(data, self.settings.convention, self._mounting, self.settings.force_reversed)
             stamp = self._imu.check(message.stamp, arrival)
             self._header.look("imu/data", message)
             cause = self._watch.imu(message, stamp)
