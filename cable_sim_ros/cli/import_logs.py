@@ -53,7 +53,8 @@ def import_command(files, mapping, kind, out, track, speed, heading, height, for
         return
     f = done.figures
     click.echo(
-        f"{done.path}: {f['seconds']:.6g} s from {f['files']} files, {f['records']} records, {f['lost']} lost; "
+        f"{done.path}: {f['seconds']:.6g} s from {f['files']} files, {f['records']} records, {f['lost']} lost"
+        f"{', ' + str(f['without_value']) + ' without a value' if f['without_value'] else ''}; "
         f"motion: {f['motion']} of {', '.join(f['given']) or 'none'}"
     )
     for name, count in f["signals"].items():

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from .log import Log, LogError
+from .not_valid import without_invalid
 
 HEAD = 65_536  # bytes that tell the format
 EXTRA = "pip install 'cable_sim_ros[import]'"
@@ -60,7 +61,7 @@ def read_log(path: str | os.PathLike, name: str | None = None) -> Log:
     for row in FORMATS:
         module = import_module(f".{row.module}", __package__)
         if row.name == name or (name is None and module.recognise(head, path)):
-            return module.read(path)
+            return without_invalid(module.read(path))
     known = ", ".join(row.name for row in FORMATS)
     if name is not None:
         raise LogError(f"{path}: there is no format '{name}'; nothing was read. Known: {known}")

@@ -7,6 +7,7 @@ what is before the first damage, and takes no size or count of the file on trust
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
@@ -28,7 +29,7 @@ class Source:
     logged: stamps of the logger, int64 [n] ns since 1970, None where there are none; device: of the device's own clock,
     ns from an epoch of its own, None where it tells none; columns: path of a field -> float64 [n], NaN where a record
     has no such number; units: of the columns whose format tells them; kind: type of the message, or what the format is;
-    left: names of columns that were read and not kept.
+    left: names of columns that were read and not kept; doubts: of every value of it, a line each.
     """
 
     name: str
@@ -38,6 +39,7 @@ class Source:
     columns: dict[str, np.ndarray]
     units: dict[str, str] = field(default_factory=dict)
     left: tuple[str, ...] = ()
+    doubts: tuple[str, ...] = ()
 
     def __len__(self) -> int:
         first = self.logged if self.logged is not None else self.device
@@ -97,9 +99,9 @@ class Builder:
     """
 
     def __init__(self) -> None:
-        self._rows: dict[str, list[tuple[int | None, int | None, Mapping[str, float]]]] = {}
+        self._rows: dict[str, list[tuple[int | None, int | None, Mapping[str, float], Mapping[str, str]]]] = {}
         self._kinds: dict[str, str] = {}
-        self._units: dict[str, dict[str, str]] = {}
+        self.mixed: list[str] = []  # columns whose records tell several units, a line each
 
     def add(
         self,
@@ -111,15 +113,12 @@ class Builder:
         device: int | None = None,
         units: Mapping[str, str] | None = None,
     ) -> None:
-        """One record. units: of the fields whose format tells them, of the first record that gives any."""
+        """One record. units: of the fields whose format tells them; of a source those that most records tell."""
         rows = self._rows.get(source)
         if rows is None:
             rows = self._rows[source] = []
             self._kinds[source] = kind
-            self._units[source] = dict(units or {})
-        elif units and units is not self._units[source]:
-            self._units[source] = {**units, **self._units[source]}
-        rows.append((logged, device, values))
+        rows.append((logged, device, values, units or {}))
 
     @property
     def records(self) -> int:
@@ -131,9 +130,9 @@ class Builder:
         return {name: self._source(name, rows) for name, rows in self._rows.items()}
 
     def _source(self, name: str, rows: list) -> Source:
-        names = list(dict.fromkeys(column for _, _, values in rows for column in values))
+        names = list(dict.fromkeys(column for _, _, values, _ in rows for column in values))
         columns = {
-            column: np.array([values.get(column, np.nan) for _, _, values in rows], np.float64) for column in names
+            column: np.array([values.get(column, np.nan) for _, _, values, _ in rows], np.float64) for column in names
         }
         return Source(
             name,
@@ -141,8 +140,19 @@ class Builder:
             _times([row[0] for row in rows]),
             _times([row[1] for row in rows]),
             columns,
-            self._units[name],
+            self._units_of(name, rows, columns),
         )
+
+    def _units_of(self, name: str, rows: list, columns: dict[str, np.ndarray]) -> dict[str, str]:
+        """Unit of each column that most records tell; the values of the others are none."""
+        told = Counter(pair for _, _, _, units in rows for pair in units.items())
+        found: dict[str, str] = {}
+        for (column, unit), count in told.most_common():
+            if found.setdefault(column, unit) != unit and column in columns:
+                other = np.array([units.get(column) == unit for _, _, _, units in rows])
+                columns[column][other] = np.nan
+                self.mixed.append(f"{name}: {count} records have {column} in {unit}, not in {found[column]}: left out")
+        return found
 
 
 def _times(stamps: list[int | None]) -> np.ndarray | None:

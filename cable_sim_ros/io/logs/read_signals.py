@@ -22,7 +22,8 @@ class Reading:
     """Signals and how they came about.
 
     mappings: name or file of each that was taken; said: what was done about times, values and files, a line each;
-    missing: what of the mappings the logs do not give; files, records, losses: of what was read.
+    missing: what of the mappings the logs do not give; files, records, losses: of what was read;
+    empty: records without a number in a field that is mapped, of the field that has most.
     """
 
     signals: list[Signal]
@@ -32,7 +33,7 @@ class Reading:
     files: list[str] = field(default_factory=list)
     records: int = 0
     losses: list[Losses] = field(default_factory=list)
-    text: str = ""  # of the mappings
+    empty: int = 0
 
 
 def read_signals(path: Paths, mapping: str | os.PathLike | None = None, format: str | None = None) -> list[Signal]:
@@ -130,5 +131,6 @@ def _take(out: Reading, name: str, log: Log, joined: Joined, made: Applied) -> N
     out.missing += made.missing
     out.files += joined.files
     out.records += log.records
+    out.empty += made.empty
     if log.losses:
         out.losses.append(log.losses)

@@ -10,6 +10,7 @@ import numpy as np
 
 from .formats import read_log
 from .log import Log, LogError, Source
+from .mapping.time_base import begin_of
 
 Paths = str | os.PathLike | Sequence[str | os.PathLike]
 MOST_FILES = 100_000
@@ -84,7 +85,8 @@ class Joined:
                 continue
             stamps = source.logged if source.logged is not None else source.device
             if stamps is not None:
-                self._begin = min(int(stamps[0]), self._begin if self._begin is not None else int(stamps[0]))
+                begin = begin_of(stamps)
+                self._begin = begin if self._begin is None else min(begin, self._begin)
             kept = source.columns.keys() if self.wanted is None else self.wanted(source)
             if kept is None:
                 self._left[name] = None
@@ -105,6 +107,7 @@ class Joined:
                     columns,
                     source.units,
                     tuple(c for c in source.columns if c not in columns),
+                    source.doubts,
                 )
             )
 
@@ -138,7 +141,8 @@ def _joined(parts: list[Source]) -> Source:
     for part in parts:
         units = {**part.units, **units}
     left = tuple(dict.fromkeys(name for part in parts for name in part.left if name not in columns))
-    return Source(parts[0].name, parts[0].kind, logged, device, columns, units, left)
+    doubts = tuple(dict.fromkeys(line for part in parts for line in part.doubts))
+    return Source(parts[0].name, parts[0].kind, logged, device, columns, units, left, doubts)
 
 
 def read_each(paths: Iterable[Path], format: str | None, skipped: list[str]) -> Iterator[Log]:

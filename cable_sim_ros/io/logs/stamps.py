@@ -17,6 +17,7 @@ from .log import SECOND
 
 UTC, NO_ZONE, EPOCH, MONTH_FIRST = "UTC", "no zone", "seconds since 1970", "month first"
 DAY = 86_400 * SECOND
+FARTHEST_ZONE = 14 * 60  # minutes: Kiribati
 LAST = 106_000 * DAY  # the year 2260
 _CLOCK = rb"(\d\d):?(\d\d):?(\d\d)(?:[.,](\d{1,9})\d*)?"
 _CALENDAR = re.compile(
@@ -83,7 +84,10 @@ def _calendar(line: bytes, start: int) -> Stamp | None:
     time = day_of(int(year), int(month), int(day)) + clock_of(int(hours), int(minutes), int(seconds), fraction)
     if zone and zone != b"Z":
         digits = zone[1:].replace(b":", b"")
-        ahead = (60 * int(digits[:2]) + int(digits[2:])) * 60 * SECOND
+        minutes = 60 * int(digits[:2]) + int(digits[2:])
+        if minutes > FARTHEST_ZONE or int(digits[2:]) > 59:
+            raise ValueError("a zone that there is not")
+        ahead = minutes * 60 * SECOND
         time += ahead if zone[:1] == b"-" else -ahead
     return Stamp(within(time), found.end(), UTC if zone else NO_ZONE)
 

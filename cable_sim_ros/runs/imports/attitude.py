@@ -8,16 +8,20 @@ from __future__ import annotations
 from importlib import import_module
 
 import numpy as np
+from scipy.interpolate import CubicSpline
 
 from ...io.logs.log import SECOND, LogError
 from ...io.logs.signals import Signal
-from ...sim.tables.attitude import angles_of
+from ...sim.tables.attitude import angles_of, body_rates
 from .regular import BRIDGED, PERIODS
 
 RATES = ("roll_rate", "pitch_rate", "yaw_rate")
+ANGLES = ("roll", "pitch", "yaw")
+FILTER = ": VQF"  # behind the source of what it made
 FORCES = ("acceleration_x", "acceleration_y", "acceleration_z")
 SLOWEST = 5.0  # Hz, below it rates do not tell of the angles between them
 SPARSE = 4.0  # steps between records in the mean: beyond it they are bursts, not a rate
+FEWEST_ANGLES = 30  # of which rates are made
 SHORTEST = 5.0  # s without a gap, for the filter
 
 
@@ -88,8 +92,7 @@ def attitude(signals: dict[str, Signal]) -> tuple[dict[str, Signal], list[str]]:
         stamps.append(origin + np.round(at * SECOND).astype(np.int64))
     time, turned = np.concatenate(stamps), np.concatenate(angles)
     found = {
-        name: Signal(name, time, turned[:, k], f"{signals[RATES[0]].source}: VQF")
-        for k, name in enumerate(("roll", "pitch", "yaw"))
+        name: Signal(name, time, turned[:, k], f"{signals[RATES[0]].source}{FILTER}") for k, name in enumerate(ANGLES)
     }
     assumed = [
         "attitude: roll and pitch from rates and accelerations by the filter VQF, without a magnetometer; "
@@ -98,6 +101,26 @@ def attitude(signals: dict[str, Signal]) -> tuple[dict[str, Signal], list[str]]:
     if len(spans) > 1:
         assumed.append(f"attitude: {len(spans) - 1} gaps, after each the filter begins anew, its yaw as well")
     return found, assumed
+
+
+def add_rates(signals: dict[str, Signal]) -> list[str]:
+    """Put rates made of roll, pitch and yaw beside accelerations that have none; what is assumed of them."""
+    if not all(name in signals for name in ("roll", "pitch", *FORCES)) or can(signals):
+        return []
+    one = signals["roll"]
+    t = (one.time - one.time[0]) / SECOND
+    if len(t) < FEWEST_ANGLES or 1.0 / float(np.median(np.diff(t))) < SLOWEST:
+        return []
+    rate, value = np.zeros((3, len(t))), np.zeros((3, len(t)))
+    for k, name in enumerate(ANGLES):
+        if name in signals:
+            other = signals[name]
+            value[k] = np.interp(t, (other.time - one.time[0]) / SECOND, other.value)
+            rate[k] = CubicSpline(t, value[k])(t, 1)
+    for name, turned in zip(RATES, body_rates(value[0], value[1], rate)):
+        signals.setdefault(name, Signal(name, one.time, turned, f"{one.source}: differentiated"))
+    without = "" if "yaw" in signals else ", yaw as steady"
+    return [f"rates: not in the log, made of the attitude for the accelerations{without}"]
 
 
 def _horizontal(signals: dict[str, Signal]) -> float:

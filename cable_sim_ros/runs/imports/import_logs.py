@@ -71,9 +71,12 @@ def import_logs(
     reading = read(files, mapping, format)
     signals = {one.quantity: one for one in reading.signals}
     assumed = [line for one in reading.signals for line in one.assumed]
+    vertical = {"heave", "z", "heave_rate"} & signals.keys()
+    if not vertical:
+        assumed += attitude.add_rates(signals)
     assumed += attitude.upright(signals, mapping is None)
     assumed += _attitude(signals)
-    imu = attitude.can(signals) and not {"heave", "z", "heave_rate"} & signals.keys()
+    imu = attitude.can(signals) and not vertical
     motion = motion_of_signals(signals, choice) if _tells_motion(signals) and not imu else None
     if motion is not None:
         assumed += motion.assumed
@@ -91,6 +94,8 @@ def import_logs(
         )
     if motion is None and not imu:
         assumed.append("ship motion: not in the log; a run under this bag needs --motion of another one")
+    for line, doubtful in _unused(signals, motion, imu):
+        (assumed if doubtful else reading.said).append(line)
     figures = _figures(reading, signals, motion, imu, choice)
     lines = grouped(assumed)
     about = figures | {
@@ -162,6 +167,33 @@ def _attitude(signals: dict[str, Signal]) -> list[str]:
     return assumed
 
 
+INSTEAD = {  # signals that one of these makes needless
+    **dict.fromkeys(("speed", "course"), ("x", "latitude")),
+    **dict.fromkeys(("z", "heave_rate", *attitude.FORCES), ("heave", "z", "heave_rate")),
+    "roll_rate": ("roll",), "pitch_rate": ("pitch",), "yaw_rate": ("yaw",),
+}  # fmt: skip
+
+
+def _unused(signals: Mapping[str, Signal], motion: ShipMotion | None, imu: bool) -> Iterator[tuple[str, bool]]:
+    """A line for each signal without effect, and whether it is to stand in the verdict: nothing takes its place."""
+    used = set(motion.given if motion is not None else ()) | set(MEASURED)
+    by_filter = [one for one in signals.values() if one.source.endswith(attitude.FILTER)]
+    if imu or by_filter:
+        used |= {*attitude.RATES, *attitude.FORCES}
+    if imu:
+        used |= {"roll", "pitch", "yaw"}
+    if not {"heave", "z"} & signals.keys():
+        used.add("heave_rate")
+    for name in signals:
+        if name in used:
+            continue
+        better = next((one for one in INSTEAD.get(name, ()) if one in used and one != name), "")
+        why = f"{better} is there" if better else "nothing of the motion is made of it"
+        if name in attitude.FORCES and not better:
+            why = "a heave is made of all three with rates, or with roll and pitch"
+        yield f"{name}: read and kept, without effect on the motion: {why}", not better
+
+
 def _figures(
     reading: Reading, signals: Mapping[str, Signal], motion: ShipMotion | None, imu: bool, choice: Choice
 ) -> dict[str, Any]:
@@ -170,6 +202,7 @@ def _figures(
         "files": len(reading.files),
         "records": reading.records,
         "lost": sum(one.total for one in reading.losses),
+        "without_value": reading.empty,
         "losses": [str(one) for one in reading.losses],
         "mappings": reading.mappings,
         "signals": {name: len(one.time) for name, one in signals.items()},

@@ -228,6 +228,7 @@ def _mean_heading(track: Track, choice: Choice, out: Found) -> float:
         return float(np.mean(track.value[:, 5]))
     if "course" in track.lines:
         out.assumed.append("yaw: not in the log, the ship points along its mean course")
+        out.given.append("course")
         mean = float(np.mean(track.lines["course"].value))
         out.yaw[:] = mean
         return mean

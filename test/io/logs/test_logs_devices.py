@@ -52,8 +52,9 @@ def test_tss1(read):
     log = read(logs.tss(30).replace(b" 0000F", b" 0000u", 1) + b":0000\r\n:00FFCA -0003F-0325 -9999\r\n")
     source = log.sources["tss1"]
     assert log.records == len(source.columns["roll"]) == 30 and source.logged is None and source.device is None
-    assert source.columns["heave"].tolist() == [round(0.01 * k, 2) for k in range(30)]
-    assert source.columns["roll"].tolist() == pytest.approx([0.1 * k for k in range(30)], abs=0.006)
+    assert np.isnan([source.columns[name][0] for name in ("heave", "roll", "pitch")]).all()  # u: settling
+    assert source.columns["heave"][1:].tolist() == [round(0.01 * k, 2) for k in range(1, 30)]
+    assert source.columns["roll"][1:].tolist() == pytest.approx([0.1 * k for k in range(1, 30)], abs=0.006)
     assert source.columns["settled"].tolist() == [0.0] + [1.0] * 29
     assert set(source.columns["horizontal"]) == {10 * 0.0383} and set(source.columns["vertical"]) == {-800 * 0.000625}
     assert any("TSS1 has no checksum" in notice for notice in log.notices)
@@ -81,6 +82,7 @@ def test_the_series_of_a_wave_buoy(read):
     [
         (b",40,60.164,", b",999999999,60.164,", "series with another count of displacements than it says"),
         (b",60.164,0.781,", b",60.164,0.0,", "series whose times cannot be"),
+        (b",60.164,0.781,0,", b",60.164,0.781,1,", "series for which the buoy found no solution"),
         (b"20140801", b"20149901", "date that is none"),
         (b",0.05,", b",0.0x5,", "field that is no number"),
     ],
@@ -98,7 +100,8 @@ def test_the_winch_of_a_profiler(read):
     winch = log.sources["WM"]
     assert log.format == "profiler-winch" and log.records == 30
     assert winch.device.tolist() == [1_397_773_523 * SECOND + k * SECOND // 16 // 100_000 * 100_000 for k in range(30)]
-    assert winch.columns["Rope On Drum"].tolist() == [round(9.55 + k, 2) for k in range(30)]
+    assert winch.columns["Rope On Drum"][1:].tolist() == [round(9.55 + k, 2) for k in range(1, 30)]
+    assert np.isnan(winch.columns["Rope On Drum"][0])  # its time is suspect
     assert winch.columns["Encoder Counts"][3] == -1_494_306 and winch.columns["Status"][0] == 0xF000
     assert winch.columns["Suspect Timestamp"].tolist() == [1.0] + [0.0] * 29
     assert winch.units == {"Depth": "dbar", "Rope On Drum": "m"}

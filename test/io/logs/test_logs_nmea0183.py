@@ -6,11 +6,14 @@ import sys
 import instrument_logs as logs
 import numpy as np
 import pytest
-from instrument_logs import DAY, MIDNIGHT, SECOND, iso, sentence
+from instrument_logs import DAY, MIDNIGHT, SECOND, exclusive_or, iso, sentence
 
 from cable_sim_ros.io.logs.devices import nmea0183, sentences
 from cable_sim_ros.io.logs.formats import read_log
+from cable_sim_ros.io.logs.inspection.first_mapping import first_mapping
 from cable_sim_ros.io.logs.log import LogError
+from cable_sim_ros.io.logs.read_signals import read_signals
+from cable_sim_ros.io.telegrams import psxn
 
 
 @pytest.fixture
@@ -87,9 +90,12 @@ def test_sentences_of_other_makers(read):
     assert {n: {c: v[0] for c, v in s.columns.items()} for n, s in log.sources.items()} == {
         "PSXN,24": {"roll_rate": 0.5, "pitch_rate": -0.25, "yaw_rate": 1.5, "vertical_velocity": 0.125},
         "PRDID": {"pitch": -1.31, "roll": 7.81, "heading": 47.31},
-        "PFEC,GPhve": {"heave": 0.125},
+        "PFEC,GPhve": {"heave": 0.125, "valid": 1.0},
         "PFEC,GPatt": {"heading": 218.2, "pitch": -0.5, "roll": 0.25},
-        "PTNTHPR": {"heading": 85.9, "pitch": -0.9, "roll": 0.8},
+        "PTNTHPR": {
+            **{"heading": 85.9, "heading_valid": 1.0, "pitch": -0.9, "pitch_valid": 1.0},
+            **{"roll": 0.8, "roll_valid": 1.0},
+        },
         "PXYZ": {"field_01": 4.5, "field_03": 7.0},
         "YXXDR": {"PTCH": 1.5, "ROLL": -2.5, "HEAVE": 0.25},
     }
@@ -295,3 +301,138 @@ def test_stamps_of_another_day_than_the_sentences_tell(read):
     assert "the logger's dates are taken as month/day/year" in notices
     assert "the logger's stamps are 205.0 days behind the dates that INZDA tells" in notices
     assert not any("days" in notice for notice in read(logs.seapath(5)).notices)
+
+
+FLAGGED = (  # sentence whose flag stands at @, letters or digits that say "not valid", one that says so not, columns
+    ("INGGA,000001.00,2200.110899,S,01756.359432,W,@,12,0.7,-2.76,M,4.67,M,,", "0", "2", ("lat", "lon", "alt")),
+    ("INRMC,000001.00,@,2200.110899,S,01756.359432,W,9.1,215.11,010814,24.7,W,A", "V", "A", ("lat", "lon", "spd")),
+    ("INRMC,000001.00,A,2200.110899,S,01756.359432,W,9.1,215.11,010814,24.7,W,@", "N", "D", ("lat", "lon", "cog")),
+    ("INGLL,2200.110899,S,01756.359432,W,000001.00,@,A", "V", "A", ("lat", "lon")),
+    ("INVTG,215.11,T,239.79,M,9.1,N,16.9,K,@", "N", "E", ("cogt", "sogn", "sogk")),
+    ("HETHS,218.26,@", "V", "A", ("headt",)),
+    ("TIROT,-12.5,@", "V", "A", ("rot",)),
+    ("VMVBW,4.1,0.2,@,4.2,0.1,A", "V", "A", ("longwaterspd", "transwaterspd")),
+    ("PFEC,GPhve,0.125,@", "V", "A", ("heave",)),
+    ("PTNTHPR,85.9,N,-0.9,@,0.8,N", "LP", "NMO", ("pitch",)),
+    ("PASHR,000001.00,252.41,T,1.22,0.48,0.01,0.090,0.090,0.116,2,@", "0", "1", ("roll", "pitch", "heading", "heave")),
+    ("PASHR,ATT,36000.00,90.00,0.58,0.10,0.0011,0.0037,@", "1", "0", ("roll", "pitch", "heading")),
+    (
+        "PHOCT,01,000001.000,T,00,080.378,T,-000.106,@,-03.105,T,+00.220,T,+00.08,-0.02,+0.01,+0.2,+0.02,+0.07,-8.03",
+        "EI",
+        "T",
+        ("roll",),
+    ),
+)
+
+
+@pytest.mark.parametrize("body, bad, good, columns", FLAGGED)
+def test_what_a_device_calls_not_valid_is_no_value(tmp_path, body, bad, good, columns):
+    """A part of the log; what stands beside it stays, and the part is counted."""
+    flags = [*good * 3, *bad, *good]
+    lines = [iso(MIDNIGHT + k * SECOND) + sentence(body.replace("@", flag)) for k, flag in enumerate(flags)]
+    (tmp_path / "log").write_bytes(b"".join(lines))
+    log = read_log(tmp_path / "log")
+    (source,) = log.sources.values()
+    wanted = [flag in bad for flag in flags]
+    for name in columns:
+        assert np.isnan(source.columns[name]).tolist() == wanted, name
+    others = [c for name, c in source.columns.items() if name not in columns and source.units.get(name) in ("", None)]
+    assert all(np.isfinite(one).all() for one in others)
+    assert any(f"{len(bad)} of {len(flags)} records are not valid by the device" in line for line in log.notices)
+
+
+def test_the_quality_of_a_seapath_holds_for_its_motion_whatever_the_mapping(tmp_path):
+    lines = logs.seapath(20).replace(b"\r\n", b"\n").split(b"\n")
+    at = [k for k, line in enumerate(lines) if b"$PSXN,20," in line][10]
+    lines[at] = lines[at].partition(b"$")[0] + sentence("PSXN,20,1,2,0,2").strip()
+    (tmp_path / "log").write_bytes(b"\r\n".join(lines))
+    motion = read_log(tmp_path / "log").sources["PSXN,23"].columns
+    assert np.isnan(motion["heave"]).tolist() == np.isnan(motion["roll"]).tolist() == [k == 10 for k in range(20)]
+    assert np.isfinite(motion["heading"]).all()
+
+
+def test_a_flag_that_makers_disagree_about_says_nothing_where_it_never_changes(tmp_path):
+    body = "PASHR,0000{:02d}.00,252.41,T,1.22,0.48,0.01,0.090,0.090,0.116,1,0"
+    (tmp_path / "log").write_bytes(b"".join(sentence(body.format(k)) for k in range(40)))
+    log = read_log(tmp_path / "log")
+    assert np.isfinite(log.sources["PASHR"].columns["roll"]).all()
+    assert "imu = 0 in all 40 records" in log.sources["PASHR"].doubts[0]
+
+
+def test_signs_that_are_letters(read):
+    log = read(b"".join(sentence(f"PHTRO,{p},{a},{r},{b}") for p, a, r, b in (
+        ("10.37", "P", "177.62", "T"), ("0.58", "M", "3.00", "B"), ("0.58", "X", "3.00", "B"), ("0.58", "", "3.00", "B")
+    )))  # fmt: skip
+    motion = log.sources["PHTRO"].columns
+    assert motion["pitch"].tolist() == [-10.37, 0.58] and motion["roll"].tolist() == [177.62, -3.0]  # bow, port side up
+    assert log.losses.counts == {"number without the letter of its sign": 2}
+
+
+def test_letters_of_a_sentence_that_is_not_known_are_named(read):
+    log = read(b"".join(sentence(f"PXYZ,{k},{'MP'[k % 2]},7,T") for k in range(6)))
+    assert any("PXYZ field_02 has the letters M (3), P (3)" in line for line in log.notices)
+    assert not any("field_04" in line for line in log.notices)
+
+
+def test_a_time_without_its_point_is_read(read):
+    log = read(b"".join(sentence(f"PASHR,100000{k}00,90.00,T,1,2,3,0,0,0,1,1") for k in range(5)))
+    steps = log.sources["PASHR"].device - log.sources["PASHR"].device[0]
+    assert steps.tolist() == [k * SECOND // 10 for k in range(5)]
+
+
+def test_a_winch_that_speaks_behind_an_at_sign(tmp_path):
+    """Small letters in the sum; numbers by their place, tension in tons."""
+    body = b"RCWD,2,3,103.60,0.42,-30.00,0,102.90,0.295000"
+    lines = []
+    for k in range(40):
+        text = body.replace(b"102.90", b"%.2f" % (102.9 + 0.5 * k))
+        lines.append(iso(MIDNIGHT + k * SECOND) + b"@%s*%02x\r\n" % (text, exclusive_or(text)))
+    lines[3] = lines[3].replace(b"30.00", b"31.00")
+    (tmp_path / "log").write_bytes(b"".join(lines))
+    found = {one.quantity: one for one in read_signals(tmp_path / "log")}
+    assert found["payout"].value[0] == 102.9 and len(found["payout"].value) == 39
+    np.testing.assert_allclose(found["tension"].value, 295.0 * 9.80665)
+
+
+@pytest.mark.parametrize("stamped", [True, False])
+def test_one_date_outvotes_no_hundreds(read, stamped):
+    """A date that is wrong once, as of a receiver that starts: the others stand, and it is counted."""
+    lines = [logs.zda(MIDNIGHT + k * SECOND) + logs.gga(MIDNIGHT + k * SECOND) for k in range(60)]
+    lines[20] = lines[20].replace(logs.zda(MIDNIGHT + 20 * SECOND), sentence("INZDA,000020.00,06,01,1980,,"))
+    if stamped:
+        lines = [
+            b"".join(iso(MIDNIGHT + k * SECOND) + one for one in line.splitlines(True)) for k, line in enumerate(lines)
+        ]
+    log = read(b"".join(lines))
+    assert log.sources["INGGA"].device.tolist() == [MIDNIGHT + k * SECOND for k in range(60)]
+    assert any("1 of 60 dates of IN contradict" in line for line in log.notices)
+
+
+def test_a_lone_date_is_not_believed_against_the_stamps(read):
+    lines = [iso(MIDNIGHT + k * SECOND) + logs.gga(MIDNIGHT + k * SECOND) for k in range(60)]
+    lines.insert(30, iso(MIDNIGHT + 30 * SECOND) + sentence("INZDA,000030.00,06,01,1980,,"))
+    log = read(b"".join(lines))
+    assert log.sources["INGGA"].device.tolist() == [MIDNIGHT + k * SECOND for k in range(60)]
+
+
+def test_units_and_checksums_are_those_of_most_records(read):
+    bodies = ["YXXDR,A,1.5,D,PTCH,D,0.25,M,HEAVE"] * 40
+    bodies[0] = bodies[0].replace("0.25,M", "0.25,F")
+    log = read(b"".join(map(sentence, bodies)))
+    source = log.sources["YXXDR"]
+    assert source.units["HEAVE"] == "m" and np.isfinite(source.columns["HEAVE"]).sum() in (39, 40)
+    bare = [sentence(body).partition(b"*")[0] + b"\r\n" for body in ["HEHDT,218.26,T"] * 40]
+    log = read(b"".join(bare) + sentence("HEHDT,218.26,T"))
+    assert len(log.sources["HEHDT"]) == 41
+
+
+def test_a_seapath_without_its_companions_is_read_and_so_is_the_mapping_that_inspect_writes(tmp_path):
+    """Neither GGA nor PSXN,20: as the telegrams of this product are."""
+    lines = [iso(MIDNIGHT + k * SECOND) + psxn.encode(logs.motion(k % 7)) for k in range(60)]
+    (tmp_path / "log").write_bytes(b"".join(lines))
+    found = {one.quantity: one for one in read_signals(tmp_path / "log")}
+    assert len(found["heave"].value) == 60 and found["heave"].time[0] == MIDNIGHT
+    assert any("stamps of the logger" in line for line in found["heave"].assumed)
+    (tmp_path / "m.yaml").write_text(first_mapping(read_log(tmp_path / "log"), []))
+    again = {one.quantity: one for one in read_signals(tmp_path / "log", tmp_path / "m.yaml")}
+    assert np.array_equal(again["heave"].value, found["heave"].value)

@@ -11,6 +11,7 @@ from cable_sim_ros.io.logs.log import LogError
 from cable_sim_ros.io.logs.mapping.mapping_file import MappingError, load_mapping, mapping_of
 from cable_sim_ros.io.logs.read_signals import read, read_signals
 from cable_sim_ros.io.scenes.resources import shipped_mappings
+from cable_sim_ros.sim.tables.attitude import rotation
 
 T = np.arange(0.0, 60.0, 0.1)
 HEAVE, ROLL, PITCH = 0.8 * np.sin(0.7 * T), np.radians(4.0) * np.sin(0.5 * T), np.radians(2.0) * np.cos(0.6 * T)
@@ -75,6 +76,156 @@ def test_a_lever_arm_is_taken_out_where_the_angles_are_there_and_said_where_not(
     assert any("the lever arm is not taken out, there is no roll" in line for line in reading.missing)
     bare, _ = mapped(log, "heave_down: {source: table, field: down_ft, unit: ft}", *angles)
     assert any("lever arm" in line for line in bare["heave"].assumed)
+
+
+def test_each_word_of_motion_moves_by_its_lever_arm(tmp_path):
+    """Rigid body: place and velocity of a sensor computed here by differences of R a, not by omega x a."""
+    arm, yaw = np.array([12.0, -3.0, 5.0]), np.radians(7.0) * np.sin(0.35 * T) + 0.4
+    turn = rotation(np.column_stack([ROLL, PITCH, yaw]))
+    fine = 1e-4  # s, for the differences
+    later, sooner = (
+        rotation(
+            np.column_stack(
+                [
+                    np.radians(4.0) * np.sin(0.5 * (T + d)),
+                    np.radians(2.0) * np.cos(0.6 * (T + d)),
+                    np.radians(7.0) * np.sin(0.35 * (T + d)) + 0.4,
+                ]
+            )
+        )
+        for d in (fine, -fine)
+    )
+    rate = (later - sooner) @ arm / (2.0 * fine)
+    steady = rotation(np.column_stack([ROLL, PITCH, yaw - yaw.mean()])) @ arm - arm
+    speed = np.column_stack([2.0 + 0.1 * np.sin(0.6 * T), 0.5 + 0.0 * T, 0.3 * np.cos(0.7 * T)])  # of base_link
+    world, ship = speed + rate, np.einsum("nji,nj->ni", turn, speed + rate)
+    surge = np.column_stack([0.4 * np.sin(0.5 * T), 0.2 * np.cos(0.6 * T), HEAVE])
+    columns = {"roll": ROLL, "pitch": PITCH, "yaw": yaw}
+    columns |= {f"s{k}": row for k, row in enumerate((surge + steady).T)}
+    columns |= {f"w{k}": row for k, row in enumerate(world.T)} | {f"b{k}": row for k, row in enumerate(ship.T)}
+    path = table(tmp_path / "a.csv", **columns)
+    angles = [f"{name}: {{source: table, field: {name}, unit: rad}}" for name in ("roll", "pitch", "yaw")]
+    at = "lever_arm: [12, -3, 5]"
+
+    def vector(word, letter, frame, unit, arm=at):
+        fields = ", ".join(f"{letter}{k}" for k in range(3))
+        return f"{word}: {{source: table, field: [{fields}], unit: {unit}, frame: {frame}, {arm}}}"
+
+    found, _ = mapped(path, *angles, vector("displacement", "s", "flu", "m"))
+    for k, name in enumerate(("surge", "sway", "heave")):
+        np.testing.assert_allclose(found[name].value, surge[:, k], atol=1e-6)
+    found, _ = mapped(path, *angles, vector("velocity", "w", "enu", "m/s"))
+    inside = slice(5, -5)  # the ends of a cubic spline
+    np.testing.assert_allclose(found["speed"].value[inside], np.hypot(*speed[:, :2].T)[inside], atol=2e-4)
+    np.testing.assert_allclose(found["course"].value[inside], np.arctan2(speed[:, 1], speed[:, 0])[inside], atol=2e-4)
+    np.testing.assert_allclose(found["heave_rate"].value[inside], speed[inside, 2], atol=2e-4)
+    own, _ = mapped(path, *angles, vector("velocity", "b", "flu", "m/s"))
+    along = np.einsum("nji,nj->ni", turn, speed)
+    np.testing.assert_allclose(own["heave_rate"].value[inside], along[inside, 2], atol=2e-4)
+    np.testing.assert_allclose(own["speed"].value[inside], np.hypot(*along[:, :2].T)[inside], atol=2e-4)
+    alone, _ = mapped(path, *angles, f"heave_rate: {{source: table, field: w2, unit: m/s, {at}}}")
+    np.testing.assert_allclose(alone["heave_rate"].value[inside], speed[inside, 2], atol=2e-4)
+
+
+@pytest.mark.parametrize(
+    "entry, key",
+    [
+        ("tension: {source: table, field: x, unit: N, lever_arm: [1, 0, 0]}", "lever_arm"),
+        ("speed: {source: table, field: x, unit: m/s, lever_arm: [1, 0, 0]}", "lever_arm"),
+        ("roll: {source: table, field: x, unit: rad, lever_arm: [1, 0, 0]}", "lever_arm"),
+        ("acceleration: {source: table, field: [x, y, z], unit: g, frame: flu, lever_arm: [1, 0, 0]}", "imu_position"),
+        ("pull: {source: table, field: [x, y, z], unit: N, sign: -1}", "sign"),
+        ("quaternion: {source: table, field: [x, y, z, w], frame: flu, sign: -1}", "sign"),
+        ("heave: {source: table, field: x, unit: m, quality_source: q}", "quality_source"),
+        ("heave: {source: table, field: x, unit: m, stamped_by: q, time: aligned}", "stamped_by"),
+        ("heave: {source: table, field: x, unit: m}\ndensity: 1010", "density"),
+    ],
+)
+def test_a_key_that_would_do_nothing_is_refused(entry, key):
+    with pytest.raises(MappingError, match=key):
+        mapping_of(f"mapping: m\nsignals:\n  {entry}\n", "m.yaml")
+
+
+MOVING = {"roll": ROLL, "pitch": PITCH, "heave": HEAVE}
+
+
+@pytest.mark.parametrize("name, value", [("heave", 0.0), ("heave", 9.999), ("roll", 0.0), ("pitch", 9.999)])
+@pytest.mark.parametrize("part", [slice(None), slice(200, 290)])
+def test_a_placeholder_stands_still_while_the_ship_moves(tmp_path, name, value, part):
+    columns = {key: one.copy() for key, one in MOVING.items()}
+    columns[name][part] = value
+    units = {"roll": "rad", "pitch": "rad", "heave": "m"}
+    entries = [f"{key}: {{source: table, field: {key}, unit: {units[key]}}}" for key in columns]
+    found, reading = mapped(table(tmp_path / "a.csv", **columns), *entries)
+    count = len(T[part])
+    assert (len(found[name].time) if name in found else 0) == len(T) - count
+    assert any(f"{name}: {value:g}" in line and f"in {count} of" in line for line in reading.missing), reading.missing
+    assert all(len(found[key].time) == len(T) for key in MOVING if key != name)
+
+
+def test_what_may_stand_still_is_kept(tmp_path):
+    """A ship nearly at rest, a rounded roll in a calm, a course due east, a winch that is held."""
+    calm = np.where((T > 20) & (T < 40), 0.1, 1.0)
+    entries = (
+        *(f"{key}: {{source: table, field: {key}, unit: {unit}}}" for key, unit in (("roll", "deg"), ("pitch", "deg"))),
+        "heave: {source: table, field: heave, unit: m}",
+        "latitude: {source: table, field: lat, unit: deg}",
+        "longitude: {source: table, field: lon, unit: deg}",
+        "speed: {source: table, field: v, unit: m/s}",
+        "payout: {source: table, field: out, unit: m}",
+    )
+    columns = {"roll": np.round(calm * 3.0 * np.sin(0.5 * T)), "pitch": np.round(calm * np.sin(0.6 * T))}
+    columns |= {"heave": np.round(calm * HEAVE, 2), "lat": 0 * T + 60.0, "lon": 5.0 + 1e-5 * T, "v": 0 * T + 2.0}
+    found, reading = mapped(table(tmp_path / "a.csv", **columns, out=0 * T + 300.0), *entries)
+    assert {len(one.time) for one in found.values()} == {len(T)} and not reading.missing
+
+
+def test_an_identity_attitude_while_the_gyro_turns_is_none(tmp_path):
+    identity = {"qx": 0 * T, "qy": 0 * T, "qz": 0 * T, "qw": 0 * T + 1.0}
+    rates = {"p": np.gradient(ROLL, T), "q": np.gradient(PITCH, T), "r": 0.01 * np.sin(T)}
+    entries = (
+        "quaternion: {source: table, field: [qx, qy, qz, qw], frame: flu}",
+        "rates: {source: table, field: [p, q, r], unit: rad/s, frame: flu}",
+    )
+    found, reading = mapped(table(tmp_path / "a.csv", **identity, **rates), *entries)
+    assert not {"roll", "pitch", "yaw"} & found.keys() and "roll_rate" in found
+    still, _ = mapped(table(tmp_path / "b.csv", **identity, p=0 * T, q=0 * T, r=0 * T), *entries)
+    assert {"roll", "pitch", "yaw"} <= still.keys()  # a ship that lies still
+
+
+def test_places_that_stand_still_under_way_are_none(tmp_path):
+    entries = (
+        "roll: {source: table, field: roll, unit: rad}",
+        "latitude: {source: table, field: lat, unit: deg}",
+        "longitude: {source: table, field: lon, unit: deg}",
+        "speed: {source: table, field: v, unit: m/s}",
+    )
+    found, _ = mapped(table(tmp_path / "a.csv", roll=ROLL, lat=0 * T, lon=0 * T, v=0 * T + 2.0), *entries)
+    assert not {"latitude", "longitude"} & found.keys()
+    moored, _ = mapped(table(tmp_path / "b.csv", roll=ROLL, lat=0 * T, lon=0 * T, v=0 * T), *entries)
+    assert {"latitude", "longitude"} <= moored.keys()
+
+
+def test_a_pay_out_counted_negative_is_said(tmp_path):
+    found, _ = mapped(table(tmp_path / "a.csv", out=-300.0 - T), "payout: {source: table, field: out, unit: m}")
+    assert any("negative throughout, -359.9 to -300 m" in line for line in found["payout"].assumed)
+
+
+def test_one_stamp_ahead_moves_no_other(tmp_path):
+    ahead = T.copy()
+    ahead[300] += 1e6
+    rows = "\n".join(f"{t:.3f},{value:.6f}" for t, value in zip(ahead, HEAVE))
+    (tmp_path / "a.csv").write_text("t_s,h\n" + rows + "\n")
+    found, reading = mapped(tmp_path / "a.csv", "heave: {source: table, field: h, unit: m}")
+    np.testing.assert_allclose(found["heave"].time, np.delete(T, 300) * 1e9, atol=1e3)
+    assert any("1 records with a stamp" in line for line in reading.said)
+
+
+def test_rows_without_a_number_are_counted(tmp_path):
+    rows = "\n".join(f"{t:.3f},{'nan' if k % 10 == 0 else value}" for k, (t, value) in enumerate(zip(T, HEAVE)))
+    (tmp_path / "a.csv").write_text("t_s,h\n" + rows + "\n")
+    _, reading = mapped(tmp_path / "a.csv", "heave: {source: table, field: h, unit: m}")
+    assert reading.empty == 60 and any("60 of 600 records of table have no number" in line for line in reading.said)
 
 
 def test_records_outside_range_times_and_repeats_are_left_out(log):
@@ -150,6 +301,7 @@ def test_mappings_cut_and_flipped_are_read_or_refused():
         "  tension: {source: [A, 'B*'], field: load, unit: kgf, range: [0, 20000], "
         "quality_field: q, quality_accepted: [1]}\n"
         "  rates: {source: imu, field: [x, y, z], frame: frd, time: aligned, every: 0.5}\n"
+        "  pressure: {source: SBE, field: p}\n"
     )
     draw = random.Random(5)
     texts = [whole[: len(whole) * k // 64] for k in range(64)]

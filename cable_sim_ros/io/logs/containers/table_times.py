@@ -13,6 +13,7 @@ from .text_times import DAY, UNITS, instant, month_first, number, of_day, unit_o
 WORDS = {"time", "timestamp", "datetime", "utc", "gmt", "epoch", "stamp", "seconds", "sec", "elapsed", "date", "clock"}
 EXACT = {"t", "s", "datum", "zeit", "uhrzeit", "zeitstempel"}
 FEWEST = 0.7  # of the cells of a sample
+STRAY = 4  # records in a row, at most, whose time of day is none
 
 
 @dataclass
@@ -38,8 +39,11 @@ class Clock:
 
     def _unwrapped(self, times: np.ndarray) -> np.ndarray:
         """Times of the day, counted on over midnight."""
-        before = np.concatenate([[self._last], times])
-        turns = self._turns + np.cumsum(np.diff(before) < -DAY // 2)
+        steps = np.diff(np.concatenate([[self._last], times]))
+        back = steps < -DAY // 2
+        for k in np.flatnonzero(back).tolist():  # no midnight where the clock comes back at once: records without it
+            back[k] = not (steps[k + 1 : k + 1 + STRAY] > DAY // 2).any()
+        turns = self._turns + np.cumsum(back)
         if len(times):
             self._last, self._turns = int(times[-1]), int(turns[-1])
         return times + turns * DAY

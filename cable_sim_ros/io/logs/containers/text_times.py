@@ -8,6 +8,8 @@ from datetime import date
 from decimal import Decimal
 from functools import lru_cache
 
+from ..stamps import FARTHEST_ZONE
+
 DAY = 86_400_000_000_000  # ns
 EPOCH = date(1970, 1, 1).toordinal()
 UNITS = {"s": 10**9, "sec": 10**9, "secs": 10**9, "seconds": 10**9, "ms": 10**6, "us": 10**3, "µs": 10**3, "ns": 1}
@@ -53,15 +55,17 @@ def instant(text: str, month_first: bool = False) -> int | None:
     else:
         days = _days(int(last), int(first if month_first else second), int(second if month_first else first))
     since = _clock(*clock) if clock[0] else 0
-    if days is None or since is None:
-        return None
-    return days + since - _offset(zone)
+    ahead = _offset(zone)
+    return None if days is None or since is None or ahead is None else days + since - ahead
 
 
-def _offset(zone: str | None) -> int:
+def _offset(zone: str | None) -> int | None:
+    """ns that a zone is ahead of UTC; None for one that there is not."""
     if not zone or zone[0] not in "+-":
         return 0
     minutes = int(zone[1:3]) * 60 + int(zone[-2:])
+    if minutes > FARTHEST_ZONE or int(zone[-2:]) > 59:
+        return None
     return (-minutes if zone[0] == "-" else minutes) * 60 * 10**9
 
 
@@ -78,7 +82,7 @@ def of_day(text: str) -> int | None:
 
 def number(text: str, unit: int) -> int | None:
     """ns of a number of units, exact; None if it is none, or beyond 146 years either way of an epoch of its own."""
-    text = text.strip()
+    text = text.strip().replace("D", "E").replace("d", "e")
     if NUMBER.fullmatch(text) is None:
         return None
     value = int(Decimal(text) * unit)
@@ -97,8 +101,7 @@ def unit_of_epoch(texts: Iterable[str]) -> int | None:
 def month_first(texts: Iterable[str]) -> bool | None:
     """Whether dates such as 08/01/2014 have the month first; None: neither order is ruled out."""
     seen = [(int(found[5]), int(found[7])) for text in texts if (found := FULL.fullmatch(text)) and found[5]]
-    if any(first > 12 for first, _ in seen):
-        return False
-    if any(second > 12 for _, second in seen):
-        return True
+    days, months = sum(first > 12 for first, _ in seen), sum(second > 12 for _, second in seen)
+    if days or months:
+        return months > days
     return None if seen else False

@@ -8,9 +8,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from statistics import median_low
 
+import numpy as np
+
 from ..log import Builder, Log, Losses
 from ..stamps import DAY, MONTH_FIRST, NO_ZONE
 from .lines import with_records
+
+FEW_DATES, MANY_STAMPS = 3, 30  # fewer dates that agree are not believed against so many stamps of the logger
 
 
 @dataclass(slots=True)
@@ -44,7 +48,8 @@ def assemble(path: Path, name: str, rows: list[Row], losses: Losses, notes: Coun
     for row in rows:
         build.add(row.source, row.kind, row.values, logged=row.logged, device=row.clock, units=row.units)
     records = sum(not row.follows for row in rows)
-    return with_records(Log(str(path), name, build.sources(), records, losses, notices), "telegram")
+    sources = build.sources()
+    return with_records(Log(str(path), name, sources, records, losses, [*notices, *build.mixed]), "telegram")
 
 
 def _said(notes: Counter[str]) -> list[str]:
@@ -65,6 +70,17 @@ def _said(notes: Counter[str]) -> list[str]:
         said.append(f"{notes['before']} lines have text in front of the sentence that is no stamp known here")
     if notes["remark"]:
         said.append(f"{notes['remark']} lines are remarks without a telegram")
+    letters: dict[str, list[str]] = defaultdict(list)
+    for note, count in sorted(notes.items()):
+        if note.startswith("letters: "):
+            place, _, letter = note.removeprefix("letters: ").rpartition(" ")
+            letters[place].append(f"{letter} ({count})")
+    for place, found in letters.items():
+        if len(found) > 1 or found[0].startswith("V"):
+            said.append(
+                f"{place} has the letters {', '.join(found)}: a sign or a validity may stand in them, the numbers of "
+                f"this sentence are read without"
+            )
     for note, count in notes.items():
         what, _, which = note.partition(": ")
         if what in ("not decoded", "without numbers"):
@@ -75,8 +91,8 @@ def _said(notes: Counter[str]) -> list[str]:
 
 
 def _whole(rows: list[Row], losses: Losses, notices: list[str]) -> list[Row]:
-    """Without the sentences that lack a checksum which others of their kind have, or fields that others have."""
-    checked = {row.source for row in rows if not row.bare}
+    """Without the sentences that lack a checksum which most of their kind have, or fields that others have."""
+    checked = Counter(row.source for row in rows if not row.bare)
     fields: dict[str, Counter[int]] = defaultdict(Counter)
     for row in rows:
         if row.bare:
@@ -86,7 +102,7 @@ def _whole(rows: list[Row], losses: Losses, notices: list[str]) -> list[Row]:
     usual = {source: counts.most_common(1)[0][0] for source, counts in fields.items()}
     kept = []
     for row in rows:
-        if row.bare and row.source in checked:
+        if row.bare and checked[row.source] >= fields[row.source].total():
             losses.add("no checksum, which others of its kind have", f"line {row.line}")
         elif row.bare and row.fields < usual[row.source]:
             losses.add("sentence with too few fields", f"line {row.line}")
@@ -103,6 +119,7 @@ def _date(rows: list[Row], notices: list[str]) -> None:
     else any, told last, or to the logger's stamp. In a log without stamps a sentence without a time takes the one told
     before it."""
     timed = [row for row in rows if row.told in ("date", "time") and row.clock is not None]
+    _vote(timed, notices)
     last: dict[str, int] = {}  # clock by device: each may be wrong in a way of its own
     for row in reversed(timed):
         if row.told == "date" and row.clock is not None:
@@ -130,6 +147,36 @@ def _date(rows: list[Row], notices: list[str]) -> None:
         notices.append(
             f"no stamps of a logger: time of the sentence before, late by up to a burst, for {_counted(borrowed)}"
         )
+
+
+def _vote(timed: list[Row], notices: list[str]) -> None:
+    """Move dates that most others contradict to the day of these: few dates decide nothing against many stamps, nor one
+    against the dates around it."""
+    by_device: dict[str, list[Row]] = defaultdict(list)
+    for row in timed:
+        by_device[_device(row)].append(row)
+    for device, rows in by_device.items():
+        dates = [row for row in rows if row.told == "date" and row.clock is not None]
+        stamped = sum(row.logged is not None for row in rows)
+        if not dates:
+            continue
+        days = np.array([((row.clock or 0) - (row.logged or 0) + DAY // 2) // DAY for row in dates])
+        if all(row.logged is not None for row in dates):
+            (usual, count), *_ = Counter(days.tolist()).most_common(1)
+            right = np.full(len(days), 0 if count < FEW_DATES and stamped >= MANY_STAMPS else usual)
+            odd = days != right
+        else:
+            near = [days[max(0, k - 2) : k + 3] for k in range(len(days))]
+            right = np.array([median_low(part.tolist()) for part in near])
+            odd = (np.abs(days - right) > 1) & np.array([len(part) > 2 for part in near])
+        for row, away in zip(dates, ((days - right) * odd).tolist()):
+            row.clock = (row.clock or 0) - away * DAY
+        if odd.any():
+            against = "the logger's stamps" if stamped else "the others"
+            notices.append(
+                f"{int(odd.sum())} of {len(dates)} dates of {device} contradict {against} by "
+                f"{abs(int((days - right)[np.argmax(odd)]))} days and are not used"
+            )
 
 
 def _with_clock(rows: list[Row], losses: Losses, notices: list[str], which: str, cause: str) -> list[Row]:

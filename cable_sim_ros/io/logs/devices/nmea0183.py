@@ -11,7 +11,7 @@ from .lines import text_of
 from .sentences import IDENTITY
 from .telegrams import read_telegrams
 
-_CHECKED = re.compile(rb"\$([A-Z0-9]{4,8},[^*$!\r\n]*)\*([0-9A-Fa-f]{2})")
+_CHECKED = re.compile(rb"[$@]([A-Z0-9]{4,8},[^*$!\r\n]*)\*([0-9A-Fa-f]{2})")
 _BARE = re.compile(rb"^[^$\r\n]{0,40}\$([A-Z0-9]{4,8}),[-+,.\w]*[\r\n]", re.MULTILINE)
 
 

@@ -1,7 +1,7 @@
 """Fields of NMEA 0183 sentences as numbers: standard ones by the table of pynmeagps, proprietary ones by the one here.
 
 Numbers are as the sentence has them. Latitude, longitude, deviation and variation take the sign of the letter behind
-them (north and east positive); a status letter is 1 where it says valid, 0 where it says not.
+them (north and east positive), PHTRO the signs of its; a status letter is 1 where it says valid, 0 where it says not.
 """
 
 from __future__ import annotations
@@ -18,8 +18,11 @@ from .wave_buoy import WAVE_BUOY
 
 MOST_COLUMNS = 64  # of a source whose sentences name or number their own fields
 NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d{1,2})?")
-TIME = re.compile(r"(\d\d)(\d\d)(\d\d)(?:\.(\d{1,9})\d*)?")
-IDENTITY = re.compile(r"P[A-Z0-9]{2,7}|[A-Z][A-Z0-9][A-Z0-9]{3}|TSP[A-Z]{2}")
+TIME = re.compile(r"(\d\d)(\d\d)(\d\d)(?:\.(\d{1,9})\d*|(\d{1,3}))?")  # also hhmmssfff, without the point
+IDENTITY = re.compile(r"P[A-Z0-9]{2,7}|[A-Z][A-Z0-9][A-Z0-9]{3}|TSP[A-Z]{2}|RC[A-Z]{2}")  # RC: Rapp, behind @
+
+
+LETTER = re.compile(r"[A-Z]")
 
 
 class Unfit(ValueError):
@@ -40,10 +43,14 @@ class Sentence(NamedTuple):
     values: Mapping[str, float]
     units: Mapping[str, str]
     clock: Clock | None
+    letters: tuple[str, ...] = ()  # of a sentence that is not known: places and letters beside its numbers
 
 
 QUALITY = {"horizontal_quality": "", "height_quality": "", "heading_quality": "", "roll_pitch_quality": ""}
-PROPRIETARY: dict[str, dict[str, str]] = {  # source -> field and unit, "" for none, "-" in front for one that is text
+SIGNS = {"M": 1.0, "P": -1.0, "T": 1.0, "B": -1.0}  # bow up and down, port side up and down
+VALID = set("ATNMO")  # valid, normal, warnings; not V, E, I, nor the alarms L, P
+# source -> field and unit, "" for none; in front of it "-": text, "!": a letter of VALID, "~": the sign of that field
+PROPRIETARY: dict[str, dict[str, str]] = {
     "PSXN,20": QUALITY,  # Kongsberg Seapath: 0 normal, 1 reduced, 2 invalid
     "PSXN,22": {"gyro_calibration": "deg", "gyro_offset": "deg"},
     "PSXN,23": {"roll": "deg", "pitch": "deg", "heading": "deg", "heave": "m"},  # heave positive down
@@ -53,10 +60,25 @@ PROPRIETARY: dict[str, dict[str, str]] = {  # source -> field and unit, "" for n
         "pitch_accuracy": "deg", "heading_accuracy": "deg", "aiding": "", "imu": "",
     },  # as io/telegrams/pashr tells
     "PRDID": {"pitch": "deg", "roll": "deg", "heading": "deg"},  # Teledyne RDI
-    "PTNTHPR": {"heading": "deg", "-magnetic": "", "pitch": "deg", "-pitch": "", "roll": "deg"},  # True North
+    "PASHR,ATT": {
+        "seconds_of_week": "s", "heading": "deg", "pitch": "deg", "roll": "deg", "carrier_error": "m",
+        "baseline_error": "m", "reset": "",
+    },  # Ashtech ADU: reset 1 where the attitude is rough
+    "PHTRO": {"pitch": "deg", "~pitch": "", "roll": "deg", "~roll": ""},  # iXblue: bow up M, down P; port up T, down B
+    "PHOCT": {
+        "version": "", "-time": "", "!time_valid": "", "latency": "", "heading": "deg", "!heading_valid": "",
+        "roll": "deg", "!roll_valid": "", "pitch": "deg", "!pitch_valid": "", "heave": "m", "!motion_valid": "",
+        "heave_at_arm": "m", "surge": "m", "sway": "m", "heave_rate": "m/s", "surge_rate": "m/s", "sway_rate": "m/s",
+        "heading_rate": "",
+    },  # iXblue: roll port side up, pitch bow down, heave up, sway to port
+    "PHLIN": {"surge": "m", "sway": "m", "heave": "m"},  # iXblue: forward, to port, up
+    "PTNTHPR": {
+        "heading": "deg", "!heading_valid": "", "pitch": "deg", "!pitch_valid": "", "roll": "deg", "!roll_valid": "",
+    },  # True North: letters of alarm are not valid
     "PFEC,GPatt": {"heading": "deg", "pitch": "deg", "roll": "deg"},  # Furuno
-    "PFEC,GPhve": {"heave": "m"},
+    "PFEC,GPhve": {"heave": "m", "!valid": ""},
 }  # fmt: skip
+FEWEST = {"PASHR": 0, "PTNTHPR": 5, "PFEC,GPhve": 1}  # fields that such sentences have at least, where not all
 KINDS = {"PSXN", "PFEC"}  # their first field says which sentence it is
 UNITS = {
     "lat": "deg", "lon": "deg", "alt": "m", "sep": "m", "cogt": "deg", "cogm": "deg", "sogn": "kn", "sogk": "km/h",
@@ -136,18 +158,39 @@ def _proprietary_units(source: str) -> Mapping[str, str]:
 
 def _proprietary(identity: str, fields: list[str]) -> Sentence | None:
     name, rest = identity, fields
-    if identity in KINDS and fields:
+    if fields and (identity in KINDS or f"{identity},{fields[0]}" in PROPRIETARY):
         name, rest = f"{identity},{fields[0]}", fields[1:]
     names = PROPRIETARY.get(name)
     if names is None or (name == "PASHR" and not TIME.fullmatch(fields[0] if fields else "")):
         if fields and fields[0].isalpha() and name == identity and len(fields[0]) <= 8:
             name, rest = f"{identity},{fields[0]}", fields[1:]  # such as PASHR,POS
         return _numbered(name, rest)
-    if len(rest) < len(names) and name != "PASHR":
+    if len(rest) < FEWEST.get(name, len(names)):
         raise Unfit("sentence with too few fields")
-    values = {key: number(text) for key, text in zip(names, rest) if text and not key.startswith("-")}
-    clock = Clock(_clock(rest[0]), False) if name == "PASHR" else None
+    values: dict[str, float] = {}
+    clock = None
+    for key, text in zip(names, rest):
+        mark, field = key[0], key[1:]
+        if mark == "~" and field in values:
+            if text not in SIGNS:
+                raise Unfit("number without the letter of its sign")
+            values[field] *= SIGNS[text]
+        elif key == "-time":
+            clock = Clock(_clock(text), False) if text else None
+        elif mark == "!" and text:
+            values[field] = float(text in VALID)
+        elif text and mark.isalpha():
+            values[key] = number(text)
+    if not values.get("time_valid", 1.0):
+        clock = None
     return Sentence(name, values, _proprietary_units(name), clock) if values else None
+
+
+def by_place(source: str, name: str) -> str:
+    """Field of a known sentence that a mapping names by its place, as `field_03`; the name where it is none."""
+    names = list(PROPRIETARY.get(source.rpartition("/")[2], ()))
+    place = int(name[6:]) if name.startswith("field_") and name[6:].isdecimal() else 0
+    return names[place - 1] if 0 < place <= len(names) else name
 
 
 def _transducers(identity: str, fields: list[str]) -> Sentence | None:
@@ -171,7 +214,10 @@ def _numbered(name: str, fields: list[str]) -> Sentence | None:
         for k, text in enumerate(fields[:MOST_COLUMNS])
         if len(text) < 32 and NUMBER.fullmatch(text)
     }
-    return Sentence(name, values, {}, None) if values else None
+    letters = tuple(
+        f"field_{k + 1:02d} {text}" for k, text in enumerate(fields[:MOST_COLUMNS]) if LETTER.fullmatch(text)
+    )
+    return Sentence(name, values, {}, None, letters) if values else None
 
 
 def number(text: str) -> float:
@@ -202,8 +248,9 @@ def _sign(name: str, letter: str, values: dict[str, float]) -> None:
 def _clock(text: str) -> int:
     found = TIME.fullmatch(text)
     try:
-        return clock_of(int(found[1]), int(found[2]), int(found[3]), (found[4] or "").encode())  # type: ignore[index]
-    except (TypeError, ValueError):
+        hours, minutes, seconds, fraction, more = found.groups()  # type: ignore[union-attr]
+        return clock_of(int(hours), int(minutes), int(seconds), (fraction or more or "").encode())
+    except (AttributeError, ValueError):
         raise Unfit("time that is none") from None
 
 

@@ -24,7 +24,7 @@ from .lines import lines_of
 from .sentences import IDENTITY, MOST_COLUMNS, Unfit, decode
 
 CHECKED = re.compile(rb"([^*]*)\*([0-9A-Fa-f]{2})")
-STARTS = re.compile(rb"[$!]")
+STARTS = re.compile(rb"[$!]|@(?=[A-Z]{4},)")  # @: of winches of Rapp
 LCI90I = re.compile(rb"\d\dRD,")
 NAME = re.compile(rb"([A-Za-z][\w.-]{1,31})[ \t,:]+", re.ASCII)  # of a device, as the logger has it
 TELLING = frozenset(b"0123456789,")
@@ -67,7 +67,7 @@ class Telegrams:
         """All lines."""
         for line in lines_of(self.path, self.losses):
             text, stamp, device = line.text, None, ""
-            if text[:1] not in (b"$", b"!", b":", b"\x01"):
+            if text[:1] not in (b"$", b"!", b"@", b":", b"\x01"):
                 stamp = stamp_of(text)
                 name = NAME.match(text) if stamp is None else None
                 if name and (stamp := stamp_of(text[name.end() :])):
@@ -151,7 +151,9 @@ class Telegrams:
             if found is None:
                 self.notes[f"without numbers: {identity}"] += 1
                 return
-            kind = "NMEA 0183 " + (identity if identity.startswith("P") else identity[2:])
+            for letter in found.letters:
+                self.notes[f"letters: {found.source} {letter}"] += 1
+            kind = "NMEA 0183 " + (identity if identity.startswith("P") or len(identity) < 5 else identity[2:])
             row = Row(at.device + found.source, kind, found.values, found.units, at.line, at.logged)
             if found.clock is not None:
                 row.clock, row.told = found.clock.time, "date" if found.clock.dated else "time"

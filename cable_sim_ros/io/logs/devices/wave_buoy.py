@@ -52,6 +52,8 @@ def decode(identity: str, fields: list[str]) -> Burst:
         return Burst(np.array([start], np.int64), values[None, :], STATISTICS)
     head = _numbers(fields[HEAD : HEAD + 4], 4)
     rest = fields[HEAD + 4 :]
+    if head[3]:
+        raise Unreadable("series for which the buoy found no solution")
     if len(rest) != 3 * head[0]:  # the count of the sentence is compared, never allocated
         raise Unreadable("series with another count of displacements than it says")
     if not (0.0 <= head[1] <= 86_400.0 and 0.0 < head[2] <= 3600.0):

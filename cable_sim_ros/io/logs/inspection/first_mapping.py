@@ -7,6 +7,7 @@ import re
 from ...scenes.resources import find_mapping, shipped_mappings
 from ...scenes.yaml12 import dump
 from ..log import Log
+from ..mapping.find import find_sources
 from ..mapping.mapping_file import load_mapping
 from ..mapping.units import UNITS, named
 from ..mapping.words import WORDS
@@ -41,7 +42,11 @@ def first_mapping(log: Log, findings: list[Finding]) -> str:
     ready = best_of(log, {name: load_mapping(name) for name in shipped_mappings()})
     if ready is not None:
         head = f"# a copy of the ready mapping {ready}, which fits {_short(log.path)}\n"
-        return head + find_mapping(ready).read_text("utf-8")
+        text = find_mapping(ready).read_text("utf-8")
+        for clock in {one.stamped_by for one in load_mapping(ready).signals.values() if one.stamped_by}:
+            if not find_sources(log, [clock]):  # a mapping of one's own refuses a source that is not there
+                text = text.replace(f', stamped_by: "{clock}"', "")
+        return head + text
     entries: dict[str, dict[str, object]] = {}
     down = {one.where for one in findings if one.what == "heave_sign" and one.evidence["correlation"] < -0.7}
     dead = {one.where for one in findings if one.what == "constant"}

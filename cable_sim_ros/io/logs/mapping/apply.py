@@ -10,14 +10,15 @@ from ....sim.tables.attitude import angles_of
 from ..log import SECOND, Log, LogError
 from ..signals import QUANTITIES, Signal
 from .find import SHOWN, column_of, find_sources, listed, near, one_after_another
-from .lever_arm import at_base_link
+from .lever_arm import Vector, at_base_link
 from .mapping_file import Clock, Entry, Frame, Mapping, dimension_of, fields_of, sources_of, word_of
+from .placeholders import without_placeholders
 from .time_base import ascending, dated, device_of, every, least_delay, thinned
 from .units import AMBIGUOUS, UNITS, named, nearest
 from .validity import accepted_records
 from .words import VECTORS, WORDS
 
-WORLD, SHIP = (Frame.ENU, Frame.NED), (Frame.FLU, Frame.FRD)
+SHIP = (Frame.FLU, Frame.FRD)
 CONSTANT = 30  # records that are all the same, where others of the same signal are not
 
 
@@ -29,6 +30,8 @@ class Applied:
     signals: list[Signal]
     missing: list[str] = field(default_factory=list)
     said: list[str] = field(default_factory=list)
+    empty: int = 0  # records without a number in a field that is mapped, of the field that has most
+    velocities: dict[int, Vector] = field(default_factory=dict)  # by the id of their entry
 
 
 def signals_of(log: Log, mapping: Mapping, ready: bool = False) -> list[Signal]:
@@ -67,8 +70,9 @@ def applied(log: Log, mapping: Mapping, ready: bool = False) -> Applied:
             f"nothing was read. Sources of the log: {known}. `cable-sim inspect --mapping-out FILE` writes "
             f"a first one"
         )
+    without_placeholders(whole, out.missing)
     _check_overlap(log, list(whole.values()))
-    at_base_link(whole, out.missing)
+    at_base_link(whole, out.velocities, _of_velocity, out.missing)
     out.signals = [signal for signal, _ in whole.values()]
     return out
 
@@ -108,15 +112,24 @@ def _of_entry(log, mapping, name, entry, found, ready, out) -> list[Signal]:
         for wanted in fields_of(entry):
             column = column_of(source, wanted)
             if column is None:
-                raise LogError(
-                    f"{where}.field = {wanted}: {source.name} has no such field; nothing was used. "
-                    f"{near(wanted, [*source.columns, *source.left])}"
-                )
+                text = f"{where}.field = {wanted}: {source.name} has no such field"
+                if entry.optional:
+                    out.missing.append(f"{text}; it is left out")
+                    break
+                raise LogError(f"{text}; nothing was used. {near(wanted, [*source.columns, *source.left])}")
             columns.append(column)
+        if len(columns) < len(fields_of(entry)):
+            continue
+        assumed += [f"{name}: {line}" for line in source.doubts]
         unit = _unit(where, entry, source, columns[0], dimension, ready, assumed)
         raw = np.stack([source.columns[column] for column in columns])
-        time, usable = _times(log, where, entry, source, assumed, out.said)
-        good = usable & np.isfinite(raw).all(axis=0) & accepted_records(log, where, entry, source, raw, time, out.said)
+        time, usable = _times(log, where, entry, source, ready, assumed, out.said)
+        there = np.isfinite(raw).all(axis=0)
+        empty = int((~there).sum())
+        if empty:
+            out.said.append(f"{where}: {empty} of {len(source)} records of {source.name} have no number there")
+            out.empty = max(out.empty, empty)
+        good = usable & there & accepted_records(log, where, entry, source, raw, time, out.said)
         if not good.any():
             out.missing.append(f"{where}: no record of {source.name} is usable; it is left out")
             continue
@@ -140,8 +153,15 @@ def _of_entry(log, mapping, name, entry, found, ready, out) -> list[Signal]:
         assumed.append(f"{name}: {listed(still)} the same in all {values.shape[1]} records: constant, or no sensor")
     if ready:
         assumed.append(f"{name}: sign, unit and axes by the ready mapping {mapping.mapping}, not told for this device")
+    if word_of(name, entry) == "payout" and values.max() < 0.0:
+        assumed.append(
+            f"{name}: negative throughout, {values.min():.6g} to {values.max():.6g} m, where paid out counts positive: "
+            f"another sign or zero of the counter? `sign: -1` or `offset` in a mapping of your own turns it"
+        )
     label = f"{log.path}: {listed(kept_sources)}.{','.join(fields_of(entry))}"
     made = _words(name, entry, mapping, time, values, assumed)
+    if word_of(name, entry) == "velocity":
+        out.velocities[id(entry)] = _upward(entry.frame or Frame.ENU, time, values)
     return [Signal(q, t, v, label, list(dict.fromkeys([*assumed, *more]))) for q, t, v, more in made]
 
 
@@ -168,13 +188,13 @@ def _unit(where, entry, source, column, dimension, ready, assumed) -> str:
     return "1" if dimension == "1" else dimension if dimension in UNITS else "1"
 
 
-def _times(log, where, entry, source, assumed, said) -> tuple[np.ndarray, np.ndarray]:
+def _times(log, where, entry, source, ready, assumed, said) -> tuple[np.ndarray, np.ndarray]:
     """Stamps [ns] of each record of a source, and which are there."""
     name = where.rpartition(".")[2]
     chosen = entry.time
     every_one = np.ones(len(source), bool)
-    if entry.stamped_by:
-        stamps = next(iter(find_sources(log, [entry.stamped_by])), None)
+    stamps = next(iter(find_sources(log, [entry.stamped_by])), None) if entry.stamped_by else None
+    if entry.stamped_by and (stamps is not None or not ready):
         if stamps is None:
             raise LogError(
                 f"{where}.stamped_by = {entry.stamped_by}: there is no such source; nothing was used. "
@@ -272,16 +292,25 @@ def _scalar(word: str, mapping: Mapping, time, value) -> Made:
     return known.quantity, time, value + 0.0, more
 
 
-def _velocity(frame: Frame, time, values) -> list[Made]:
-    east, north, up = values
+def _upward(frame: Frame, time: np.ndarray, values: np.ndarray) -> Vector:
+    """A velocity in east, north, up, or along x, y, z of the ship."""
+    one, two, three = values
     if frame in (Frame.NED, Frame.FRD):
-        east, north, up = (north, east, -up) if frame is Frame.NED else (east, -north, -up)
-    out: list[Made] = [("speed", time, np.hypot(east, north), []), ("heave_rate", time, up, [])]
-    if frame in SHIP:
-        out[1][3].append("heave_rate: along the ship's mast, taken for the vertical")
-    else:
-        out.append(("course", time, np.unwrap(np.arctan2(north, east)), []))
-    return out
+        one, two, three = (two, one, -three) if frame is Frame.NED else (one, -two, -three)
+    return frame, time, np.stack([one, two, three])
+
+
+def _of_velocity(vector: Vector) -> dict[str, np.ndarray]:
+    """Signals of a velocity."""
+    frame, _, (east, north, up) = vector
+    out = {"speed": np.hypot(east, north), "heave_rate": up}
+    return out if frame in SHIP else out | {"course": np.unwrap(np.arctan2(north, east))}
+
+
+def _velocity(frame: Frame, time, values) -> list[Made]:
+    mast = ["heave_rate: along the ship's mast, taken for the vertical"] if frame in SHIP else []
+    found = _of_velocity(_upward(frame, time, values))
+    return [(name, time, value, mast if name == "heave_rate" else []) for name, value in found.items()]
 
 
 def _angles(name: str, time, rotors) -> tuple[np.ndarray, np.ndarray]:

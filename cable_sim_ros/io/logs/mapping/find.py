@@ -6,6 +6,7 @@ import difflib
 from collections.abc import Iterable
 from fnmatch import fnmatchcase
 
+from ..devices.sentences import by_place
 from ..log import Log, Source
 
 SHOWN = 8  # names in an error
@@ -46,7 +47,8 @@ def _apart(one: Source, other: Source) -> bool:
 
 
 def column_of(source: Source, name: str) -> str | None:
-    """Column of this name, else the first that fits it as a pattern."""
+    """Column of this name or place, else the first that fits it as a pattern."""
+    name = by_place(source.name, name)
     if name in source.columns:
         return name
     return next((column for column in source.columns if fnmatchcase(column, name)), None)

@@ -19,6 +19,12 @@ from .words import VECTORS, WORDS
 
 EXAMPLE = "mapping: my winch"
 FARTHEST = 1e10  # s, of a clock offset
+ANGLES = ("roll", "pitch", "yaw")
+LEVEL = ("roll", "pitch")
+MOVED = {  # quantities that a lever arm moves, and the angles that this takes
+    "x": ANGLES, "y": ANGLES, "z": LEVEL, "latitude": ANGLES, "longitude": ANGLES,
+    "heave": LEVEL, "heave_rate": LEVEL, "surge": ANGLES, "sway": ANGLES,
+}  # fmt: skip
 
 
 class MappingError(SceneError):
@@ -68,7 +74,7 @@ class Entry(Block):
     offset: float = key(0.0, "1", -1e9, 1e9, "added after the factor, in the field's unit")
     frame: Frame | None = key(None, "", None, None, "axes of a vector: enu, ned: world; flu, frd: ship")
     lever_arm: tuple[float, float, float] | None = key(
-        None, "m", -200.0, 200.0, "place of the sensor in base_link; heave, height and position move to base_link"
+        None, "m", -200.0, 200.0, "place of the sensor in base_link; position, displacement, velocity move to base_link"
     )
     time: Clock | None = key(
         None, "", None, None, "logged: stamp of the logger; device: clock of the device; aligned: that, on the logger's"
@@ -129,6 +135,9 @@ def _problems(mapping: Mapping) -> list[Problem]:
         found.append(Problem("signals", "has no entry: the log would give nothing", "Give one, docs/mapping.md"))
     for name, entry in mapping.signals.items():
         found += _of_entry(f"signals.{name}", name, entry)
+    if not any(word in WORDS and WORDS[word].pressure for word in (word_of(*one) for one in mapping.signals.items())):
+        text, remedy = "acts on pressure alone, and no entry is one", "Leave it out, or map pressure"
+        found += [Problem(one, text, remedy) for one in ("density", "gravity") if one in mapping.model_fields_set]
     return found
 
 
@@ -165,9 +174,26 @@ def _of_entry(where: str, name: str, entry: Entry) -> list[Problem]:
     if bool(entry.quality_field) != (bool(entry.quality_accepted) or bool(entry.quality_refused)):
         text = "stands without its other half: a quality is a field and its accepted or refused values"
         found.append(Problem(f"{where}.quality_field", text, "Give quality_field and quality_accepted, or neither"))
-    if entry.stamped_by and entry.time is Clock.LOGGED:
-        text = "is a device clock, beside time: logged"
+    if entry.stamped_by and entry.time in (Clock.LOGGED, Clock.ALIGNED):
+        text = f"is a device clock as it is, beside time: {entry.time.value}"
         found.append(Problem(f"{where}.stamped_by", text, "Leave one of them out"))
+    return found + _without_effect(where, word, entry)
+
+
+def _without_effect(where: str, word: str, entry: Entry) -> list[Problem]:
+    """Keys that would do nothing to this word."""
+    found = []
+    words = next(iter(VECTORS[word].words.values())) if word in VECTORS else (word,)
+    if entry.lever_arm is not None and word != "velocity" and not MOVED.keys() >= {WORDS[w].quantity for w in words}:
+        remedy = "Leave it out; a scene has heave.imu_position" if "acceleration" in word else "Leave it out"
+        if word in ("speed", "course", "course_from_north"):
+            remedy = "Map `velocity` with its vector, or leave it out"
+        found.append(Problem(f"{where}.lever_arm", f"moves position and velocity, not {word}", remedy))
+    if word in ("quaternion", "pull") and entry.sign < 0:
+        text = "= -1 changes nothing: " + ("it turns as before" if word == "quaternion" else "the norm has no sign")
+        found.append(Problem(f"{where}.sign", text, "Leave it out"))
+    if entry.quality_source and not entry.quality_field:
+        found.append(Problem(f"{where}.quality_source", "stands without quality_field", "Give that, or neither"))
     return found
 
 

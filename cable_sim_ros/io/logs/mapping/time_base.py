@@ -35,7 +35,8 @@ def unwrapped(device: np.ndarray) -> np.ndarray:
 
 
 def ascending(time: np.ndarray, where: str) -> Times:
-    """Times that ascend; equal ones stay. Single odd stamps are left out, a clock that was set is joined."""
+    """Times that ascend; equal ones stay. Single odd stamps, early or late, are left out, a clock that was set is
+    joined."""
     n = len(time)
     time = time.copy()
     kept = np.ones(n, bool)
@@ -53,7 +54,11 @@ def ascending(time: np.ndarray, where: str) -> Times:
         if newest is None or time[k + 1] >= newest:
             continue
         after = time[k + 1 : k + 1 + CONFIRM]
-        if len(after) == CONFIRM and bool((np.diff(after) >= 0).all()) and after[-1] < newest:
+        ahead = _ahead(time[: k + 1], kept[: k + 1], int(time[k + 1]), usual)
+        if len(ahead) and len(after) == CONFIRM and bool((np.diff(after) >= 0).all()):
+            kept[ahead] = False
+            odd += len(ahead)
+        elif len(after) == CONFIRM and bool((np.diff(after) >= 0).all()) and after[-1] < newest:
             shift = newest + usual - int(time[k + 1])
             time[k + 1 :] += shift
             moved += shift
@@ -78,6 +83,17 @@ def ascending(time: np.ndarray, where: str) -> Times:
     if odd:
         said.append(f"{where}: {odd} records with a stamp before that of the last one were left out")
     return Times(time, kept, said)
+
+
+def _ahead(time: np.ndarray, kept: np.ndarray, now: int, usual: int) -> np.ndarray:
+    """The last records, fewer than CONFIRM, whose stamps leapt ahead of a time at which the clock then goes on."""
+    before = np.flatnonzero(kept)
+    high = before[-CONFIRM:][time[before[-CONFIRM:]] > now]
+    if not 0 < len(high) < CONFIRM:
+        return before[:0]
+    first = int(np.searchsorted(before, high[0]))
+    leap = int(time[high[0]] - time[before[first - 1]]) if first else now + 1
+    return high if first == 0 or leap > max(CONFIRM * usual, (int(time[high[0]]) - now) // 2) else before[:0]
 
 
 def device_of(source: Source, stamps: Source, where: str) -> tuple[np.ndarray, np.ndarray]:
@@ -128,6 +144,14 @@ def thinned(time: np.ndarray, values: np.ndarray, which: str) -> tuple[np.ndarra
         return time[ends], values[ends], spare
     counts = np.diff(np.append(starts, len(time)))
     return time[starts], np.add.reduceat(values, starts) / counts, spare
+
+
+def begin_of(stamps: np.ndarray) -> int:
+    """The first stamp, or that behind a few which stand further before the log than it is long."""
+    for k in range(min(CONFIRM, len(stamps) - 1) - 1, -1, -1):
+        if stamps[k + 1] - stamps[k] > stamps[-1] - stamps[k + 1] and len(stamps) > 2 * CONFIRM:
+            return int(stamps[k + 1])
+    return int(stamps[0])
 
 
 def every(time: np.ndarray, step: int) -> np.ndarray:

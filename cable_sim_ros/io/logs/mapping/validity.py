@@ -5,7 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from ..log import SECOND, Log, LogError
+from ..not_valid import last_before
 from .find import column_of, find_sources, near
+from .time_base import begin_of
 
 
 def accepted_records(log, where, entry, source, raw, time, said) -> np.ndarray:
@@ -41,7 +43,7 @@ def _begin(log: Log) -> int:
     if log.begin is not None:
         return log.begin
     stamps = [s.logged if s.logged is not None else s.device for s in log.sources.values()]
-    return min((int(t[0]) for t in stamps if t is not None and len(t)), default=0)
+    return min((begin_of(t) for t in stamps if t is not None and len(t)), default=0)
 
 
 def _quality(log, where, entry, source) -> np.ndarray:
@@ -65,19 +67,9 @@ def _quality(log, where, entry, source) -> np.ndarray:
         accepted &= np.isin(told.columns[column], entry.quality_accepted)
     if told is source:
         return accepted
-    clocks = ("logged", "device")
-    ours, theirs = next(
-        (
-            (getattr(source, c), getattr(told, c))
-            for c in clocks
-            if getattr(source, c) is not None and getattr(told, c) is not None
-        ),
-        (None, None),
-    )
-    if ours is None or theirs is None:
+    at = last_before(source, told)
+    if at is None:
         raise LogError(
             f"{where}.quality_source = {told.name} has no clock in common with {source.name}; nothing was used"
         )
-    order = np.argsort(theirs, kind="stable")
-    at = np.searchsorted(theirs[order], ours, "right") - 1
-    return (at >= 0) & accepted[order][np.maximum(at, 0)]
+    return (at >= 0) & accepted[np.maximum(at, 0)]
