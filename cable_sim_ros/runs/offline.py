@@ -215,9 +215,8 @@ def _scene_of(
         raise SceneError(lost)
     scene = stepped(scene, step, every)
     if resumed is not None:
-        same_scene(
-            resumed.path, resumed.scene, scene, but=(*DRIVEN, *(() if algorithm is None else ("setpoint.algorithm",)))
-        )
+        but = (*DRIVEN, *(() if algorithm is None else ("setpoint.algorithm",)))
+        same_scene(resumed.path, resumed.scene, scene, but=but)
     return scene
 
 
@@ -270,9 +269,8 @@ def replay(
         doubts += one.doubts
         faults = [*tow.notices, *report.faults, NO_JOURNAL]
         if tow.journal and own:
-            doubts.append(
-                verdict.check("JOURNAL", "; ".join([*report.faults, "the journal has no start to begin from"]))
-            )
+            said = [*report.faults, "the journal has no start to begin from"]
+            doubts.append(verdict.check("JOURNAL", "; ".join(said)))
     result.residuals = residuals(result.frames, tow, same)
     result.metrics.update(
         residuals=[row._asdict() for row in result.residuals],
