@@ -76,7 +76,7 @@ SERVO_NOTE = (
     "motor needs more, for the inertia of its drum. Give drive.model: motor"
 )
 HELD_NOTE = "a limit held the winch: what it gave is not all that was asked for ({names})"
-TOP_NOTE = "the winch ran at winch.max_rate in {:.3g} % of the run, as it was commanded: top rate, not saturation"
+TOP_NOTE = "the winch ran at winch.max_rate in {:.3g} % of the run while no more was asked: top rate, or it caught up"
 JUDGED = ("rate", "torque")  # of what a limit holds; a step of a commanded rate asks for any acceleration
 OVER = 1e-3  # of winch.max_rate: a set-point that moves faster asks for more
 

@@ -167,7 +167,7 @@ def test_a_run_that_goes_on_may_have_other_rules(tmp_path):
 
 def test_a_limit_that_held_the_winch_is_said(made):
     _, frames, scene, _ = made
-    for asked, saturated, note in ((1.2, 100 / len(frames), "a limit held the winch"), (1.0, 0.0, "top rate, not sat")):
+    for asked, saturated, note in ((1.2, 100 / len(frames), "a limit held the winch"), (1.0, 0.0, "top rate, or it")):
         held = at_top_rate(frames, scene, asked)
         row = next(row for row in needs_of(held, scene) if row.name == "rate")
         assert row.held == pytest.approx(saturated) and ("rate saturated in 25 %" in row.short) == (saturated > 0.0)
