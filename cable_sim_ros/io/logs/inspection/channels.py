@@ -17,6 +17,7 @@ REPEATED = 0.3  # share of values that repeat the one before, which a log faster
 JUMP = 20.0  # times the step that 99 % of the steps keep below
 RESET = 0.02  # of the step: a counter that comes to rest so near zero was reset
 COUNTER = re.compile(r"pay.?out|cable.?out|rope|length|count|encoder|line.?out|wire.?out", re.I)
+PAYOUT = re.compile(r"(pay|cable|line|wire).?out", re.I)
 ANGLE = re.compile(r"(^|[^a-z])(roll|pitch|yaw|heading|hdg|course|cog|cogt|headingt)([^a-z]|$)", re.I)
 TURN = re.compile(r"yaw|heading|hdg|course|cog", re.I)
 FORCE = re.compile(r"tension|load|force|pull", re.I)
@@ -46,11 +47,14 @@ def _of_field(source: Source, name: str, values: np.ndarray) -> tuple[dict[str, 
     found: list[Finding] = []
     if len(good) < FEWEST:
         return row, found
+    if PAYOUT.search(name) and good.max() < 0.0:
+        text = f"negative throughout, {good.min():.6g} to {good.max():.6g} {unit}: counted the other way, or from elsewhere?"
+        found.append(Finding(where, "negative", text, {"least": float(good.min()), "most": float(good.max())}))
     if not np.ptp(good):
         if not (unit or COUNTER.search(name) or FORCE.search(name) or ANGLE.search(name)) or RATE.search(name):
             return row, found  # a status
         text = f"{good[0]:.6g} {unit}".rstrip() + f" in all {len(good)} records: constant, or no sensor behind it"
-        return row, [Finding(where, "constant", text, {"value": float(good[0]), "records": len(good)})]
+        return row, [*found, Finding(where, "constant", text, {"value": float(good[0]), "records": len(good)})]
     row["resolution"] = resolution(good)
     same = float(np.mean(np.diff(good) == 0.0))
     row["repeated"] = same

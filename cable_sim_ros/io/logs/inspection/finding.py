@@ -20,6 +20,6 @@ class Finding(NamedTuple):
 
 KINDS = (
     "gap", "jitter", "clock", "clock_jump", "renamed", "constant", "reset", "jump", "rounded", "repeated", "unit",
-    "heave_sign", "vertical_axis", "exchanged", "heading_jump", "slow",
+    "heave_sign", "vertical_axis", "exchanged", "heading_jump", "slow", "negative",
 )  # fmt: skip
 EXAMPLES = 3  # of one kind in a field
