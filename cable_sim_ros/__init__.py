@@ -22,7 +22,7 @@ _FACE = {  # name -> module
     "WinchPlan": "io.scenes.winch_plan",
     "load_run": "io.recordings.recorded_run",
     "load_scene": "io.scenes.load",
-    "motion_of_bag": "runs.motion_samples",
+    "motion_of_bag": "runs.sources",
     "override": "io.scenes.load",
     "replay": "runs.offline",
     "run": "runs.offline",
@@ -60,8 +60,8 @@ if TYPE_CHECKING:
     from .io.scenes.ship_plan import ShipPlan
     from .io.scenes.winch_plan import WinchPlan
     from .runs.controller import ControllerError
-    from .runs.motion_samples import motion_of_bag
     from .runs.offline import replay, run
+    from .runs.sources import motion_of_bag
     from .sim.inputs import ShipMotion, WinchCommand
     from .sim.rig.rig import Rig
     from .spans.in_time.wake_run import run_span

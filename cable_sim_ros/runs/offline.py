@@ -37,9 +37,9 @@ from .message_run import MessageRun
 from .metrics import METRICS as METRICS
 from .metrics import metrics_markdown as metrics_markdown
 from .result import Run as Run
+from .result import bag_path, write_summary
 from .resume import Resumed, report_of
 from .resume import save as save_run
-from .run_folder import bag_path, write_summary
 from .settings import NOTHING, Settings, apply_to_bag, apply_to_scene, of_intake, recorded_intake, refuse_without_bag
 from .sources import in_the_sea, motion_of, notes_of, scene_of_bag, sea_motion_kept, seconds_of
 from .step_choice import doubts_of_steps, metrics_of_steps, overwritten, stepped
