@@ -48,7 +48,7 @@ def _of_field(source: Source, name: str, values: np.ndarray) -> tuple[dict[str, 
     if len(good) < FEWEST:
         return row, found
     if PAYOUT.search(name) and good.max() < 0.0:
-        text = f"negative throughout, {good.min():.6g} to {good.max():.6g} {unit}: counted the other way, or from elsewhere?"
+        text = f"negative throughout, {good.min():.6g} to {good.max():.6g} {unit}: counted the other way?"
         found.append(Finding(where, "negative", text, {"least": float(good.min()), "most": float(good.max())}))
     if not np.ptp(good):
         if not (unit or COUNTER.search(name) or FORCE.search(name) or ANGLE.search(name)) or RATE.search(name):
