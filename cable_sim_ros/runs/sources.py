@@ -1,4 +1,4 @@
-"""Where a run takes its ship motion from (a bag, a table, a sinusoidal heave, a sea), and a replay its scene; that motion as samples."""
+"""Where a run takes its ship motion from (a bag, a table, a heave, a plan, a sea), as samples too; a replay its scene."""
 
 from __future__ import annotations
 
