@@ -1,4 +1,4 @@
-"""Where a run takes its ship motion from (a bag, a table, a heave, a plan, a sea), as samples too; a replay its scene."""
+"""Where a run takes its ship motion from (a bag, a table, a heave, a plan, a sea); a replay its scene."""
 
 from __future__ import annotations
 
