@@ -40,6 +40,7 @@ SWEEP = [  # cable-sim sweep, table, envelope, sensitivity
     "h5py>=3.12",
     "dask>=2024.10",  # --cluster
     "distributed>=2024.10",
+    "cryptography>=42",  # the certificate of a cluster
 ]
 DOCS = ["sphinx>=9,<10", "myst-parser>=5,<6", "furo>=2025.12.19"]  # make docs; what docs/conf.py is written against
 IMPORT = [  # logs of others; each is imported when such a log is read

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
-from logging import CRITICAL
 from typing import Any
+from warnings import warn
 
 from .dask_executor import ClusterError, DaskExecutor
 from .engine import Make, processes, workers_of
@@ -19,6 +19,15 @@ SETTINGS = {  # of Dask
     "distributed.worker.memory.spill": False,
     "distributed.worker.memory.target": False,
 }
+TRUST = (
+    "no certificate is asked for there: whoever reaches this scheduler runs code on its workers, and its answers are "
+    "run here. Trust everyone on that network, or give tls:// and the certificates of distributed.comm.tls in Dask's "
+    "configuration"
+)
+
+
+class ClusterWarning(UserWarning):
+    """Whom a cluster trusts."""
 
 
 @contextmanager
@@ -38,7 +47,7 @@ def executors(cluster: str | None, workers: int | None) -> Iterator[tuple[Make, 
     if cluster == "local":
         count = workers_of(workers)
         with dask.config.set(SETTINGS):
-            local = _Local(count)
+            local = _Local(count, _of_this_run(cluster))
             try:
                 yield local.executor, count
             finally:
@@ -53,8 +62,18 @@ def executors(cluster: str | None, workers: int | None) -> Iterator[tuple[Make, 
                 "--cluster slurm: dask-jobqueue is not installed; nothing was simulated. pip install dask-jobqueue, "
                 "and describe the queue in its jobqueue.yaml"
             ) from None
-        held = SLURMCluster(cores=1, processes=1, job_script_prologue=[f"export {name}=1" for name in ONE_THREAD])
+        from .local_cluster import PagelessScheduler
+
+        held = SLURMCluster(
+            cores=1,
+            processes=1,
+            job_script_prologue=[f"export {name}=1" for name in ONE_THREAD],
+            security=_of_this_run(cluster),
+            scheduler_cls=PagelessScheduler,
+        )
         held.scale(workers or 1)
+    elif not cluster.startswith(("tls://", "wss://")):
+        warn(f"--cluster {cluster}: {TRUST}", ClusterWarning, stacklevel=3)
     try:
         try:
             client = Client(held if held is not None else cluster, timeout=20)
@@ -76,30 +95,37 @@ def executors(cluster: str | None, workers: int | None) -> Iterator[tuple[Make, 
             held.close()
 
 
+def _of_this_run(cluster: str) -> Any:
+    """A certificate made now, its key in memory: who does not show it is not heard."""
+    from distributed.security import Security
+
+    try:
+        return Security.temporary()
+    except ImportError:
+        raise ClusterError(
+            f"--cluster {cluster}: the package cryptography is not installed, and without a certificate every user of "
+            f"the machine could run code in the workers; nothing was simulated. {EXTRA}"
+        ) from None
+
+
 class _Local:
     """A cluster of this machine: separate processes, all of them started anew where one died."""
 
-    def __init__(self, count: int) -> None:
-        self.count = count
+    def __init__(self, count: int, security: Any) -> None:
+        self.count, self.security = count, security
         self._open: tuple[Any, Any] | None = None
         self._last: DaskExecutor | None = None
 
     def executor(self) -> DaskExecutor:
         """On the cluster, which starts with the first."""
-        from distributed import Client, LocalCluster
+        from distributed import Client
+
+        from .local_cluster import local_cluster
 
         if self._last is not None and self._last.useless:
             self.close()
         if self._open is None:
-            held = LocalCluster(
-                n_workers=self.count,
-                threads_per_worker=1,
-                processes=True,
-                dashboard_address=None,
-                memory_limit=0,
-                silence_logs=CRITICAL,
-                env=dict.fromkeys(ONE_THREAD, "1"),
-            )
+            held = local_cluster(self.count, self.security)
             try:
                 self._open = Client(held, timeout=60), held
             except BaseException:

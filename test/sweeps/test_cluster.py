@@ -3,6 +3,10 @@
 import json
 import os
 import signal
+import socket
+import ssl
+import sys
+import warnings
 from concurrent.futures import BrokenExecutor, CancelledError, Future
 from functools import partial
 from types import SimpleNamespace
@@ -15,8 +19,10 @@ from cable_sim_ros.sweeps.sweep_file import checked
 from cable_sim_ros.sweeps.worker import simulate
 
 distributed = pytest.importorskip("distributed")
+pytest.importorskip("cryptography")
+psutil = pytest.importorskip("psutil")  # Dask needs it
 
-from cable_sim_ros.sweeps.clusters import executors  # noqa: E402 (after the look for Dask)
+from cable_sim_ros.sweeps.clusters import ClusterWarning, executors  # noqa: E402 (after the look for Dask)
 from cable_sim_ros.sweeps.dask_executor import ClusterError, DaskExecutor, checked_there  # noqa: E402
 
 PLAN = {"sweep": "short", "scene": "flume", "duration": 0.5, "grid": {"winch.scope": [0.8, 0.85, 0.9, 0.95, 1.0, 1.05]}}
@@ -35,7 +41,10 @@ def test_a_worker_killed_in_the_middle_loses_and_doubles_nothing(monkeypatch):
     monkeypatch.setattr(engine, "simulate", with_pid)
     cases = list(cases_of(checked(PLAN, "here")))
     rows, killed = [], None
+    before = listening()
     with executors("local", 2) as (make, count):
+        make()
+        refuses_strangers(listening() - before)
         for case, row in engine.rows_of(cases, make, count):
             rows.append((case.number, row))
             if killed is None:
@@ -46,6 +55,52 @@ def test_a_worker_killed_in_the_middle_loses_and_doubles_nothing(monkeypatch):
     assert os.getpid() not in pids and len(pids - {killed}) >= 1
     rows.sort(key=lambda one: one[0])
     assert plain(row for _, row in rows) == plain(simulate(case) for case in cases)
+
+
+def listening():
+    """Places that this process and those it started listen to."""
+    here = psutil.Process()
+    places = [one for process in (here, *here.children(recursive=True)) for one in process.net_connections("tcp")]
+    return {tuple(one.laddr) for one in places if one.status == psutil.CONN_LISTEN}
+
+
+def refuses_strangers(places):
+    """Each place of the cluster wants its certificate: a stranger who speaks TLS hears nothing but that."""
+    assert len(places) == 5, "scheduler, two nannies, two workers"
+    stranger = ssl.create_default_context()
+    stranger.check_hostname, stranger.verify_mode = False, ssl.CERT_NONE
+    for place in places:
+        assert place[0] == "127.0.0.1"
+        with socket.create_connection(place) as plain_one, pytest.raises(ssl.SSLError, match="(?i)cert"):
+            stranger.wrap_socket(plain_one).recv(1)
+
+
+@pytest.mark.parametrize("address, trusted", [("tcp://h:1", False), ("h:1", False), ("tls://h:1", True)])
+def test_an_address_says_whom_it_trusts(monkeypatch, address, trusted):
+    monkeypatch.setattr("distributed.Client", lambda *_, **__: (_ for _ in ()).throw(OSError("nobody")))
+    with warnings.catch_warnings(record=True) as said, pytest.raises(ClusterError, match="no scheduler answers"):
+        warnings.simplefilter("always")
+        executors(address, 1).__enter__()
+    assert [one.category for one in said] == ([] if trusted else [ClusterWarning])
+    assert all("whoever reaches this scheduler runs code on its workers" in str(one.message) for one in said)
+
+
+def test_slurm_has_a_certificate_and_no_page_and_none_is_no_cluster(monkeypatch):
+    asked = {}
+
+    def cluster(**options):
+        asked.update(options)
+        raise OSError("no queue")
+
+    monkeypatch.setitem(sys.modules, "dask_jobqueue", SimpleNamespace(SLURMCluster=cluster))
+    with pytest.raises(OSError, match="no queue"):
+        executors("slurm", 1).__enter__()
+    assert asked["security"].require_encryption and asked["security"].tls_scheduler_key.startswith("-----BEGIN")
+    assert asked["scheduler_cls"].start_http_server is not distributed.Scheduler.start_http_server
+    monkeypatch.setitem(sys.modules, "cryptography", None)
+    for name in ("local", "slurm"):
+        with pytest.raises(ClusterError, match="cryptography is not installed, and without a certificate every user"):
+            executors(name, 1).__enter__()
 
 
 class Client:
