@@ -19,10 +19,10 @@ from . import words
 from .cameras import CAMERAS, FIELD, WHOLE, camera
 from .errors import PageError, need
 from .moment import Moment
+from .own_page import LOOPBACK, guarded
 from .stage import Stage
 from .strips import scale, strips_of, thinned
 
-LOOPBACK = ("127.0.0.1", "localhost", "::1")
 SLIM, WIDE = 0.5, 2.5  # width over height of a window's picture, as far as the camera follows it
 WINDOW = 60.0  # s, of the strip charts
 CHARTS = 2.0  # Hz, of strip charts and figures
@@ -51,12 +51,13 @@ def free_port(host: str) -> int:
 
 
 def serve(host: str, port: int, label: str) -> Any:
-    """A viser server that speaks to this host alone, or to --host; its tunnel to the internet is taken out."""
+    """A viser server that speaks to this host alone, or to --host, and there to its own page alone; its tunnel to the
+    internet is taken out."""
     viser = need("viser", "the page")
     if port == 0:
         port = free_port(host)
     check_port(host, port)
-    with contextlib.redirect_stdout(io.StringIO()):
+    with contextlib.redirect_stdout(io.StringIO()), guarded(host) as begun:
         server = viser.ViserServer(host=host, port=port, label=label, verbose=False)
     stop = server.stop
 
@@ -67,6 +68,12 @@ def serve(host: str, port: int, label: str) -> Any:
     server.stop = quietly
     server.request_share_url = lambda *_, **__: None
     server.gui.configure_theme(control_width="large", show_logo=False, show_share_button=False)
+    if not begun():
+        server.stop()
+        raise PageError(
+            f"viser {viser.__version__} serves its page in a way that is not known here, and any site could use it; "
+            "nothing was started. pip install 'cable_sim_ros[view]'"
+        )
     if server.get_port() != port:
         server.stop()
         raise PageError(f"--port {port}: taken while the page was started; nothing was started. Give another --port")
