@@ -9,6 +9,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from ..files import open_file, read_text
 from . import definition
 from .benchmark import Row, twin_cell
 from .definition import TOLERANCE, TWIN, VERSION, Cell
@@ -53,7 +54,7 @@ def read(path: Path) -> list[Row]:
     if not path.exists():
         return []
     rows = []
-    with path.open(encoding="utf-8", newline="") as file:
+    with open_file(path, encoding="utf-8", newline="") as file:
         lines = csv.DictReader(file)
         if tuple(lines.fieldnames or ()) != COLUMNS:
             raise AhcError(f"{path}: its columns are not those of a leaderboard of {VERSION}; nothing was done")
@@ -93,7 +94,7 @@ def _text(value: float | None) -> str:
 def load_result(path: Path) -> dict[str, Any]:
     """A result of ``cable-sim ahc --out``. Raises AhcError."""
     try:
-        result = json.loads(path.read_text("utf-8"))
+        result = json.loads(read_text(path))
         rows = [(row["entrant"], cell_of(row), row["state"], row["figures"], row["twin"]) for row in result["rows"]]
         head = [str(result[name]) for name in ("benchmark", "definition", "product", "commit")]
     except OSError as error:

@@ -13,6 +13,7 @@ from ..cli.number import Count
 from ..cli.out_folder import ready
 from ..cli.progress import progress_bar
 from ..cli.report_option import report_option, said, typed
+from ..files import read_text
 
 FAILED = 1  # exit code where a re-run is not the leaderboard
 FILE = click.Path(dir_okay=False, path_type=Path)
@@ -206,7 +207,7 @@ def tables_of(board, page):
         return
     from ..plots.ahc import draw
 
-    text = made(page.read_text("utf-8"), rows)
+    text = made(read_text(page), rows)
     page.write_text(text, "utf-8")
     click.echo(f"{page}, {draw(rows, page.parent / 'ahc.png', VERSION)}")
 

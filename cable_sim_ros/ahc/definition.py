@@ -14,6 +14,7 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any, NamedTuple
 
+from ..files import read_text
 from ..io.scenes.resources import share_folder
 from ..io.scenes.yaml12 import parse
 
@@ -317,7 +318,7 @@ def digest() -> str:
     """Twelve letters that say which definition a result belongs to, with what stands in its shipped scenes."""
     data = [
         VERSION,
-        *(parse(scene_file(at).read_text("utf-8"))[0] for at in SCENES),
+        *(parse(read_text(scene_file(at)))[0] for at in SCENES),
         *(DURATION, START_UP, CONTROL, BAND, SLACK, HULL, DIMENSIONS),
         *([one._asdict() for one in table] for table in (SCENES, MOTIONS, CLASSES)),
     ]

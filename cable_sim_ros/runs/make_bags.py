@@ -21,6 +21,7 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 from scipy.signal import butter, sosfiltfilt, welch
 
+from ..files import read_text
 from ..io.bags.bag import BagError, BagWriter
 from ..io.bags.typestore import STORE
 from ..io.scenes.resources import share_folder
@@ -82,7 +83,7 @@ class Motion(NamedTuple):
 
 def read_csv(path: Path) -> tuple[int, dict[str, np.ndarray]]:
     """Columns of a source file and the UTC of t_s = 0 in ns. ValueError if the header does not say it."""
-    lines = path.read_text("utf-8").splitlines()
+    lines = read_text(path).splitlines()
     comments = [line for line in lines if line.startswith("#")]
     origins = [line.split("t_s:")[1].split("after ")[1].split("Z")[0] for line in comments if "t_s:" in line]
     if not origins:

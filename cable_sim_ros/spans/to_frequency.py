@@ -12,11 +12,11 @@ import re
 from collections.abc import Collection, Mapping
 from functools import partial
 from math import pi, sqrt
-from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
+from ..files import read_text
 from ..io.scenes import resources, yaml12
 from ..physics.drag_laws import CHOO_CASARELLA, LAWS, DragLaw, choo_casarella, fitted, smooth
 from ..physics.parameter import Block
@@ -74,7 +74,7 @@ class FrequencyCase(NamedTuple):
 def is_span_file(path_or_name: str | os.PathLike) -> bool:
     """Is it a readable file, or the name of a shipped one, with `span:` at its top?"""
     try:
-        data, _ = yaml12.parse(Path(resources.find_span(path_or_name)).read_text("utf-8"))
+        data, _ = yaml12.parse(read_text(resources.find_span(path_or_name)))
     except (resources.ResourceError, yaml12.YamlError, UnicodeDecodeError, OSError):
         return False
     return isinstance(data, Mapping) and "span" in data

@@ -15,6 +15,7 @@ import numpy as np
 import scipy
 from scipy.stats import qmc
 
+from ..files import read_bytes
 from ..io.scenes.resources import ResourceError, find_bag, find_scene
 from ..io.scenes.winch_plan import WinchPlan
 from ..version import __version__
@@ -137,5 +138,5 @@ def _hash(files: tuple[tuple[Path, int, int, int], ...]) -> str:
     """Hash of files; each with its size, time and number, by which a change is known without reading."""
     found = hashlib.sha256()
     for file, *_ in files:
-        found.update(file.name.encode() + os.sep.encode() + hashlib.sha256(file.read_bytes()).digest())
+        found.update(file.name.encode() + os.sep.encode() + hashlib.sha256(read_bytes(file)).digest())
     return found.hexdigest()

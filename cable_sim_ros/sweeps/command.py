@@ -14,6 +14,7 @@ import click
 
 from ..cli.report_option import report_option, said, typed
 from ..errors import CODE_DOUBTFUL, CODE_FAILED, CODE_OK, RunError
+from ..files import read_text
 
 if TYPE_CHECKING:
     from .sweep import Swept
@@ -134,7 +135,7 @@ def _commonest(texts: Counter[str]) -> dict[str, int]:
 def replaced_by(plan: SweepPlan, path: Path) -> str | None:
     """Name of another sweep, whose figures are in a file that those of this one will replace."""
     try:
-        before = json.loads(path.read_text("utf-8"))["sweep"]
+        before = json.loads(read_text(path))["sweep"]
     except (OSError, ValueError, KeyError, TypeError):
         return None
     return str(before) if before != plan.sweep else None

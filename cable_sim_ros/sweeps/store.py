@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from ..errors import CableSimError
+from ..files import open_file
 
 PART_ROWS, PART_SECONDS = 256, 5.0  # a part is written when it has so many rows, or is so old
 COUNT = b"rows"  # in the metadata of a part: checksums are of its pages alone
@@ -55,7 +56,8 @@ class Store:
         import pyarrow.parquet as parquet
 
         try:
-            table = parquet.read_table(path, columns=["row"], page_checksum_verification=True)
+            with open_file(path, "rb") as file:
+                table = parquet.read_table(file, columns=["row"], page_checksum_verification=True)
             rows = {row["key"]: row for row in map(json.loads, table["row"].to_pylist())}
             whole = len(rows) == int((table.schema.metadata or {})[COUNT])
         except (pyarrow.ArrowException, OSError, ValueError, KeyError, TypeError):

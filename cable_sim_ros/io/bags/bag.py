@@ -17,6 +17,7 @@ from typing import Any, NamedTuple
 
 from rosbags.highlevel import AnyReader
 
+from ...files import read_text, regular
 from ..scenes.yaml12 import YamlError, parse
 from .bag_writer import BagError as BagError
 from .bag_writer import BagWriter as BagWriter
@@ -171,9 +172,10 @@ class BagReader:
                 f"bag {shown(os.fspath(self.path))} does not exist: nothing was read; give the directory of a bag"
             )
         if not self.path.is_dir():
-            if not self.path.is_file():
-                raise BagError(_cannot_read(self.path, "it is neither a directory nor a file"))
-            return [self.path], False
+            try:
+                return [regular(self.path)], False
+            except OSError as error:
+                raise BagError(_cannot_read(self.path, str(error.strerror))) from None
         try:
             info = _metadata(self.path)
         except ValueError as error:
@@ -306,7 +308,7 @@ def _metadata(path: Path) -> dict[str, Any]:
     try:
         if file.stat().st_size > MAX_METADATA:
             raise ValueError(f"metadata.yaml is larger than {size_text(MAX_METADATA)}")
-        info = parse(file.read_text("utf-8"), MAX_VALUES)[0]["rosbag2_bagfile_information"]
+        info = parse(read_text(file), MAX_VALUES)[0]["rosbag2_bagfile_information"]
         names, data = info["relative_file_paths"], info.get("custom_data") or {}
     except (OSError, UnicodeError, YamlError, KeyError, TypeError, AttributeError) as error:
         raise ValueError(f"metadata.yaml: {_reason(error)}") from None
@@ -340,15 +342,15 @@ def _custom_data(files: list[McapFile]) -> dict[str, str]:
 def _check_sizes(path: Path) -> None:
     """BagError for a SQLite file with a message that would not fit: it is read row by row, each row whole."""
     try:
-        database = sqlite3.connect(f"file:{path}?mode=ro", uri=True)
+        database = sqlite3.connect(f"file:{regular(path)}?mode=ro", uri=True)
         try:
             count, maximum = database.execute(
                 "SELECT count(*), max(length(data)) FROM messages WHERE length(data) > ?", (MAX_RECORD,)
             ).fetchone()
         finally:
             database.close()
-    except sqlite3.Error as error:
-        raise BagError(_cannot_read(path, str(error))) from None
+    except (sqlite3.Error, OSError) as error:
+        raise BagError(_cannot_read(path, _reason(error))) from None
     if count:
         raise BagError(
             _cannot_read(

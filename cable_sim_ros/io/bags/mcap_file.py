@@ -9,7 +9,6 @@ from __future__ import annotations
 import contextlib
 import os
 import re
-import stat
 import struct
 import zlib
 from io import BytesIO
@@ -21,6 +20,8 @@ import zstandard
 from mcap import records
 from mcap.data_stream import ReadDataStream
 from mcap.opcode import Opcode
+
+from ...files import open_file
 
 MAX_RECORD = 64_000_000  # bytes of one record, and of one chunk decompressed
 MAGIC = b"\x89MCAP0\r\n"
@@ -83,9 +84,7 @@ class McapFile:
         self.losses: list[Loss] = []
         self.cut_off = False
         self._chunked = False
-        if not stat.S_ISREG(os.stat(self.path).st_mode):
-            raise Unreadable("it is no file")  # a pipe would be waited for
-        self._file = open(self.path, "rb", buffering=0)
+        self._file = open_file(self.path, "rb", buffering=0)
         try:
             self.size = os.fstat(self._file.fileno()).st_size
             if not self.size:

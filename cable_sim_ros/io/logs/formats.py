@@ -11,6 +11,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import NamedTuple
 
+from ...files import open_file
 from .log import Log, LogError
 from .not_valid import without_invalid
 
@@ -53,7 +54,7 @@ def read_log(path: str | os.PathLike, name: str | None = None) -> Log:
         if path.is_dir():
             head = b""
         else:
-            with path.open("rb") as file:
+            with open_file(path, "rb") as file:
                 head = file.read(HEAD)
     except (OSError, ValueError) as error:  # ValueError: a NUL in the name
         why = getattr(error, "strerror", None) or error

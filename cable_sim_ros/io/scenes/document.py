@@ -13,6 +13,7 @@ from typing import Any, Generic, TypeVar
 from pydantic import ValidationError
 
 from ...errors import CableSimError
+from ...files import read_text
 from ...physics.parameter import Block
 from ...sim.problem import Problem
 from .resources import ResourceError
@@ -64,7 +65,7 @@ class Document(Generic[B]):
         """Of a file, or of the name of a shipped one."""
         try:
             path = self.find(path_or_name)
-            text = path.read_text("utf-8")
+            text = read_text(path)
         except ResourceError as error:
             raise self.error([str(error)]) from None
         except UnicodeDecodeError as error:

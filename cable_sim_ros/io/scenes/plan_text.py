@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from ...errors import CableSimError
+from ...files import read_text
 
 CONSEQUENCE = "nothing was simulated"
 LONGEST = 1e6  # s
@@ -38,7 +39,7 @@ def parts_of(text: str, where: str, words: Words) -> list[str]:
 def read(path: str | os.PathLike, words: Words) -> tuple[str, str]:
     """The text of a file, and what errors call it. Raises PlanError."""
     try:
-        return Path(path).read_text("utf-8"), f"{words.name} {path}"
+        return read_text(path), f"{words.name} {path}"
     except (OSError, UnicodeDecodeError) as error:
         why = getattr(error, "strerror", None) or "it is no UTF-8 text"
         raise PlanError(
@@ -51,7 +52,7 @@ def text_of(given: str | os.PathLike, words: Words) -> tuple[str, str]:
     """A text, or that of a file, and what errors call it. A string is a text where it begins with a number."""
     if isinstance(given, str) and (not given.strip() or re.match(r"\s*[-+.\d]\S*\s", given + " ")):
         try:
-            there = Path(given or " ").is_file()
+            there = Path(given or " ").exists()
         except OSError:  # longer than a name can be
             there = False
         if not there:

@@ -11,6 +11,7 @@ import sys
 from pathlib import Path
 
 from ...errors import CableSimError
+from ...files import read_text
 
 PACKAGE = "cable_sim_ros"
 CODE = Path(__file__).resolve().parents[2]
@@ -48,7 +49,7 @@ def shipped_spans() -> list[str]:
 
 def is_span(path: Path) -> bool:
     """Is a file in ``config/`` one of a span, by its key at the top?"""
-    return any(line.startswith("span:") for line in path.read_text("utf-8").splitlines())
+    return any(line.startswith("span:") for line in read_text(path).splitlines())
 
 
 def shipped_bags() -> list[str]:
@@ -58,7 +59,7 @@ def shipped_bags() -> list[str]:
 
 def find_scene(path_or_name: str | os.PathLike) -> Path:
     """Path of a scene: a file, or the name of a shipped one with or without ``.yaml``."""
-    return _find(path_or_name, "scene", "config", shipped_scenes, (".yaml", ""), Path.is_file)
+    return _find(path_or_name, "scene", "config", shipped_scenes, (".yaml", ""), _no_folder)
 
 
 def shipped_viv() -> list[str]:
@@ -68,12 +69,12 @@ def shipped_viv() -> list[str]:
 
 def find_viv(path_or_name: str | os.PathLike) -> Path:
     """Path of a span for ``cable-sim viv``: a file, or the name of a shipped one with or without ``.yaml``."""
-    return _find(path_or_name, "span", "config/viv", shipped_viv, (".yaml", ""), Path.is_file)
+    return _find(path_or_name, "span", "config/viv", shipped_viv, (".yaml", ""), _no_folder)
 
 
 def find_span(path_or_name: str | os.PathLike) -> Path:
     """Path of a span in a wind: a file, or the name of a shipped one with or without ``.yaml``."""
-    return _find(path_or_name, "span", "config", shipped_spans, (".yaml", ""), Path.is_file)
+    return _find(path_or_name, "span", "config", shipped_spans, (".yaml", ""), _no_folder)
 
 
 def find_bag(path_or_name: str | os.PathLike) -> Path:
@@ -91,7 +92,12 @@ def shipped_mappings() -> list[str]:
 
 def find_mapping(path_or_name: str | os.PathLike) -> Path:
     """Path of a mapping of a log: a file, or the name of a ready one with or without ``.yaml``."""
-    return _find(path_or_name, "mapping", "config/mappings", shipped_mappings, (".yaml", ""), Path.is_file)
+    return _find(path_or_name, "mapping", "config/mappings", shipped_mappings, (".yaml", ""), _no_folder)
+
+
+def _no_folder(path: Path) -> bool:
+    """Is anything there that is no folder? Whether it can be read says the one who opens it."""
+    return path.exists() and not path.is_dir()
 
 
 def _find(path_or_name, what, folder, shipped, suffixes, test) -> Path:

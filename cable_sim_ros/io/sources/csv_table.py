@@ -14,6 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from ...errors import CableSimError
+from ...files import read_text
 
 CONSEQUENCE = "nothing was simulated"
 CELLS = "Commas separate cells, points decimals; or semicolons or tabs cells, points or commas decimals"
@@ -36,7 +37,7 @@ class MotionError(CableSimError, ValueError):
 def head_of(path: Path, example: str) -> tuple[list[str], list[Line]]:
     """Names of the columns, and the lines below them; example: of the first line. Raises MotionError."""
     try:
-        text = path.read_text("utf-8-sig")
+        text = read_text(path, "utf-8-sig")
     except FileNotFoundError:
         raise MotionError(f"{path}: no such file; {CONSEQUENCE}. Give the path of a CSV file") from None
     except (OSError, UnicodeDecodeError, ValueError) as error:  # ValueError: a NUL in the name

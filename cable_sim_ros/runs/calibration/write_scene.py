@@ -13,6 +13,7 @@ from typing import Any
 from ruamel.yaml import YAML
 from ruamel.yaml.comments import CommentedMap, CommentedSeq
 
+from ...files import read_text
 from ...io.scenes.load import scene_from_text
 from ...io.scenes.resources import find_scene
 from ...sim.scene import Scene
@@ -59,7 +60,7 @@ def write_scene(
 ) -> None:
     """Write the file of a scene, or of a shipped one, with other values. CalibrateError where it cannot be written, or
     would not be read back as expected."""
-    text = text_with(find_scene(scene).read_text("utf-8"), values, head)
+    text = text_with(read_text(find_scene(scene)), values, head)
     read = scene_from_text(text, str(path))
     if read.model_dump(mode="json") != expected.model_dump(mode="json"):
         raise CalibrateError(f"{path}: would not be read back as the calibrated scene; it was not written. Use --json")

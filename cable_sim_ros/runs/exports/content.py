@@ -14,6 +14,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ...files import read_text
 from ...errors import CableSimError
 from ...io.recordings.recorded_run import RecordedRun, load_run
 from ...io.scenes.load import scene_from_text
@@ -209,7 +210,7 @@ def _verdict(recorded: RecordedRun, path: Path) -> tuple[str, str]:
 
 def _summary(path: Path) -> dict[str, Any]:
     try:
-        said = json.loads(path.read_text("utf-8"))
+        said = json.loads(read_text(path))
     except (OSError, ValueError, RecursionError):
         return {}
     return said if isinstance(said, dict) else {}

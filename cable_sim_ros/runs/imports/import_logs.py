@@ -15,6 +15,7 @@ from typing import Any
 
 import numpy as np
 
+from ...files import open_file, read_text
 from ...io.bags.bag_writer import BagError, BagWriter
 from ...io.logs.log import LogError
 from ...io.logs.mapping.mapping_file import find_mapping
@@ -216,7 +217,7 @@ def _figures(
 
 
 def _texts(reading: Reading) -> dict[str, str]:
-    return {name: find_mapping(name).read_text("utf-8") for name in reading.mappings}
+    return {name: read_text(find_mapping(name)) for name in reading.mappings}
 
 
 def _hashes(files: list[str]) -> list[dict[str, object]]:
@@ -228,7 +229,7 @@ def _hashes(files: list[str]) -> list[dict[str, object]]:
             if len(found) == LISTED:
                 return [*found, {"name": f"and others of {len(files)} files"}]
             digest = hashlib.sha256()
-            with one.open("rb") as file:
+            with open_file(one, "rb") as file:
                 while block := file.read(HASHED):
                     digest.update(block)
             found.append({"name": one.name, "bytes": one.stat().st_size, "sha256": digest.hexdigest()})

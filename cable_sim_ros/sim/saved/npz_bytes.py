@@ -10,7 +10,6 @@ from __future__ import annotations
 import hashlib
 import io
 import os
-import stat
 import struct
 import zipfile
 from collections.abc import Collection, Mapping
@@ -18,6 +17,8 @@ from pathlib import Path
 
 import numpy as np
 from numpy.lib import format as npy
+
+from ...files import open_file
 
 MAX_FILE = 256_000_000  # bytes of a file
 MAX_HEAD = 32_768  # bytes of the header of one array: that of MEMORY has some thousand
@@ -171,15 +172,10 @@ def _shown(kind: np.dtype, shape: tuple[int, ...]) -> str:
 
 def read_file(path: str | os.PathLike, maximum: int = MAX_FILE) -> bytes:
     """The bytes of a regular file of at most so many; OSError, or Unfit. A pipe is not waited for."""
-    if not stat.S_ISREG(os.stat(path).st_mode):  # before it is opened: that may do something to a device
-        raise Unfit("it is no regular file")
-    with open(os.open(path, os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC), "rb") as file:
-        is_now = os.fstat(file.fileno())
-        if not stat.S_ISREG(is_now.st_mode):
-            raise Unfit("it is no regular file")
-        if is_now.st_size > maximum:
-            raise Unfit(f"it has {is_now.st_size} bytes, at most {maximum} are read")
-        return file.read(maximum)
+    with open_file(path, "rb") as file:
+        if (size := os.fstat(file.fileno()).st_size) > maximum:
+            raise Unfit(f"it has {size} bytes, at most {maximum} are read")
+        return bytes(file.read(maximum))
 
 
 def write_file(path: str | os.PathLike, data: bytes) -> None:

@@ -14,6 +14,7 @@ from enum import Enum
 from pathlib import Path
 from typing import NamedTuple
 
+from ...files import read_text
 from ...sim.rig.rig import SHIPPED, RigError, warm_up
 from . import contact, frames, hydro, jumper, modes, pendulum, pulley, sheave, slack, statics, tow, waves
 from .family import Case, CaseError, Family, Level, Output, Values
@@ -76,7 +77,7 @@ class Metrics(NamedTuple):
 def load_case(path: str | Path) -> Case:
     """Read a case file. Raises CaseError."""
     try:
-        data = json.loads(Path(path).read_text("utf-8"))
+        data = json.loads(read_text(path))
     except RecursionError:
         raise CaseError(f"{path}: is nested deeper than Python reads; nothing was run. A case has two levels") from None
     except (ValueError, UnicodeDecodeError) as error:

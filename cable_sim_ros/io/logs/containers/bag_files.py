@@ -18,6 +18,7 @@ from typing import Any
 
 import lz4.frame
 
+from ....files import open_file
 from ...bags.mcap_file import MAX_RECORD, McapFile, Unreadable
 from ..log import LogError, Losses
 
@@ -47,7 +48,7 @@ Item = tuple[Topic, int, bytes]  # topic, log time [ns], message
 
 def messages_of(path: Path, losses: Losses, notice: Notices) -> Iterator[Item]:
     """Messages of one file. Raises LogError where it is none of the three kinds, or nothing can be read."""
-    with path.open("rb") as file:
+    with open_file(path, "rb") as file:
         head = file.read(16)
     if head.startswith(MCAP):
         yield from _mcap(path, losses, notice)
@@ -164,7 +165,7 @@ def _tables(database: sqlite3.Connection) -> dict[Any, Topic]:
 def _ros1(path: Path, losses: Losses, notice: Notices) -> Iterator[Item]:
     size = path.stat().st_size
     connections: dict[int, Topic] = {}
-    with path.open("rb") as file:
+    with open_file(path, "rb") as file:
         line = file.readline(64)
         if not line.startswith(b"#ROSBAG V2.0\n"):
             raise LogError(f"{path}: is a ROS 1 bag of another version than 2.0; nothing was read. rosbag migrates it")

@@ -15,6 +15,7 @@ from typing import NamedTuple, TextIO
 
 import numpy as np
 
+from ....files import open_file
 from ...sources.csv_table import COMMA, PLAIN, decimal_comma, grouped, pointed
 from ..log import Log, LogError, Losses, Source
 from .table_times import Clock, clocks_of
@@ -61,9 +62,9 @@ def read(path: Path) -> Log:
     """Read a table. LogError where it has no names, no rows or no time."""
     log = Log(str(path), "csv", {}, 0)
     try:
-        with path.open("rb") as binary:
+        with open_file(path, "rb") as binary:
             encoding = _encoding(binary.read(65_536))
-        with path.open(encoding=encoding, errors="replace", newline=None) as file:
+        with open_file(path, encoding=encoding, errors="replace", newline=None) as file:
             first = [line.rstrip("\n") for line in _first(file)]
             layout = _layout(first)
             if layout is None:

@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from ....files import open_file
 from ..formats import extra
 from ..log import Log, LogError, Source
 from .bounded import read_bounded
@@ -45,7 +46,7 @@ def prepare() -> None:
 
 def read_here(path: Path) -> Log:
     """Read in this process, without bounds."""
-    with path.open("rb") as file:
+    with open_file(path, "rb") as file:
         classic = file.read(4) in CLASSIC
     for module in ("xarray",) if classic else ("xarray", "h5netcdf", "h5py"):
         extra(module, path)

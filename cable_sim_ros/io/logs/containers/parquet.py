@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from ....files import open_file
 from ..formats import extra
 from ..log import Log, LogError, Source
 from .bounded import read_bounded
@@ -45,7 +46,7 @@ def read_here(path: Path) -> Log:
 
     log = Log(str(path), "parquet", {}, 0)
     parts = []
-    with pq.ParquetFile(path, pre_buffer=False) as file:
+    with open_file(path, "rb") as data, pq.ParquetFile(data, pre_buffer=False) as file:
         for k in range(file.num_row_groups):
             rows = file.metadata.row_group(k).num_rows
             try:

@@ -14,6 +14,7 @@ from tempfile import TemporaryDirectory
 
 import zstandard
 
+from ....files import open_file
 from ...bags.bag import BagError, read_metadata
 from ..log import Log, LogError, Losses
 from .bag_files import MCAP, ROS1, SQLITE, Item, Topic, messages_of
@@ -111,7 +112,7 @@ def _unpacked(file: Path, folder: Path, number: int) -> Path:
     """A compressed file of a bag, decompressed; cut where it grows beyond all measure or its data is damaged."""
     target = folder / f"{number}_{file.stem}"
     left = 64_000_000 + MAX_GROWTH * file.stat().st_size
-    with file.open("rb") as source, target.open("wb") as sink:
+    with open_file(file, "rb") as source, target.open("wb") as sink:
         try:
             with zstandard.ZstdDecompressor(max_window_size=2**27).stream_reader(source) as stream:
                 while left > 0 and (block := stream.read(1_000_000)):

@@ -15,6 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ....files import read_bytes
 from ..formats import extra
 from ..log import Log, LogError, Losses, Source
 from .leaves import MAX_COLUMNS, MAX_ELEMENTS
@@ -51,7 +52,7 @@ def read(path: Path) -> Log:
     from pyulog import ULog
 
     try:
-        data = path.read_bytes()
+        data = read_bytes(path)
     except OSError as error:
         raise LogError(f"{path}: cannot be read ({error.strerror}); nothing was read") from None
     log = Log(str(path), "ulog", {}, 0)

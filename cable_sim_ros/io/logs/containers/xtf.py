@@ -13,6 +13,7 @@ from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from typing import Any, BinaryIO, NamedTuple
 
+from ....files import open_file
 from ..formats import extra
 from ..log import Builder, Log, LogError
 
@@ -68,7 +69,7 @@ def read(path: Path) -> Log:
     builder, left_out = Builder(), Counter[int]()
     layouts = {number: getattr(pyxtf, kind.layout) for number, kind in KINDS.items()}
     try:
-        with path.open("rb") as file:
+        with open_file(path, "rb") as file:
             size = path.stat().st_size
             head = file.read(BLOCK)
             if len(head) < BLOCK or head[0] != FORMAT:

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
+from ....files import open_file
 from ..log import LogError, Losses
 
 BLOCK = 1 << 22  # bytes
@@ -24,7 +25,7 @@ def records_of(
     """
     rest, base, expected = b"", 0, 0  # base: byte of the file where rest begins; expected: of the next record
     try:
-        with path.open("rb") as file:
+        with open_file(path, "rb") as file:
             while block := file.read(BLOCK):
                 data = np.frombuffer(rest + block, np.uint8)
                 places = max(len(data) - size + 1, 0)

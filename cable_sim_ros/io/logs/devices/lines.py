@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import NamedTuple
 
+from ....files import open_file
 from ..log import Log, LogError, Losses
 
 LONGEST = 65_536  # bytes of a line; the longest sentence that is known (TSPHA of a wave buoy) has 22 836
@@ -25,7 +26,7 @@ class Line(NamedTuple):
 def lines_of(path: Path, losses: Losses) -> Iterator[Line]:
     """Lines that are not blank; one that is too long is lost. NUL bytes are left out, so UTF-16 of ASCII is read."""
     try:
-        with path.open("rb") as file:
+        with open_file(path, "rb") as file:
             yield from _lines(file, losses)
     except (OSError, ValueError) as error:
         why = getattr(error, "strerror", None) or error

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 
+from ....files import read_text
 from ...scenes.resources import find_mapping, shipped_mappings
 from ...scenes.yaml12 import dump
 from ..log import Log
@@ -42,7 +43,7 @@ def first_mapping(log: Log, findings: list[Finding]) -> str:
     ready = best_of(log, {name: load_mapping(name) for name in shipped_mappings()})
     if ready is not None:
         head = f"# a copy of the ready mapping {ready}, which fits {_short(log.path)}\n"
-        text = find_mapping(ready).read_text("utf-8")
+        text = read_text(find_mapping(ready))
         for clock in {one.stamped_by for one in load_mapping(ready).signals.values() if one.stamped_by}:
             if not find_sources(log, [clock]):  # a mapping of one's own refuses a source that is not there
                 text = text.replace(f', stamped_by: "{clock}"', "")
