@@ -6,7 +6,7 @@ import errno
 import os
 import stat
 from pathlib import Path
-from typing import IO, Any
+from typing import Any
 
 KINDS = (
     (stat.S_ISFIFO, "a named pipe"),
@@ -48,7 +48,7 @@ def _opener(path: str, flags: int) -> int:
     return number
 
 
-def open_file(path: str | os.PathLike, mode: str = "r", **options: Any) -> IO[Any]:
+def open_file(path: str | os.PathLike, mode: str = "r", **options: Any) -> Any:
     """`open` for reading; OSError, at once, where it is no regular file."""
     return open(regular(path), mode, opener=_opener, **options)  # looked at before: to open may do something
 

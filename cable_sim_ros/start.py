@@ -14,6 +14,7 @@ from importlib import metadata
 from pathlib import Path
 
 from .errors import CODE_INPUT, NEEDS_ROS, CableSimError
+from .terminal import say
 
 REQUIREMENTS = Path(__file__).with_name("requirements.txt")
 
@@ -91,7 +92,7 @@ def _run(load: Callable[[], Callable[[], object]]) -> int:
         check()
         main = load()
     except NotInstalledError as error:
-        print(f"error: {error}", file=sys.stderr)
+        say(f"error: {error}", err=True)
         return CODE_INPUT
     return main()  # type: ignore[return-value]
 

@@ -14,6 +14,7 @@ from ..cli.out_folder import ready
 from ..cli.progress import progress_bar
 from ..cli.report_option import report_option, said, typed
 from ..files import read_text
+from ..terminal import plain_console, say
 
 FAILED = 1  # exit code where a re-run is not the leaderboard
 FILE = click.Path(dir_okay=False, path_type=Path)
@@ -96,7 +97,7 @@ def ahc(
     if shown:
         from .tables import definition_markdown, figures_markdown
 
-        click.echo(f"{definition_markdown()}\n\n{figures_markdown()}")
+        say(f"{definition_markdown()}\n\n{figures_markdown()}")
     elif table:
         tables_of(board, page)
     elif result:
@@ -181,18 +182,17 @@ def tell(done, out, as_json, quiet=False):
 
         (out / "ahc.json").write_text(text + "\n", "utf-8")
         (out / "ahc.md").write_text(f"{markdown(by_class(rows))}\n\n{cells_markdown(rows)}\n", "utf-8")
-        click.echo(f"plot:      {draw(rows, out / 'ahc.png', done['benchmark'])}", err=True)
+        say(f"plot:      {draw(rows, out / 'ahc.png', done['benchmark'])}", err=True)
     if quiet:
         return
     if as_json:
-        click.echo(text)
+        say(text)
         return
-    from rich.console import Console
 
     title = f"{done['benchmark']}, cable_sim_ros {done['product']} {done['commit']}".rstrip()
-    Console(width=None if sys.stdout.isatty() else 200).print(terminal_table(rows, title))
+    plain_console(200).print(terminal_table(rows, title))
     for line in skipped(rows):
-        click.echo(line)
+        say(line)
 
 
 def tables_of(board, page):
@@ -203,13 +203,13 @@ def tables_of(board, page):
 
     rows = boards.with_twins(boards.read(board))
     if page is None:
-        click.echo(results(rows))
+        say(results(rows))
         return
     from ..plots.ahc import draw
 
     text = made(read_text(page), rows)
     page.write_text(text, "utf-8")
-    click.echo(f"{page}, {draw(rows, page.parent / 'ahc.png', VERSION)}")
+    say(f"{page}, {draw(rows, page.parent / 'ahc.png', VERSION)}")
 
 
 def merged(result, board, replace):
@@ -223,7 +223,7 @@ def merged(result, board, replace):
     except OSError as error:
         raise click.UsageError(f"--board {board}: cannot be written ({error.strerror}); it was not changed") from None
     names = ", ".join(dict.fromkeys(row["entrant"] for row in rows))
-    click.echo(f"{board}: {len(rows)} rows of {names}")
+    say(f"{board}: {len(rows)} rows of {names}")
 
 
 def compare(done, board, as_json):
@@ -233,11 +233,11 @@ def compare(done, board, as_json):
 
     found = boards.compared(boards.read(board), boards.rows_of(done))
     if as_json:
-        click.echo(json.dumps([difference._asdict() for difference in found], indent=1))
+        say(json.dumps([difference._asdict() for difference in found], indent=1))
     else:
         for one in found:
-            click.echo(f"{one.entrant} {one.cell}: {one.what} = {one.board} on the leaderboard, {one.again} again")
+            say(f"{one.entrant} {one.cell}: {one.what} = {one.board} on the leaderboard, {one.again} again")
         count = len(done["rows"])
-        click.echo(f"{count} rows run again, {len(found)} differences above {100.0 * TOLERANCE:g} %")
+        say(f"{count} rows run again, {len(found)} differences above {100.0 * TOLERANCE:g} %")
     if found:
         sys.exit(FAILED)

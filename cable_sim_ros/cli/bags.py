@@ -6,6 +6,7 @@ import click
 
 from ..errors import CODE_DAMAGED
 from ..limits import MAX_TOW_SPEED
+from ..terminal import say
 from .number import Number
 
 
@@ -25,10 +26,10 @@ def recover(source: str, target: str) -> None:
     from ..io.scenes.resources import find_bag
 
     result = recover_bag(find_bag(source), target)
-    click.echo(f"{target}: {result.messages} messages over {result.duration:.2f} s")
+    say(f"{target}: {result.messages} messages over {result.duration:.2f} s")
     if result.damage:
         raise DamagedBag(str(result.damage))
-    click.echo("the source was whole: nothing is missing")
+    say("the source was whole: nothing is missing")
 
 
 @click.command("make-bags")
@@ -49,4 +50,4 @@ def make_bags(out: str, data: str | None, speed: float, only: tuple[str, ...], f
     from ..runs.make_bags import make_bags as make
 
     for row in make(out, data, speed=speed, only=only, force=force):
-        click.echo(row)
+        say(row)

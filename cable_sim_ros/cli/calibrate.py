@@ -12,6 +12,7 @@ import click
 
 from ..limits import LONGEST_RUN
 from ..runs.calibration.limits import HOLD_OUT, MAX_LAG
+from ..terminal import plain_console, say
 from .number import Number
 from .options import SET_HELP, Heave
 from .progress import progress_bar
@@ -190,7 +191,7 @@ def finish(
     from .compare import lines_of
 
     if as_json:
-        click.echo(json.dumps(_plain(result.as_dict()), indent=1, allow_nan=False))
+        say(json.dumps(_plain(result.as_dict()), indent=1, allow_nan=False))
     else:
         tell(result)
     if out is not None and result.converged:
@@ -202,23 +203,23 @@ def finish(
             f"  {key} = {value}, of --set" for key, value in settings.items() if key not in result.values
         ]
         write_scene(scene, override(base, values), values, head, out)
-        click.echo(f"scene:     {out}", err=as_json)
+        say(f"scene:     {out}", err=as_json)
     elif out is not None:
-        click.echo(f"scene:     {out} was not written: the fit has not converged", err=True)
+        say(f"scene:     {out} was not written: the fit has not converged", err=True)
     if picture is not None:
         try:
             from ..plots.calibrate import draw_calibration
 
-            click.echo(f"picture:   {draw_calibration(result, picture)}", err=as_json)
+            say(f"picture:   {draw_calibration(result, picture)}", err=as_json)
         except RuntimeError as error:  # matplotlib is an extra
-            click.echo(f"warning: {error}", err=True)
+            say(f"warning: {error}", err=True)
     if not as_json or result.verdict.code:
         lines = lines_of(result.verdict)
         what = "the fit has not converged" if not result.converged else "its numbers cannot be taken as they are"
         state = result.verdict.state
         lines[0] = f"verdict: {state}{'' if state == 'ok' else f': {what}'} (docs/calibrate.md)"
         for line in lines:
-            click.echo(line, err=as_json)
+            say(line, err=as_json)
     sys.exit(result.verdict.code)
 
 
@@ -269,10 +270,9 @@ def _fine(one: Parameter, number: float) -> str:
 
 def tell(result: Calibration) -> None:
     """Tables of the parameters and of what is left."""
-    from rich.console import Console
     from rich.table import Table
 
-    console = Console(width=None if sys.stdout.isatty() else 140)
+    console = plain_console(140)
     table = Table(title=f"{result.scene.name} calibrated on {result.name}")
     table.title_justify = "left"
     for name in ("number", "unit"):
@@ -312,7 +312,7 @@ def tell(result: Calibration) -> None:
             matrix.add_row(f"{k + 1} {names[k]}", *(f"{value:+.2f}" for value in row[: k + 1]))
         console.print(matrix)
     how = "profile likelihood" if result.profile else "linear"
-    click.echo(f"cost:      {result.runs} runs, {result.cpu_s:.0f} CPU s; intervals: {how}")
+    say(f"cost:      {result.runs} runs, {result.cpu_s:.0f} CPU s; intervals: {how}")
 
 
 def _cells(left: Left) -> list[str]:

@@ -13,6 +13,7 @@ import click
 
 from ..errors import CODE_DAMAGED, CODE_INPUT, NEEDS_ROS
 from ..limits import LONGEST_RUN, MAX_TOW_SPEED
+from ..terminal import clean, say
 from ..version import __version__
 from . import expected_errors
 from .bags import make_bags as make_bags_command
@@ -91,6 +92,9 @@ class Commands(click.Group):
             if damaged:
                 context.exit(CODE_DAMAGED)
             return result
+        except click.ClickException as error:
+            error.message = clean(error.message)  # type: ignore[misc]
+            raise
         except Exception as error:
             code = expected_errors.code_of(error)
             if code is None:
@@ -105,7 +109,7 @@ def _warn(message: str, category: type[Warning], said: set[str], damaged: list[s
         said.add(text)
         if category.__name__ == "DamageWarning":  # of io/bags/bag.py
             damaged.append(text)
-        click.echo(f"warning: {message}", err=True)
+        say(f"warning: {message}", err=True)
 
 
 @click.group(cls=Commands, context_settings={"help_option_names": ["-h", "--help"]})
@@ -261,7 +265,7 @@ def play(
         speed=speed,
         ros_arguments=ros_arguments,
     )
-    click.echo(f"played {sent} messages", err=True)
+    say(f"played {sent} messages", err=True)
 
 
 @main.command()
@@ -275,7 +279,7 @@ def manual(page, out) -> None:
     """
     text = {"parameters": manual_text, "fields": fields_text, "mapping_keys": mapping_text}[page]()
     if out is None:
-        click.echo(text, nl=False)
+        say(text, nl=False)
     else:
         out.write_text(text, "utf-8")
 

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import click
 
 from ..errors import CODE_FAILED
+from ..terminal import plain_console, say
 from .number import Number
 from .out_folder import ready
 
@@ -119,18 +120,18 @@ def finish(result: Comparison, out: Path | None, junit: Path | None, as_json: bo
 
             pictures.append(draw_comparison(result, out / "compare.png"))
         except RuntimeError as error:  # matplotlib is an extra
-            click.echo(f"warning: {error}", err=True)
+            say(f"warning: {error}", err=True)
     if as_json:
-        click.echo(json.dumps(report, indent=1))
+        say(json.dumps(report, indent=1))
     else:
         tell_scores(result)
         for path in pictures:
-            click.echo(f"picture:   {path}")
+            say(f"picture:   {path}")
         if out is not None:
-            click.echo(f"figures:   {out / 'compare.json'}")
+            say(f"figures:   {out / 'compare.json'}")
     if not as_json or result.verdict.code:
         for line in lines_of(result.verdict):
-            click.echo(line, err=as_json)
+            say(line, err=as_json)
     sys.exit(result.verdict.code)
 
 
@@ -165,7 +166,7 @@ def tell_limits(scores: Comparison | None, junit: Path | None, as_json: bool) ->
         write_junit(scores, junit)
     for one in scores.judged:
         if not (one.passed and as_json):
-            click.echo(f"{'pass' if one.passed else 'violated'}: {one.text}", err=as_json or not one.passed)
+            say(f"{'pass' if one.passed else 'violated'}: {one.text}", err=as_json or not one.passed)
     if any(not one.passed for one in scores.judged):
         sys.exit(CODE_FAILED)
 
@@ -180,7 +181,6 @@ def lines_of(verdict: Verdict) -> list[str]:
 
 def tell_scores(result: Comparison) -> None:
     """Table of the scores, what was found of clocks, and the difference of two runs."""
-    from rich.console import Console
     from rich.table import Table
 
     table = Table(title=f"A: {result.name_a}\nB: {result.name_b}\nB less A, B over A; 95 % intervals in brackets")
@@ -192,21 +192,21 @@ def tell_scores(result: Comparison) -> None:
         if one.scored:
             columns = ("bias", "gain", "rms", "lag_s", "coherence", "peak_ratio", "damage_ratio", "samples")
             table.add_row(one.quantity, one.unit, *(_cell(one, name) for name in columns))
-    console = Console(width=None if sys.stdout.isatty() else 140)
+    console = plain_console(140)
     console.print(table)
     notes: dict[str, list[str]] = {}
     for one in result.scores:
         for note in one.notes:
             notes.setdefault(note, []).append(one.quantity)
     for note, names in notes.items():
-        click.echo(f"note: {', '.join(names) if len(names) < len(result.scores) else 'all'}: {note}")
+        say(f"note: {', '.join(names) if len(names) < len(result.scores) else 'all'}: {note}")
     for side, names in (("A", result.only_a), ("B", result.only_b)):
         if names:
-            click.echo(f"only in {side}, not compared: {', '.join(names)}")
+            say(f"only in {side}, not compared: {', '.join(names)}")
     if result.body is not None:
         volume = result.body["volume_ratio"]
         share = result.body["a_in_b"]
-        click.echo(
+        say(
             "towbody, 95 % ellipsoids: B is "
             + ", ".join(f"{value:+.4g}" for value in result.body["offset_m"])
             + " m from A (east, north, down)"
@@ -217,21 +217,19 @@ def tell_scores(result: Comparison) -> None:
         clock = result.clock
         if clock.found and clock.interval is not None:
             drift = f", drift {clock.drift_ppm:+.3g} ppm" if clock.drift_ppm is not None else ""
-            click.echo(
+            say(
                 f"clock: B is {clock.lag:+.4f} s [{clock.interval[0]:+.4f}, {clock.interval[1]:+.4f}] behind A by "
                 f"{clock.quantity}{drift}; {'applied' if result.clock_applied else 'not applied'}"
             )
         else:
-            click.echo(f"clock: not found: {clock.why}")
+            say(f"clock: not found: {clock.why}")
     if result.exact is not None:
-        click.echo(f"ticks: {result.exact.line()}")
+        say(f"ticks: {result.exact.line()}")
         for row in result.exact.fields[:8]:
-            click.echo(
-                f"  {row.field}: from {row.first_s:.4g} s, largest {row.largest:.4g} at {row.largest_at_s:.4g} s"
-            )
+            say(f"  {row.field}: from {row.first_s:.4g} s, largest {row.largest:.4g} at {row.largest_at_s:.4g} s")
     for judged in result.judged:  # the others stand in the verdict
         if judged.passed:
-            click.echo(f"pass: {judged.text}")
+            say(f"pass: {judged.text}")
 
 
 def _cell(one: Score, name: str) -> str:

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import json
 
-import click
-
 from ..errors import CODE_FAILED, CODE_INPUT, CableSimError
+from ..terminal import say
 
 
 def code_of(error: BaseException) -> int | None:
@@ -18,11 +17,11 @@ def code_of(error: BaseException) -> int | None:
 
 def report(error: BaseException, code: int, as_json: bool) -> int:
     """Say it in one line on stderr, and with --json as the verdict of a run that failed; returns the code."""
-    click.echo(f"error: {error}", err=True)
+    say(f"error: {error}", err=True)
     if as_json and code == CODE_FAILED:
         from ..sim.verdict import check, verdict_of
 
         verdict = getattr(error, "verdict", None)  # of what is no tow
         verdict = verdict or verdict_of([check(getattr(error, "cause", CableSimError.cause), str(error))])
-        click.echo(json.dumps({"problem": str(error), "verdict": verdict.as_dict()}, indent=1))
+        say(json.dumps({"problem": str(error), "verdict": verdict.as_dict()}, indent=1))
     return code

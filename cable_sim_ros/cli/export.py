@@ -7,6 +7,7 @@ from pathlib import Path
 
 import click
 
+from ..terminal import say
 from .number import Number
 
 
@@ -42,8 +43,8 @@ def export(bag, out, form, fields, every, tables, force, as_json) -> None:
     done = write(bag, out, form, _names(fields), every, _names(tables), force)
     if as_json:
         said = done._asdict() | {"files": [str(path) for path in done.files]}
-        click.echo(json.dumps(said, indent=1))
+        say(json.dumps(said, indent=1))
         return
     for path in done.files:
-        click.echo(f"{path}: {path.stat().st_size / 1e6:.3g} MB")
-    click.echo(f"{done.ticks} tick outputs of {done.columns} columns; verdict of the run: {done.verdict}")
+        say(f"{path}: {path.stat().st_size / 1e6:.3g} MB")
+    say(f"{done.ticks} tick outputs of {done.columns} columns; verdict of the run: {done.verdict}")

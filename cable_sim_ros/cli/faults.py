@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import sys
 from typing import Any
+
+from ..terminal import plain_console
 
 
 def tell_faults(name: str, rows: list[dict[str, Any]]) -> None:
     """Table of the failure modes of a scenario; of the figures found, those before the fault in brackets."""
-    from rich.console import Console
     from rich.table import Table
 
     table = Table(title=f"Scenario: {name} (in brackets: before the fault)", title_justify="left")
@@ -19,7 +19,7 @@ def tell_faults(name: str, rows: list[dict[str, Any]]) -> None:
         words = (row["name"], row["function"], row["failure_mode"], f"{row['at_s']:g} to {until}", row["expected"])
         beside = f"; beside {', '.join(row['beside'])}" if row["beside"] else ""
         table.add_row(*words, _found(row["found"], row["before"]) + beside)
-    Console(width=None if sys.stdout.isatty() else 120).print(table)
+    plain_console(120).print(table)
 
 
 def _found(now: dict[str, Any] | None, before: dict[str, Any] | None) -> str:

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import click
 
+from ..terminal import say
 from .number import Number
 
 
@@ -49,16 +50,16 @@ def import_command(files, mapping, kind, out, track, speed, heading, height, for
     done = import_logs(files, out, mapping, format=kind, choice=Choice(track, speed, way, height), force=force)
     if as_json:
         told = {"bag": str(done.path), "assumed": done.assumed, "said": done.said, "missing": done.missing}
-        click.echo(json.dumps(done.figures | told, indent=1))
+        say(json.dumps(done.figures | told, indent=1))
         return
     f = done.figures
-    click.echo(
+    say(
         f"{done.path}: {f['seconds']:.6g} s from {f['files']} files, {f['records']} records, {f['lost']} lost"
         f"{', ' + str(f['without_value']) + ' without a value' if f['without_value'] else ''}; "
         f"motion: {f['motion']} of {', '.join(f['given']) or 'none'}"
     )
     for name, count in f["signals"].items():
-        click.echo(f"  {name}: {count} records")
+        say(f"  {name}: {count} records")
     for word, lines in (
         ("lost", f["losses"]),
         ("not there", done.missing),
@@ -66,7 +67,7 @@ def import_command(files, mapping, kind, out, track, speed, heading, height, for
         ("assumed", done.assumed),
     ):
         for line in lines:
-            click.echo(f"{word}: {line}")
+            say(f"{word}: {line}")
 
 
 vars()["import"] = import_command  # by this name the command line looks it up; it is a keyword

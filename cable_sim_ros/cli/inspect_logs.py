@@ -7,6 +7,8 @@ from pathlib import Path
 
 import click
 
+from ..terminal import say
+
 SHOWN = 12  # sources and findings of a log, without --all
 
 
@@ -39,22 +41,22 @@ def inspect(files, kind, mapping_out, everything, as_json) -> None:
     if not told:
         raise LogError(f"{files[0]}: no log is there; nothing was read. {skipped[0] if skipped else 'Give a log'}")
     for line in skipped[: None if everything else SHOWN]:
-        click.echo(f"left out: {line}", err=True)
+        say(f"left out: {line}", err=True)
     if mapping_out is not None:
         try:
             mapping_out.write_text(first or "", "utf-8")
         except OSError as error:
             raise LogError(f"{mapping_out}: cannot be written ({error.strerror}); give another --mapping-out") from None
     if as_json:
-        click.echo(json.dumps({"logs": told, "left_out": skipped}, indent=1))
+        say(json.dumps({"logs": told, "left_out": skipped}, indent=1))
     elif mapping_out is not None:
-        click.echo(f"{mapping_out}: a first mapping of {files[0]}")
+        say(f"{mapping_out}: a first mapping of {files[0]}")
 
 
 def _tell(report, everything: bool) -> None:
-    click.echo(f"{report.path}: {report.format}, {report.records} records; {report.losses}")
+    say(f"{report.path}: {report.format}, {report.records} records; {report.losses}")
     for notice in report.notices:
-        click.echo(f"  note: {notice}")
+        say(f"  note: {notice}")
     shown = report.sources if everything else report.sources[:SHOWN]
     for row in shown:
         rate = (
@@ -62,18 +64,16 @@ def _tell(report, everything: bool) -> None:
             if "rate_hz" in row
             else "no clock"
         )
-        click.echo(
-            f"  {row['source']} ({row['kind']}): {row['records']} records, {rate}, {' and '.join(row['clocks'])}"
-        )
+        say(f"  {row['source']} ({row['kind']}): {row['records']} records, {rate}, {' and '.join(row['clocks'])}")
         fields = row["fields"] if everything else row["fields"][:SHOWN]
-        click.echo(f"    {', '.join(_field(one) for one in fields)}")
+        say(f"    {', '.join(_field(one) for one in fields)}")
     if len(report.sources) > len(shown):
-        click.echo(f"  and {len(report.sources) - len(shown)} more sources: --all")
+        say(f"  and {len(report.sources) - len(shown)} more sources: --all")
     findings = report.findings if everything else report.findings[: 3 * SHOWN]
     for one in findings:
-        click.echo(f"  {one.what}: {one.where}: {one.text}")
+        say(f"  {one.what}: {one.where}: {one.text}")
     if len(report.findings) > len(findings):
-        click.echo(f"  and {len(report.findings) - len(findings)} more findings: --all")
+        say(f"  and {len(report.findings) - len(findings)} more findings: --all")
 
 
 def _field(row) -> str:

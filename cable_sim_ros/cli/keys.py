@@ -7,6 +7,7 @@ from collections.abc import Callable
 import click
 
 from ..physics.parameter import Block
+from ..terminal import say
 
 
 def keys_option(kind: Callable[[], type[Block]], heading: str = "") -> Callable:
@@ -20,7 +21,7 @@ def keys_option(kind: Callable[[], type[Block]], heading: str = "") -> Callable:
             return
         from ..runs.manual import tables
 
-        click.echo(heading + "\n".join(tables(kind())), nl=False)
+        say(heading + "\n".join(tables(kind())), nl=False)
         context.exit()
 
     return click.option(

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from ..errors import CableSimError
+from ..terminal import plain_console, say
 from .number import Number
 from .out_folder import ready
 from .progress import progress_bar
@@ -266,26 +267,25 @@ def _tell(
 
             paths.append(("picture", plot(one, out / "layback.png", f"{tow.name}, {source.name}", measured)))
         except RuntimeError as error:
-            click.echo(f"note: {error}", err=True)
+            say(f"note: {error}", err=True)
     if as_json:
-        click.echo(json.dumps(report, indent=1))
+        say(json.dumps(report, indent=1))
     else:
         _table(report)
         for line in [*report["assumed"], *(f"note: {note}" for note in one.notes)]:
-            click.echo(line)
+            say(line)
         for what, path in paths:
-            click.echo(f"{what + ':':11}{path}")
+            say(f"{what + ':':11}{path}")
     if not as_json or verdict.code:
         for line in verdict.lines():
-            click.echo(line, err=as_json)
+            say(line, err=as_json)
     sys.exit(verdict.code)
 
 
 def _table(report: dict[str, Any]) -> None:
-    from rich.console import Console
     from rich.table import Table
 
-    console = Console(width=None if sys.stdout.isatty() else 120)
+    console = plain_console(120)
     table = Table(title=f"Layback of {report['scene']}, {report['duration_s']:.5g} s", title_justify="left")
     for name in ("figure, m", "least", "mean", "largest"):
         table.add_column(name, justify="left" if name.startswith("figure") else "right")
@@ -304,7 +304,7 @@ def _table(report: dict[str, Any]) -> None:
     console.print(other)
     if "depth_difference_m" in report:
         gap = report["depth_difference_m"]
-        click.echo(
+        say(
             f"depth, simulated less measured: mean {gap['mean']:.2f} m, rms {gap['rms']:.2f} m, within the interval "
             f"for {100.0 * gap['share_within_interval']:.3g} % of the time"
         )

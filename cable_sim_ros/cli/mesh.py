@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from ..limits import LONGEST_RUN
+from ..terminal import plain_console, say
 from .number import Number
 from .progress import progress_bar
 
@@ -50,7 +51,7 @@ def mesh(scene: str, checked: bool, seconds: float, as_json: bool) -> None:
             changes = study.check(tow, plan, progress, seconds)
     report = study.as_json(tow, plan, changes)
     if as_json:
-        click.echo(json.dumps(report, indent=1))
+        say(json.dumps(report, indent=1))
     else:
         _print(tow, plan, changes, report)
     if changes and not report["kept"]:
@@ -58,9 +59,8 @@ def mesh(scene: str, checked: bool, seconds: float, as_json: bool) -> None:
 
 
 def _print(scene: Scene, plan: MeshPlan, changes: list[Change], report: dict[str, Any]) -> None:
-    from rich.console import Console
 
-    console = Console(width=None if sys.stdout.isatty() else 140)
+    console = plain_console(140)
     title = f"{scene.name}: {report['elements']} elements, {report['scope_m']:.4g} m of scope at the start"
     rows: list[tuple[str, ...]] = [
         (part.name, part.place, f"{part.elements}", f"{part.shortest:.3g}", f"{part.longest:.3g}", part.reason)

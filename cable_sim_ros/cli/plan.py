@@ -13,6 +13,7 @@ import click
 
 from ..errors import RunError
 from ..sim.flag_rules import FAILED
+from ..terminal import plain_console, say
 from .faults import tell_faults
 from .motion_options import motion_options, simulated
 from .options import settings_options
@@ -90,14 +91,14 @@ def plan(scene, out, smallest, as_json, report, **asked) -> None:
     if out is not None:
         (out / "plan.json").write_text(json.dumps(needs, indent=1) + "\n", "utf-8")
     if as_json:
-        click.echo(json.dumps(needs, indent=1))
+        say(json.dumps(needs, indent=1))
     else:
         _tell(needs)
         if "faults" in result.metrics:
             tell_faults(result.metrics["scenario"], result.metrics["faults"])
     if not as_json or verdict.code:
         for line in verdict.lines():
-            click.echo(line, err=as_json)
+            say(line, err=as_json)
     sys.exit(verdict.code)
 
 
@@ -144,7 +145,6 @@ def _planned(
 
 
 def _tell(report: dict[str, Any]) -> None:
-    from rich.console import Console
     from rich.table import Table
 
     duration = f", {report['duration_s']:.5g} s" if "duration_s" in report else ""
@@ -164,23 +164,23 @@ def _tell(report: dict[str, Any]) -> None:
             "" if margin is None else f"{margin:.5g}",
             "" if share is None else f"{100.0 * share:.3g}",
         )
-    Console(width=None if sys.stdout.isatty() else 120).print(table)
+    plain_console(120).print(table)
     if "rules" in report:
         tell_rules(report["rules"])
     servo = "" if any(row["need"] == "torque" and row["has"] for row in report["plan"]) else " of rate and cable"
     least = min((row["margin_share"], row["need"]) for row in report["plan"] if row["margin_share"] is not None)
     if report["sufficient"]:
-        click.echo(f"the winch suffices{servo}; least margin: {least[1]} {100.0 * least[0]:.3g} %")
+        say(f"the winch suffices{servo}; least margin: {least[1]} {100.0 * least[0]:.3g} %")
     for text in report["short"]:
-        click.echo(f"insufficient: {text}")
+        say(f"insufficient: {text}")
     if "smallest" in report:
         found = report["smallest"]
-        click.echo(f"smallest winch, {found['runs']} runs of seeds {', '.join(map(str, found['seeds']))}:")
+        say(f"smallest winch, {found['runs']} runs of seeds {', '.join(map(str, found['seeds']))}:")
         for row in found["limits"]:
             values = row["least"] if isinstance(row["least"], list) else [row["least"]]
-            click.echo(f"  {row['key']}: {', '.join(f'{value:.4g}' for value in values)} (seed {row['seed']})")
+            say(f"  {row['key']}: {', '.join(f'{value:.4g}' for value in values)} (seed {row['seed']})")
     for note in report["notes"]:
-        click.echo(f"note: {note}")
+        say(f"note: {note}")
 
 
 def recorded(path: Path, nothing: str = "no plan is made", instead: str = "cable-sim plan SCENE") -> Run:

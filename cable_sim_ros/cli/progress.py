@@ -6,6 +6,8 @@ import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
+from ..terminal import clean, plain_console
+
 
 @contextmanager
 def progress_bar(quiet: bool, unit: str = "s") -> Iterator[Callable[[str, float, float], None]]:
@@ -13,15 +15,15 @@ def progress_bar(quiet: bool, unit: str = "s") -> Iterator[Callable[[str, float,
     if quiet or not sys.stderr.isatty():
         yield lambda what, done, total: None
         return
-    from rich.console import Console
     from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
-    columns = TextColumn("{task.description}"), BarColumn(), TextColumn("{task.fields[now]}"), TimeElapsedColumn()
-    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
+    texts = (TextColumn(f"{{task.{name}}}", markup=False) for name in ("description", "fields[now]"))
+    columns = next(texts), BarColumn(), next(texts), TimeElapsedColumn()
+    with Progress(*columns, console=plain_console(err=True), transient=True) as bar:
         task = bar.add_task("loading", total=None, now="")
         yield lambda what, done, total: bar.update(
             task,
-            description=what,
+            description=clean(what),
             completed=done,
             total=total or None,
             now=f"{done:.0f} of {total:.0f} {unit}" if total else "",

@@ -8,9 +8,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import click
-
 from ..sim.flag_rules import OK
+from ..terminal import plain_console, say
 from .faults import tell_faults
 from .rules import tell_rules
 
@@ -23,10 +22,8 @@ def tell(result: Run, out: Path | None, as_json: bool) -> None:
     """Figures, residuals of a replay, picture, paths and verdict of a run; leaves with the code of its verdict."""
     pictures = pictures_of(result, out)
     if as_json:
-        click.echo(json.dumps(result.metrics, indent=1))
+        say(json.dumps(result.metrics, indent=1))
     else:
-        from rich.console import Console
-
         from ..runs.offline import METRICS
         from ..runs.summary import format_value, summary_table
 
@@ -35,7 +32,7 @@ def tell(result: Run, out: Path | None, as_json: bool) -> None:
         for name, unit, meaning in METRICS[:1]:
             if name in metrics:
                 table.add_row(name, format_value(metrics[name]), unit, meaning)
-        Console(width=None if sys.stdout.isatty() else 120).print(table)
+        plain_console(120).print(table)
         if "phases" in metrics:
             phase_table(metrics["phases"])
         if "rules" in metrics:
@@ -45,7 +42,7 @@ def tell(result: Run, out: Path | None, as_json: bool) -> None:
         if "largest_difference" in metrics:
             residual_table(result.residuals, metrics["largest_difference"])
         for notice in (*metrics.get("notices", ()), *metrics.get("replay_faults", ())):
-            click.echo(f"note: {notice}")
+            say(f"note: {notice}")
         for what, path in (
             *(("picture", path) for path in pictures),
             ("recording", result.bag),
@@ -53,15 +50,15 @@ def tell(result: Run, out: Path | None, as_json: bool) -> None:
             ("state", metrics.get("saved")),
         ):
             if path is not None:
-                click.echo(f"{what + ':':11}{path}")
+                say(f"{what + ':':11}{path}")
     if result.problem:
-        click.echo(f"error: {result.problem}; the figures are of the part before it", err=True)
+        say(f"error: {result.problem}; the figures are of the part before it", err=True)
     if not as_json or result.verdict.code:
         for line in result.verdict.lines():
-            click.echo(line, err=as_json)
+            say(line, err=as_json)
     if result.run_verdict is not None and not as_json:
         for line in result.run_verdict.lines("the run itself"):
-            click.echo(line)
+            say(line)
     if result.verdict.code:
         sys.exit(result.verdict.code)
 
@@ -84,13 +81,12 @@ def pictures_of(result: Run, out: Path | None) -> list[Path]:
         strums = [draw_strum(run, out / "strumming.png", skip_s=skip, stamp=stamp)] if run.strums else []
         return [draw_run(run, out / "run.png", skip_s=skip, stamp=stamp), *hauls, *strums]
     except RuntimeError as error:  # matplotlib is an extra
-        click.echo(f"warning: {error}", err=True)
+        say(f"warning: {error}", err=True)
         return []
 
 
 def phase_table(rows: Sequence[dict[str, Any]]) -> None:
     """Table of the phases of a plan of the ship."""
-    from rich.console import Console
     from rich.table import Table
 
     table = Table(title="Phases of the ship plan: least, mean and largest", title_justify="left")
@@ -103,18 +99,18 @@ def phase_table(rows: Sequence[dict[str, Any]]) -> None:
         ]
         lead = f"{row['lead_min_deg']:.3g} to {row['lead_max_deg']:.3g}"
         table.add_row(f"{row['begin_s']:g}", f"{row['end_s']:g}", row["phase"], *cells, lead)
-    Console(width=None if sys.stdout.isatty() else 120).print(table)
+    plain_console(120).print(table)
 
 
 def residual_table(rows: Sequence[Residual], difference: dict[str, Any] | None) -> None:
     """Table of the residuals of a replay, and its largest difference."""
     if not rows and difference is None:
-        click.echo(
+        say(
             "The bag recorded nothing of the tow (no sheave/tension, towbody/pose or winch/state): "
             "there is nothing to compare with."
         )
         return
-    from rich.console import Console, JustifyMethod
+    from rich.console import JustifyMethod
     from rich.table import Table
 
     table = Table(title="Residuals: simulated less recorded", title_justify="left")
@@ -139,9 +135,9 @@ def residual_table(rows: Sequence[Residual], difference: dict[str, Any] | None) 
             row.unit,
             str(row.count),
         )
-    Console(width=None if sys.stdout.isatty() else 120).print(table)
+    plain_console(120).print(table)
     if difference is not None:
-        click.echo(
+        say(
             f"Largest difference of any figure of a tick output over {difference['ticks']} common ticks: "
             f"{difference['difference']:.3g}" + (f" ({difference['field']})" if difference["field"] else "")
         )

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import click
 
+from ..terminal import say
 from .plan import recorded
 from .report_option import _checked, said, typed
 
@@ -34,5 +35,5 @@ def report(bag, out) -> None:
     said(write_report(result, out, command=typed()))
     if result.verdict.code:
         for line in result.verdict.lines():
-            click.echo(line, err=True)
+            say(line, err=True)
         sys.exit(result.verdict.code)

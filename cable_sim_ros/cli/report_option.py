@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from ..errors import CODE_FAILED, CableSimError
+from ..terminal import say
 
 if TYPE_CHECKING:
     from ..runs.result import Run
@@ -80,7 +81,7 @@ def typed() -> list[str]:
 
 def said(path: Path) -> None:
     """Say where the report is; on stderr, for --json."""
-    click.echo(f"report:    {path}", err=True)
+    say(f"report:    {path}", err=True)
 
 
 def _failed(reporter: Reporter, error: CableSimError) -> None:

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import sys
 from typing import Any
 
-import click
+from ..terminal import plain_console, say
 
 
 def tell_rules(report: dict[str, Any]) -> None:
     """Every rule with its limit, its worst value, and when and for how long it was broken; cycles below."""
-    from rich.console import Console
     from rich.table import Table
 
     table = Table(title=f"Rules on watch: {report['set']}", title_justify="left")
@@ -32,18 +30,16 @@ def tell_rules(report: dict[str, Any]) -> None:
         )
     for row in report["not_watched"]:
         table.add_row(row["rule"], "", "", "", "", "", "", f"not watched: {row['why']}")
-    Console(width=None if sys.stdout.isatty() else 120).print(table)
+    plain_console(120).print(table)
     cycles = report["cycles"]
     if "tension" in cycles:
         found = cycles["tension"]
         damage = "" if found["damage"] is None else f", damage {found['damage']:.4g}"
-        click.echo(
-            f"cycles of the tension: {found['cycles']:g}, the largest range {found['largest_range_n']:.5g} N{damage}"
-        )
+        say(f"cycles of the tension: {found['cycles']:g}, the largest range {found['largest_range_n']:.5g} N{damage}")
     bending = cycles["bending"]
     if bending["most"]:
         damage = "" if bending["damage"] is None else f", damage {bending['damage']:.4g}"
-        click.echo(
+        say(
             f"bendings over the sheave: {bending['most']:g} of the piece that runs on at a pay-out of "
             f"{bending['most_at_payout_m']:.5g} m{damage}"
         )

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import click
 
 from ..physics.parameter import Block
+from ..terminal import plain_console, say
 from .keys import keys_option
 from .out_folder import ready
 from .progress import progress_bar
@@ -49,17 +50,17 @@ def span(file: str, cases: tuple[str, ...], out: Path | None, as_json: bool) -> 
         from ..plots.span_in_time import draw_span
 
         (out / "span.json").write_text(json.dumps(report, indent=1) + "\n", "utf-8")
-        click.echo(f"picture:   {draw_span(run, out / 'span.png')}", err=True)
+        say(f"picture:   {draw_span(run, out / 'span.png')}", err=True)
     if as_json:
-        click.echo(json.dumps(report, indent=1))
+        say(json.dumps(report, indent=1))
     else:
         _print(run)
         for notice in run.notices:
-            click.echo(f"note: {notice}")
+            say(f"note: {notice}")
     verdict = run.verdict
     if not as_json or verdict.code:
         for line in verdict.lines():
-            click.echo(line, err=as_json)
+            say(line, err=as_json)
     if verdict.code:
         sys.exit(verdict.code)
 
@@ -68,7 +69,6 @@ STEADY = {True: "yes", False: "no", None: "-"}
 
 
 def _print(run: SpanRun) -> None:
-    from rich.console import Console
     from rich.table import Table
 
     table = Table(title=f"{run.span.name}, ends: {run.span.ends.value}", title_justify="left")
@@ -92,4 +92,4 @@ def _print(run: SpanRun) -> None:
         report = row._asdict()
         cells = [report[name] for _, name in columns[1:-1] if name is not None]
         table.add_row(row.case, *("-" if v is None else f"{v:.4g}" for v in cells), STEADY[row.steady])
-    Console(width=None if sys.stdout.isatty() else 160).print(table)
+    plain_console(160).print(table)

@@ -7,6 +7,7 @@ from pathlib import Path
 import click
 from click.core import ParameterSource
 
+from ..terminal import say
 from .number import Number
 
 OF_FORMAT = {"number": "lci90i", "name": "lci90i", "tension_unit": "lci90i", "heave_down": "pashr"}
@@ -49,6 +50,6 @@ def telegrams(bag, kind, out, rate, number, name, tension_unit, heave_down, scen
         "tss1": tss1.Form(),
     }
     log = write_log(bag, kind, out, forms.get(kind), rate, scene)
-    click.echo(f"{out}: {log.lines} lines at {log.rate:g} Hz; {log.said}")
+    say(f"{out}: {log.lines} lines at {log.rate:g} Hz; {log.said}")
     if log.withheld:
-        click.echo(f"withheld: {log.withheld}; {log.why}", err=True)
+        say(f"withheld: {log.withheld}; {log.why}", err=True)

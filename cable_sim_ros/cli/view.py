@@ -8,6 +8,7 @@ from pathlib import Path
 import click
 
 from ..limits import LONGEST_RUN
+from ..terminal import say
 from .number import Count, Number
 
 
@@ -84,7 +85,7 @@ def view(bag, scene, namespace, wait, open_, host, port, rate, top, save, start,
         page.need("viser", "the page")
         run = BagRun(find_bag(bag), scene)
         made = save_page(run, save, rate, top, start, seconds, camera)
-        click.echo(f"page: {save} ({made.seconds:g} s in {made.pictures} pictures, {made.size / 1e6:.1f} MB)")
+        say(f"page: {save} ({made.seconds:g} s in {made.pictures} pictures, {made.size / 1e6:.1f} MB)")
         return
     from ..view.play_bag import play
 
@@ -102,8 +103,8 @@ def view(bag, scene, namespace, wait, open_, host, port, rate, top, save, start,
 
 def _say(lines) -> None:
     if "warning" in lines:
-        click.echo(f"warning: {lines['warning']}", err=True)
-    click.echo(f"page: {lines['page']}  (Ctrl-C ends it)")
+        say(f"warning: {lines['warning']}", err=True)
+    say(f"page: {lines['page']}  (Ctrl-C ends it)")
 
 
 def _beside_a_node(scene, namespace, wait, open_, host, port, rate, top, camera) -> None:
@@ -191,9 +192,9 @@ def film(bag, out, scene, camera, start, seconds, speed, fps, size, top, as_json
     )
     if as_json:
         figures = made._asdict() | {"path": str(out), "cpu_per_picture_s": made.cpu / made.pictures}
-        click.echo(json.dumps(figures, indent=1))
+        say(json.dumps(figures, indent=1))
         return
-    click.echo(
+    say(
         f"film: {out} ({made.seconds:.1f} s, {made.pictures} pictures of {made.of_tow:.1f} s of tow, "
         f"{made.size / 1e6:.2f} MB, {made.cpu:.1f} CPU seconds: {1e3 * made.cpu / made.pictures:.0f} ms a picture)"
     )

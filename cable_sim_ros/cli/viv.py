@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 import click
 
 from ..physics.parameter import Block
+from ..terminal import say
 from .keys import keys_option
 from .out_folder import ready
 from .progress import progress_bar
@@ -63,7 +64,7 @@ def viv(file: str, sensitivity: bool, names: tuple[str, ...], out: Path | None, 
     if out is not None:
         (out / "viv.json").write_text(json.dumps(report, indent=1) + "\n", "utf-8")
     if as_json:
-        click.echo(json.dumps(report, indent=1))
+        say(json.dumps(report, indent=1))
 
 
 def _computed(file: str, case: FrequencyCase, out: Path | None, as_json: bool) -> dict:
@@ -80,7 +81,7 @@ def _computed(file: str, case: FrequencyCase, out: Path | None, as_json: bool) -
         from ..plots.span_in_frequency import draw
 
         picture = "_".join(["viv", *re.findall(r"[\w.-]+", case.case)]) + ".png"
-        click.echo(f"picture:   {draw(case.span, result, out / picture)}", err=True)
+        say(f"picture:   {draw(case.span, result, out / picture)}", err=True)
     if not as_json:
         report.print_vibration(case.span, result)
         report.print_taken(case.taken)
@@ -103,6 +104,6 @@ def _sensitivity(file: str, cases: dict[str, FrequencyCase], out: Path | None, a
         (out / "sensitivity.json").write_text(json.dumps(rows, indent=1) + "\n", "utf-8")
         (out / "sensitivity.md").write_text(study.markdown(changes) + "\n", "utf-8")
     if as_json:
-        click.echo(json.dumps(rows, indent=1))
+        say(json.dumps(rows, indent=1))
     else:
         report.print_sensitivity(span, changes)

@@ -21,6 +21,7 @@ from ..ros.ensemble.ear import Ear
 from ..ros.ensemble.voice import NODE, Voice
 from ..ros.status import ERROR, OK, WARN, Status
 from ..ros.view.watcher import watching
+from ..terminal import say
 from .copies import BODY, FIGURES, Band, EnsembleEnded, Stopped, level_of
 from .follow import HEALTH, Follower, Heard
 from .limits import LEAST_COPIES
@@ -241,10 +242,9 @@ def beside(file: Any, changed: Mapping[str, Any], scene: str | None, namespace: 
         plan = load_plan(file, changed, tow)
         follower = Follower(tow, plan, alive=alive)
         one = Beside(follower, Voice(ear.client, ear.namespace, "odom"))
-        print(
+        say(
             f"{tow.name}: {plan.copies} copies, seed {plan.seed}, follow {ear.namespace}; their static starts take "
-            "a second each or so",
-            flush=True,
+            "a second each or so"
         )
         with suppress(Stopped):
             _follow(one, ear, alive)
@@ -266,6 +266,6 @@ def _follow(one: Beside, ear: Ear, alive: Alive) -> None:
         if not one.step(items, time.monotonic()):
             time.sleep(PAUSE)
         for note in follower.notes[said:]:
-            print(note, flush=True)
+            say(note)
         del follower.notes[:-NOTES]
         said = len(follower.notes)

@@ -17,6 +17,7 @@ import click
 from ..cli.number import Count, Number
 from ..cli.out_folder import ready
 from ..errors import CODE_DAMAGED, CODE_DOUBTFUL, CODE_OK
+from ..terminal import clean, plain_console, say
 from .limits import COPIES, LEAST_COPIES, MAX_COPIES, MAX_SEED, SEED
 
 if TYPE_CHECKING:
@@ -106,7 +107,7 @@ def _over_a_bag(bag, file, changed, scene, out, twins, outside, as_json) -> None
     (folder / JSON_NAME).write_text(json.dumps(report, indent=1) + "\n", "utf-8")
     paths = [folder / CSV_NAME, folder / JSON_NAME, *_picture(folder, one, tow, report)]
     if as_json:
-        click.echo(json.dumps(report, indent=1))
+        say(json.dumps(report, indent=1))
     else:
         _tell(report, paths)
     sys.exit(report["exit_code"])
@@ -158,32 +159,32 @@ def _picture(folder: Path, one: Followed, tow: Scene, report: dict[str, Any]) ->
     try:
         return [plot(folder / PICTURE, title, one.time, panels, report["level"])]
     except RuntimeError as error:
-        click.echo(f"note: {error}", err=True)
+        say(f"note: {error}", err=True)
         return []
 
 
 def _tell(report: dict[str, Any], paths: list[Path]) -> None:
-    click.echo(
+    say(
         f"{report['scene']}: {report['copies']} copies over {report['duration_s']:.4g} s; a true tow of the same "
         f"ranges is in the band {100.0 * report['level']:.3g} % of the time, on the mean over seeds"
     )
     for name, row in report["figures"].items():
-        click.echo(
+        say(
             f"{name + ':':14}band {row['width_mean']:.4g} {row['unit']} wide (largest {row['width_max']:.4g}); "
             f"recorded inside {100.0 * row['recorded_inside']:.3g} % of the time"
         )
     if coverage := report.get("coverage"):
         _tell_coverage(coverage)
     for line in [*report["assumed"], *(f"note: {note}" for note in report["notes"])]:
-        click.echo(line)
+        say(line)
     for row in report["lost"]:
-        click.echo(f"lost: copy {row['copy']} ({row['draw']}): {row['why']}", err=True)
-    click.echo(
+        say(f"lost: copy {row['copy']} ({row['draw']}): {row['why']}", err=True)
+    say(
         f"cost: {report['start_cpu_s']:.1f} s of CPU for static starts, {1e3 * report['cpu_per_copy_and_second']:.2f} "
         "ms a copy and second"
     )
     for path in paths:
-        click.echo(f"{path.suffix.removeprefix('.') + ':':11}{path}")
+        say(f"{path.suffix.removeprefix('.') + ':':11}{path}")
 
 
 def _tell_coverage(told: dict[str, Any]) -> None:
@@ -191,9 +192,9 @@ def _tell_coverage(told: dict[str, Any]) -> None:
     if "outside" in told:
         kinds.append(("set_outside", "with " + ", ".join(f"{k} = {v:g}" for k, v in told["outside"].items())))
     for key, words in kinds:
-        click.echo(f"{told['twins']} twins {words}, {told['ensembles']} ensembles of {told['copies']} copies:")
+        say(f"{told['twins']} twins {words}, {told['ensembles']} ensembles of {told['copies']} copies:")
         for name, row in told[key].items():
-            click.echo(
+            say(
                 f"  {name + ':':14}{100.0 * row['share']:.1f} % of time and twins inside ({100.0 * row['low']:.1f} to "
                 f"{100.0 * row['high']:.1f}, 95 %)"
             )
@@ -204,11 +205,12 @@ def _bar(quiet: bool) -> Iterator[Any]:
     if quiet or not sys.stderr.isatty():
         yield lambda what, done, total: None
         return
-    from rich.progress import Progress
+    from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
-    with Progress() as bar:
+    columns = TextColumn("{task.description}", markup=False), BarColumn(), TimeRemainingColumn()
+    with Progress(*columns, console=plain_console(err=True)) as bar:
         task = bar.add_task("following", total=None)
-        yield lambda what, done, total: bar.update(task, description=what, completed=done, total=total or None)
+        yield lambda what, done, total: bar.update(task, description=clean(what), completed=done, total=total or None)
 
 
 def _need_ros() -> None:

@@ -7,6 +7,8 @@ from pathlib import Path
 
 import click
 
+from ..terminal import say
+
 
 @click.command()
 @click.argument("scene")
@@ -35,9 +37,9 @@ def fmu(scene, out, fmi, settings, parameters, force, as_json) -> None:
 
     built = build(scene, out, int(fmi), settings_of(settings), parameters, force)
     if as_json:
-        click.echo(json.dumps(built._asdict() | {"file": str(built.file)}, indent=1))
+        say(json.dumps(built._asdict() | {"file": str(built.file)}, indent=1))
         return
-    click.echo(
+    say(
         f"{built.file}: FMI {built.fmi}, model {built.model}, tick {built.tick:g} s, {built.inputs} inputs, "
         f"{built.outputs} outputs, {built.parameters} parameters"
     )

@@ -20,6 +20,7 @@ from ..io.bags.typestore import STORE
 from ..io.messages.markers import TOPIC
 from ..io.messages.rotation import rotate
 from ..io.scenes.resources import share_folder
+from ..terminal import say
 from .canvas import canvas
 
 if TYPE_CHECKING:
@@ -179,4 +180,4 @@ def _panels(
 if __name__ == "__main__":
     if len(sys.argv) != 3:
         sys.exit("usage: python -m cable_sim_ros.plots.foxglove_view BAG PICTURE; nothing was drawn")
-    print(draw_bag(sys.argv[1], sys.argv[2]))
+    say(draw_bag(sys.argv[1], sys.argv[2]))

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 from ..io.scenes.fault_plan import FaultError, TimedFault, load_faults, timed
 from ..sim.live_parameters import changed, unfit
 from ..sim.scene import Scene
+from ..terminal import clean
 from .blocks import NodeBlock, TimeMode
 
 if TYPE_CHECKING:
@@ -61,4 +62,4 @@ class FaultSchedule:
         rows = self.due(session.loop.count * session.scene.solver.tick)
         for row, result in zip(rows, node.set_parameters([Parameter(row.key, value=row.value) for row in rows])):
             if not result.successful:
-                node.get_logger().error(f"{row.where}: {result.reason}")
+                node.get_logger().error(clean(f"{row.where}: {result.reason}"))

@@ -28,6 +28,7 @@ from ..sim.checks.friction_checks import slow
 from ..sim.flag_rules import FAILED
 from ..sim.live_parameters import changed, unfit, ways
 from ..sim.tables.material import body_places
+from ..terminal import clean, say
 from . import discovery
 from .arrival import Arrivals, StampArrivals
 from .declare_parameters import declare, overrides_of
@@ -76,7 +77,7 @@ class CableSimNode(LifecycleNode):
             self.destroy_node()
             raise
         for warning in self.settings.warnings:
-            self.get_logger().warning(warning)
+            self.get_logger().warning(clean(warning))
         if self.get_parameter("use_sim_time").value:
             self.get_logger().warning("use_sim_time is ignored: the clock is that of the stamps of imu/data and odom")
         self.add_on_set_parameters_callback(self._may_set)
@@ -122,7 +123,7 @@ class CableSimNode(LifecycleNode):
         channels = rows_of(scene, node.publish)
         publishers, missing = publishers_of(self, context, channels, STEPPED_QOS if self.session.lockstep else QOS)
         for text in missing:
-            self.get_logger().info(text)
+            self.get_logger().info(clean(text))
         session = self.session
         self.publisher = (DirectPublisher if session.lockstep else TickPublisher)(
             session.built_loop,
@@ -138,7 +139,7 @@ class CableSimNode(LifecycleNode):
         if isinstance(session, SteppedSession):
             session.publish_ticks = self.publisher.drain
         self.publisher.start()
-        self.get_logger().info(self._unheard or f"winch commands are heard as {JOINT_COMMAND} too")
+        self.get_logger().info(clean(self._unheard or f"winch commands are heard as {JOINT_COMMAND} too"))
         self.report_state()
         return TransitionCallbackReturn.SUCCESS
 
@@ -147,13 +148,11 @@ class CableSimNode(LifecycleNode):
         if self.settings.node.recording.enabled:
             text = self.recording.begin(self.session, self.publisher)
             if text:
-                self.get_logger().error(text)
+                self.get_logger().error(clean(text))
                 return TransitionCallbackReturn.FAILURE
         self.session.activate()
-        self.get_logger().info(
-            "waiting for motion on "
-            + " and ".join(self.resolve_topic_name(KINDS[kind][1]) for kind in ("imu", "odometry"))
-        )
+        there = " and ".join(self.resolve_topic_name(KINDS[kind][1]) for kind in ("imu", "odometry"))
+        self.get_logger().info(clean(f"waiting for motion on {there}"))
         self.report_state()
         return super().on_activate(state)
 
@@ -199,15 +198,15 @@ class CableSimNode(LifecycleNode):
         self.ended_badly = verdict.state == FAILED
         metrics["verdict"] = verdict.as_dict()
         if metrics.get("published_ticks"):
-            print(
+            say(
                 f"{metrics['ticks']} ticks, {metrics['missed_ticks']} missed, {metrics['resyncs']} resyncs, "
                 f"jitter p99 {metrics['jitter_p99_ms']:.2f} ms, "
                 f"stamp to tension p50 {metrics['latency_p50_ms']:.1f} ms, "
                 f"p99 {metrics['latency_p99_ms']:.1f} ms, {metrics['scheduler']}",
-                file=sys.stderr,
+                True,
             )
         if verdict.reasons or metrics.get("published_ticks"):
-            print(*verdict.lines(), sep="\n", file=sys.stderr, flush=True)
+            say("\n".join(verdict.lines()), err=True)
         self._write_statistics(metrics)
         self.telegrams.close()
 
@@ -248,14 +247,13 @@ class CableSimNode(LifecycleNode):
 
     def _refuse_giant(self, kind: str) -> None:
         (self.session.commands.refused if kind in COMMANDS else self.session.refused)["size"] += 1
-        self.get_logger().warning(
-            f"{kind} of more than {LARGEST // 1000} kB refused: {CAUSES['size']}", throttle_duration_sec=5.0
-        )
+        text = f"{kind} of more than {LARGEST // 1000} kB refused: {CAUSES['size']}"
+        self.get_logger().warning(clean(text), throttle_duration_sec=5.0)
 
     def _command(self, data: bytes, arrival: int, kind: str) -> None:
         cause = self.session.command(data, arrival, kind)
         if cause:
-            self.get_logger().warning(f"winch command refused: {CAUSES[cause]}", throttle_duration_sec=5.0)
+            self.get_logger().warning(clean(f"winch command refused: {CAUSES[cause]}"), throttle_duration_sec=5.0)
 
     def _record(self, topic: str, msgtype: str, data: bytes, arrival: int | None = None) -> None:
         recorder = self.recording.recorder
@@ -297,7 +295,7 @@ class CableSimNode(LifecycleNode):
                 scene = changed(self.settings.scene, parameter.name, parameter.value)
                 self.settings = self.recording.settings = self.settings._replace(scene=scene)
                 self.session.set_live(parameter.name, parameter.value)
-                self.get_logger().info(f"{parameter.name} = {parameter.value}, from the next tick on")
+                self.get_logger().info(clean(f"{parameter.name} = {parameter.value}, from the next tick on"))
             elif not foreign(parameter.name):
                 block = changed(self.settings.node, parameter.name, parameter.value)
                 self.settings = self.recording.settings = self.settings._replace(node=block)
@@ -311,7 +309,7 @@ class CableSimNode(LifecycleNode):
         loop = self.session.loop
         if loop is not None and loop.warning and not self._warned_scheduler:
             self._warned_scheduler = True
-            self.get_logger().warning(loop.warning)
+            self.get_logger().warning(clean(loop.warning))
         if self.session.shown_state != self._reported_state:
             self.report_state()
         self.schedule.follow(self, self.session)
@@ -328,7 +326,7 @@ class CableSimNode(LifecycleNode):
         inputs = {kind: self.resolve_topic_name(KINDS[kind][1]) for kind in self.heard}
         winch = [topic for kind, topic in inputs.items() if kind in COMMANDS]
         for problem in self._neighbours.step(outputs, list(inputs.values()), winch):
-            self.get_logger().warning(problem)
+            self.get_logger().warning(clean(problem))
         self.watch.neighbours, self.watch.nodes = self._neighbours.problems, len(self.get_node_names())
         self.session.hold(self.clock_topic.taken())
 
@@ -349,17 +347,18 @@ class CableSimNode(LifecycleNode):
             try:
                 write_json(self.settings.node.statistics_file, tree)
             except OSError as error:
-                self.get_logger().error(f"statistics_file cannot be written: {error}", throttle_duration_sec=10.0)
+                text = f"statistics_file cannot be written: {error}"
+                self.get_logger().error(clean(text), throttle_duration_sec=10.0)
 
     def _log(self, level: str, text: str) -> None:
         # one call site each: rclpy ties a site to its level
         logger = self.get_logger()
         if level == "error":
-            logger.error(text)
+            logger.error(clean(text))
         elif level == "warn":
-            logger.warning(text)
+            logger.warning(clean(text))
         else:
-            logger.info(text)
+            logger.info(clean(text))
 
 
 def main(args: list[str] | None = None) -> int:
@@ -367,7 +366,7 @@ def main(args: list[str] | None = None) -> int:
     it was asked to; 1 when the start failed or the run had halted, 2 for parameters that cannot be used."""
     node, code, stop = None, 0, Stop()
     args, reach = discovery.limit(sys.argv if args is None else args)
-    print(reach, file=sys.stderr, flush=True)
+    say(reach, err=True)
     try:
         start_ros(args)
         refuse_unknown(args)
@@ -380,7 +379,7 @@ def main(args: list[str] | None = None) -> int:
     except (KeyboardInterrupt, ExternalShutdownException):
         pass
     except (ParameterError, TelegramError) as error:
-        print(f"error: {error}", file=sys.stderr, flush=True)
+        say(f"error: {error}", err=True)
         code = 2
     finally:
         if node is not None:

@@ -16,6 +16,7 @@ from ..physics.parameter import Block, quantity
 from ..sim.layback.band_table import BandTable
 from ..sim.layback.ranges import Ranges
 from ..sim.tables.attitude import angles_of
+from ..terminal import clean
 
 TOPIC, MSGTYPE = "towbody/fix", "sensor_msgs/msg/NavSatFix"
 CALM = 20.0  # s, over which the ship's velocity is averaged
@@ -58,8 +59,11 @@ class TowbodyFix:
         begun = time.monotonic()
         self.table = BandTable(node.settings.scene, self.fix.ranges)
         node.get_logger().info(
-            f"{TOPIC}: intervals of {self.table.cables[0]:.4g} to {self.table.cables[-1]:.4g} m of cable at "
-            f"{self.table.speeds[0]:.3g} to {self.table.speeds[-1]:.3g} m/s made in {time.monotonic() - begun:.1f} s"
+            clean(
+                f"{TOPIC}: intervals of {self.table.cables[0]:.4g} to {self.table.cables[-1]:.4g} m of cable at "
+                f"{self.table.speeds[0]:.3g} to {self.table.speeds[-1]:.3g} m/s "
+                f"made in {time.monotonic() - begun:.1f} s"
+            )
         )
         from sensor_msgs.msg import NavSatFix
 

@@ -11,6 +11,7 @@ import click
 from ..cli.report_option import said, typed
 from ..errors import CODE_DOUBTFUL, CODE_FAILED, CODE_OK
 from ..sim.flag_rules import OK
+from ..terminal import say
 from .command import bar, of_a_file, place_of, replaced_by, replacing, stoppable, summary, tell_rows
 
 if TYPE_CHECKING:
@@ -67,14 +68,14 @@ def envelope(file, out, workers, cluster, report, as_json) -> None:
             )
         )
     if as_json:
-        click.echo(json.dumps(figures, indent=1))
+        say(json.dumps(figures, indent=1))
     else:
         cells_of.tell(swept, cells)
         for note in replacing(figures, folder):
-            click.echo(f"warning: {note}", err=True)
-        click.echo(f"figures:   {folder / 'envelope.json'}\npicture:   {picture}")
+            say(f"warning: {note}", err=True)
+        say(f"figures:   {folder / 'envelope.json'}\npicture:   {picture}")
         for text in figures["doubts"]:
-            click.echo(f"doubtful: {text}", err=True)
+            say(f"doubtful: {text}", err=True)
     _leave(swept, as_json, bool(figures["doubts"]))
 
 
@@ -117,12 +118,12 @@ def sensitivity(file, out, workers, cluster, report, as_json) -> None:
             )
         )
     if as_json:
-        click.echo(json.dumps(figures, indent=1))
+        say(json.dumps(figures, indent=1))
     else:
         indices.tell(found)
         for note in replacing(figures, folder):
-            click.echo(f"warning: {note}", err=True)
-        click.echo(f"figures:   {folder / 'sensitivity.json'}")
+            say(f"warning: {note}", err=True)
+        say(f"figures:   {folder / 'sensitivity.json'}")
     _leave(found.swept, as_json, bool(found.doubts))
 
 

@@ -15,6 +15,7 @@ import click
 from ..cli.report_option import report_option, said, typed
 from ..errors import CODE_DOUBTFUL, CODE_FAILED, CODE_OK, RunError
 from ..files import read_text
+from ..terminal import plain_console, say
 
 if TYPE_CHECKING:
     from .sweep import Swept
@@ -80,7 +81,7 @@ def sweep(file, out, workers, cluster, dry_run, report, as_json) -> None:
         keys, there = [case.key for case in cases_of(plan)], Store(folder, look=True).rows
         new = sum(there.get(key, {AGAIN: True}).get(AGAIN, False) for key in keys)
         told = {"sweep": plan.sweep, "cases": len(keys), "new": new}
-        click.echo(json.dumps(told) if as_json else f"{len(keys)} cases, {new} of them new")
+        say(json.dumps(told) if as_json else f"{len(keys)} cases, {new} of them new")
         return
     with stoppable(folder), executors(cluster, workers) as (make, count), bar(as_json) as progress:
         swept = run_sweep(plan, folder, workers=count, make=make, progress=progress)
@@ -93,7 +94,7 @@ def sweep(file, out, workers, cluster, dry_run, report, as_json) -> None:
 
         said(write_report(swept, report, typed(), notes=replacing(figures, folder)))
     if as_json:
-        click.echo(json.dumps(figures, indent=1))
+        say(json.dumps(figures, indent=1))
     else:
         _tell(figures, replacing(figures, folder))
     sys.exit(figures["exit_code"])
@@ -172,26 +173,26 @@ def stoppable(folder: Path | None) -> Iterator[None]:
 
 def _tell(figures: dict[str, Any], notes: list[str]) -> None:
     states = ", ".join(f"{count} {state}" for state, count in sorted(figures["verdicts"].items()))
-    click.echo(f"{figures['sweep']}: {figures['cases']} cases ({states}), {figures['computed']} computed now")
+    say(f"{figures['sweep']}: {figures['cases']} cases ({states}), {figures['computed']} computed now")
     if figures["computed"]:
-        click.echo(
+        say(
             f"{figures['simulated_s']:.0f} s simulated in {figures['cpu_s']:.0f} s of CPU; {figures['wall_s']:.1f} s "
             f"of wall time on {figures['workers']} workers"
         )
     tell_rows(figures)
     for name in figures["damaged_parts"]:
-        click.echo(f"warning: rows/{name} cannot be read: set aside, its cases were computed again", err=True)
+        say(f"warning: rows/{name} cannot be read: set aside, its cases were computed again", err=True)
     for note in notes:
-        click.echo(f"warning: {note}", err=True)
+        say(f"warning: {note}", err=True)
     for path in figures["files"]:
-        click.echo(f"table:     {path}")
+        say(f"table:     {path}")
 
 
 def tell_rows(figures: dict[str, Any]) -> None:
     """Say why rows failed or are doubtful, and of what they warn; figures: of `summary`."""
     for words, name in (("failed {} x", "errors"), ("doubtful {} x", "reasons"), ("warning in {} runs", "warnings")):
         for text, count in figures[name].items():
-            click.echo(f"{words.format(count)}: {text}", err=True)
+            say(f"{words.format(count)}: {text}", err=True)
 
 
 @contextmanager
@@ -200,7 +201,6 @@ def bar(quiet: bool) -> Iterator[Any]:
     if quiet or not sys.stderr.isatty():
         yield lambda done, total: None
         return
-    from rich.console import Console
     from rich.progress import (
         BarColumn,
         MofNCompleteColumn,
@@ -211,7 +211,7 @@ def bar(quiet: bool) -> Iterator[Any]:
     )
 
     columns = (TextColumn("cases"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn(), TimeRemainingColumn())
-    with Progress(*columns, console=Console(stderr=True)) as bar:
+    with Progress(*columns, console=plain_console(err=True)) as bar:
         task = bar.add_task("cases")
         yield lambda done, total: bar.update(task, completed=done, total=total)
 

@@ -9,19 +9,18 @@ break a rule has an exact binomial interval (Clopper and Pearson 1934, Biometrik
 from __future__ import annotations
 
 import json
-import sys
 from collections import defaultdict
 from math import log, pi, sqrt
 from pathlib import Path
 from typing import Any, NamedTuple
 
-import click
 import numpy as np
 from scipy.stats import binomtest
 from scipy.stats import t as student
 
 from ..errors import CableSimError
 from ..report.sweep_page import named
+from ..terminal import plain_console, say
 from .dataset import names_of
 from .figures import BROKEN, RULE, refuse_texts, significant
 from .sweep import Swept
@@ -264,24 +263,22 @@ def rows_of(cells: list[Cell]) -> tuple[list[str], list[list[str]]]:
 
 def tell(swept: Swept, cells: list[Cell]) -> None:
     """Print the table of the cells."""
-    from rich.console import Console
-    from rich.markup import escape
     from rich.table import Table
 
-    shown = Table(title=escape(f"{swept.plan.sweep}: {CAPTION}"), title_justify="left")
+    shown = Table(title=f"{swept.plan.sweep}: {CAPTION}", title_justify="left")
     head, rows = rows_of(cells)
     for name in head:
         key = name.partition(" ")[0] in cells[0].varied  # a key breaks at its dots alone
-        shown.add_column(escape(name.replace(".", ".\n") if key else name), justify="right", no_wrap=key)
+        shown.add_column(name.replace(".", ".\n") if key else name, justify="right", no_wrap=key)
     for row in rows:
         shown.add_row(*row)
-    Console(width=None if sys.stdout.isatty() else WIDE).print(shown)
-    click.echo(
+    plain_console(WIDE).print(shown)
+    say(
         f"{len(swept.rows)} runs, {swept.computed} computed now in {swept.wall:.1f} s of wall time on {swept.workers} "
         f"workers"
     )
     for note in notes_of(cells):
-        click.echo(f"note: {note}")
+        say(f"note: {note}")
 
 
 def _texts(one: Extreme | None) -> list[str]:

@@ -12,6 +12,7 @@ from pydantic import BaseModel
 
 from ..errors import CODE_DOUBTFUL, CODE_OK, CableSimError
 from ..sim.flag_rules import OK
+from ..terminal import plain_console, say
 
 if TYPE_CHECKING:
     from ..sim.scene import Scene
@@ -81,14 +82,14 @@ def gradients(scene, keys, settings, as_json) -> None:
     verdict = verdict._replace(reasons=still)  # a tow at rest lasts no time
     figures = as_dict(static, found) | {"cpu_s": time.process_time() - begun, "verdict": verdict.as_dict()}
     if as_json:
-        click.echo(json.dumps(figures, indent=1))
+        say(json.dumps(figures, indent=1))
     else:
         _tell(static, found)
     if not as_json or verdict.code:
         doubt = "" if verdict.state == OK else ": these are gradients of a tow that cannot be taken as it is"
-        click.echo(f"verdict: {verdict.state}{doubt}", err=as_json)
+        say(f"verdict: {verdict.state}{doubt}", err=as_json)
         for reason in verdict.reasons:
-            click.echo(f"  {reason}", err=as_json)
+            say(f"  {reason}", err=as_json)
     refused = any(one.refused or any(slope.refused for slope in one.slopes) for one in found)
     sys.exit(verdict.code or (CODE_DOUBTFUL if keys and refused else CODE_OK))
 
@@ -159,28 +160,26 @@ def agreement(slope: Slope) -> str:
 
 
 def _tell(static: StaticGradients, found: list[Gradient]) -> None:
-    from rich.console import Console
-    from rich.markup import escape
     from rich.table import Table
 
     from ..sim.static_gradients import FIGURES
 
-    console = Console(width=None if sys.stdout.isatty() else 120)
+    console = plain_console(120)
     there = any(one.slopes for one in found)
     for k, (figure, value) in enumerate(zip(FIGURES, static.values.tolist(), strict=True) if there else ()):
         title = f"{static.scene.name}: {figure.meaning}, {value:.6g} {figure.unit}"
-        shown = Table(title=escape(title), title_justify="left")
+        shown = Table(title=title, title_justify="left")
         for name in ("key", "value", "unit", f"{figure.unit} per unit", f"{figure.unit} per 1 %", "agreement"):
-            shown.add_column(escape(name), justify="left" if name in ("key", "unit") else "right")
+            shown.add_column(name, justify="left" if name in ("key", "unit") else "right")
         for one in (one for one in found if one.slopes):
             slope, held = one.slopes[k], one.value or 0.0
             row = (f"{slope.slope:.4g}", f"{0.01 * slope.slope * abs(held):.4g}", agreement(slope))
-            shown.add_row(escape(one.key), f"{held:g}", one.unit, *(("-", "-", "-") if slope.refused else row))
+            shown.add_row(one.key, f"{held:g}", one.unit, *(("-", "-", "-") if slope.refused else row))
         console.print(shown)
     if there:
-        click.echo(CAPTION)
+        say(CAPTION)
     for one in found:
         for text in filter(None, (one.note, one.refused)):
-            click.echo(f"{one.key}: {text}")
+            say(f"{one.key}: {text}")
         for slope in (slope for slope in one.slopes if slope.refused):
-            click.echo(f"{one.key}: {slope.figure} {slope.refused}")
+            say(f"{one.key}: {slope.figure} {slope.refused}")

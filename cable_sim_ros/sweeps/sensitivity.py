@@ -6,15 +6,14 @@ Saltelli's scheme (Saltelli et al. 2010, Comput. Phys. Commun. 181, 259), as sci
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 from typing import Any, NamedTuple
 
-import click
 import numpy as np
 from scipy.stats import qmc, sobol_indices
 
 from ..errors import CableSimError
+from ..terminal import plain_console, say
 from .cases import RNG, within
 from .figures import refuse_texts
 from .sweep import Progress, Swept, sweep
@@ -199,7 +198,6 @@ def rows_of(found: Sensitivity) -> list[list[str]]:
 
 def tell(found: Sensitivity) -> None:
     """Print the indices."""
-    from rich.console import Console
     from rich.table import Table
 
     shown = Table(title=CAPTION)
@@ -208,13 +206,13 @@ def tell(found: Sensitivity) -> None:
         shown.add_column(name, justify="right" if k > 1 else "left")
     for row in rows_of(found):
         shown.add_row(*row)
-    Console(width=None if sys.stdout.isatty() else 120).print(shown)
+    plain_console(120).print(shown)
     for name in found.constant:
-        click.echo(f"{name}: does not vary over these ranges")
+        say(f"{name}: does not vary over these ranges")
     swept = found.swept
-    click.echo(
+    say(
         f"{len(swept.rows)} runs, {swept.computed} computed now in {swept.wall:.1f} s of wall time on {swept.workers} "
         f"workers"
     )
     for text in found.doubts:
-        click.echo(f"doubtful: {text}", err=True)
+        say(f"doubtful: {text}", err=True)

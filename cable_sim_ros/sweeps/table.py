@@ -16,6 +16,7 @@ import click
 from ..errors import CODE_DOUBTFUL, CODE_FAILED, CODE_OK, CableSimError
 from ..io.logs.mapping.units import UNITS, named, units_of
 from ..sim.flag_rules import DOUBTFUL, FAILED
+from ..terminal import plain_console, say
 from .command import WORKERS, replaced_by, replacing, stoppable
 
 if TYPE_CHECKING:
@@ -121,33 +122,31 @@ def table(scene, scope, speed, vary, settings, out, workers, as_json) -> None:
         _write(swept, figures, out)
         (out / JSON_NAME).write_text(json.dumps(told, indent=1) + "\n", "utf-8")
     if as_json:
-        click.echo(json.dumps(told, indent=1))
+        say(json.dumps(told, indent=1))
     else:
         _tell(f"{base.name}{words}", figures)
         if out is not None:
             for line in replacing(told, out):
-                click.echo(f"warning: {line}", err=True)
-            click.echo(f"table:     {out / 'table.csv'}\nfigures:   {out / JSON_NAME}\npicture:   {out / 'table.png'}")
+                say(f"warning: {line}", err=True)
+            say(f"table:     {out / 'table.csv'}\nfigures:   {out / JSON_NAME}\npicture:   {out / 'table.png'}")
     verdicts = {row["verdict"] for row in figures}
     sys.exit(CODE_FAILED if "failed" in verdicts else CODE_DOUBTFUL if "doubtful" in verdicts else CODE_OK)
 
 
 def _tell(name: str, figures: list[dict[str, Any]]) -> None:
-    from rich.console import Console
-    from rich.markup import escape
     from rich.table import Table
 
     from .figures import significant
 
-    console = Console(width=None if sys.stdout.isatty() else 120)
+    console = plain_console(120)
     scopes, speeds = _axis(figures, SCOPE), _axis(figures, SPEED)
     others = list(dict.fromkeys(_place(row, _keys(figures)[2:]) for row in figures))
     for figure, title, _, what, digits in SHOWN:
         for other in others:
             place = f", {other}" if other else ""
-            console.print(escape(f"{name}{place}: {title} [{what}]"), soft_wrap=True, highlight=False)
+            console.print(f"{name}{place}: {title} [{what}]", soft_wrap=True, highlight=False)
             shown = Table()
-            shown.add_column(escape("scope [m], speed"), justify="right")
+            shown.add_column("scope [m], speed", justify="right")
             for speed in speeds:
                 shown.add_column(f"{speed:.4g} m/s\n{_knots(speed)}", justify="right")
             mine = {
@@ -159,7 +158,7 @@ def _tell(name: str, figures: list[dict[str, Any]]) -> None:
             console.print(shown)
     for words, key in (("failed", "error"), ("doubtful", "reasons")):
         for text, count in Counter(row[key] for row in figures if row[key]).items():
-            click.echo(f"{words} {count} x: {text}", err=True)
+            say(f"{words} {count} x: {text}", err=True)
 
 
 def _keys(figures: list[dict[str, Any]]) -> list[str]:

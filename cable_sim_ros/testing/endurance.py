@@ -19,6 +19,7 @@ import numpy as np
 
 from ..ros import watchdog
 from ..ros.child import MARK
+from ..terminal import say
 from . import shared_memory
 from .tow_sim import tow
 
@@ -78,8 +79,8 @@ def main(arguments: Sequence[str]) -> int:
     parser.add_argument("count", type=int, nargs="?", default=100)
     parser.add_argument("--scene", default="full_scale")
     given = parser.parse_args(list(arguments))
-    metrics = endure(given.count, given.scene, say=lambda text: print(text, file=sys.stderr, flush=True))
-    print(json.dumps(metrics, indent=1))
+    metrics = endure(given.count, given.scene, say=lambda text: say(text, err=True))
+    say(json.dumps(metrics, indent=1))
     return 1 if failed(metrics) else 0
 
 

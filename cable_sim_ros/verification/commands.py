@@ -15,6 +15,7 @@ from ..cli.progress import progress_bar
 from ..cli.report_option import report_option, said, typed
 from ..limits import LONGEST_RUN
 from ..sweeps.command import WORKERS
+from ..terminal import plain_console, say
 from .experiments import EXPERIMENTS
 
 FAILED = 1  # exit code where a value is missing or a limit is not kept
@@ -46,7 +47,7 @@ def case(files, fidelity, as_json) -> None:
             done.append(run_case(one, Fidelity(fidelity)))
     if as_json:
         report = [metrics._asdict() for metrics in done]
-        click.echo(json.dumps(report[0] if len(report) == 1 else report, indent=1))
+        say(json.dumps(report[0] if len(report) == 1 else report, indent=1))
     else:
         from .cases.table import print_cases
 
@@ -90,9 +91,9 @@ def validate(names, duration, quick, workers, out, report, as_json) -> None:
         (out / "validate.json").write_text(json.dumps(data, indent=1) + "\n", "utf-8")
         (out / "validate.md").write_text(page(results), "utf-8")
         for result in results:
-            click.echo(f"plot:      {result.plot(out)}", err=True)
+            say(f"plot:      {result.plot(out)}", err=True)
     if as_json:
-        click.echo(json.dumps(data, indent=1))
+        say(json.dumps(data, indent=1))
         return
     for result in results:
         print_result(result)
@@ -122,7 +123,7 @@ def stress(ids, quick, out, as_json) -> None:
         (out / "stress.json").write_text(json.dumps(report, indent=1, default=float) + "\n", "utf-8")
         (out / "stress.md").write_text(markdown(verdicts) + "\n", "utf-8")
     if as_json:
-        click.echo(json.dumps(report, indent=1, default=float))
+        say(json.dumps(report, indent=1, default=float))
     else:
         print_verdicts(verdicts)
     if not all(verdict.passed for verdict in verdicts):
@@ -208,11 +209,10 @@ def bench(
         (out / "bench.json").write_text(json.dumps({"about": about, "rows": report}, indent=1) + "\n", "utf-8")
         (out / "bench.md").write_text(benchmarks.markdown(rows) + "\n", "utf-8")
         for path in benchmarks.plots(rows, out):
-            click.echo(f"plot:      {path}", err=True)
+            say(f"plot:      {path}", err=True)
     if as_json:
-        click.echo(json.dumps(report, indent=1))
+        say(json.dumps(report, indent=1))
         return
-    from rich.console import Console
     from rich.table import Table
 
     table = Table(title="Run time against error", title_justify="left")
@@ -232,7 +232,7 @@ def bench(
         table.add_column(name)
     for row in rows:
         table.add_row(*benchmarks.cells(row))
-    Console(width=None if sys.stdout.isatty() else 160).print(table)
+    plain_console(160).print(table)
 
 
 def _compare(commit: str, names: tuple[str, ...], rounds: int | None, out: Path | None, as_json: bool) -> None:
@@ -300,7 +300,7 @@ def _written(name: str, data: Any, text: str, out: Path | None, as_json: bool) -
     if out is not None:
         (out / f"{name}.json").write_text(json.dumps(data, indent=1) + "\n", "utf-8")
         (out / f"{name}.md").write_text(text + "\n", "utf-8")
-    click.echo(json.dumps(data, indent=1) if as_json else text)
+    say(json.dumps(data, indent=1) if as_json else text)
 
 
 COMMANDS = (case, validate, stress, bench)

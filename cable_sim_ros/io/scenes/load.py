@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from functools import cache
 from typing import Any
 
+from ...files import read_text
 from ...physics.parameter import declared
 from ...physics.section import material_of
 from ...sim.checks import checks
@@ -50,7 +51,7 @@ def _shipped_factors() -> dict[float, list[tuple[str, float]]]:
     """Scenes and diameters [m] by the drag factor of their sections."""
     found: dict[float, list[tuple[str, float]]] = {}
     for name in resources.shipped_scenes():
-        cable = yaml12.parse(resources.find_scene(name).read_text("utf-8"))[0]["cable"]
+        cable = yaml12.parse(read_text(resources.find_scene(name)))[0]["cable"]
         for section in cable["sections"].values():
             diameter = float(section.get("diameter", cable["diameter"]))
             found.setdefault(section.get("drag_amplification", 1.0), []).append((name, diameter))

@@ -12,6 +12,7 @@ import time
 from collections.abc import Callable, Sequence
 
 from ...io.messages.messages import KINDS
+from ...terminal import say
 from ..topics import inputs_there, message_class
 from .sender import Ship
 
@@ -95,13 +96,13 @@ def main(arguments: Sequence[str]) -> int:
     def alive() -> bool:
         return not stopped and time.monotonic() < end
 
-    print("flooding", flush=True)
+    say("flooding")
     parts = (node, executor.spin_once, alive)
     if given.what == "giants":
         count = giants(*parts, given.bytes)
     else:
         count = (services if given.what == "services" else topics)(*parts)
-    print(f"{given.what}: {count}", flush=True)
+    say(f"{given.what}: {count}")
     executor.shutdown()
     node.destroy_node()
     rclpy.try_shutdown()

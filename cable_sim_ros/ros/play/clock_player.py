@@ -6,11 +6,11 @@ what that says next where stamps are kept.
 
 from __future__ import annotations
 
-import sys
 import time
 from collections.abc import Callable
 
 from ...io.messages.messages import Event
+from ...terminal import say
 from .clock_topic import TOPIC
 from .playback import SECOND, interval, publishers_of
 
@@ -88,7 +88,7 @@ def play_by_clock(node, items: list[Event], *, loop: bool, keep_stamps: bool, al
         if not received:
             if now - begun > PATIENCE and not said:
                 said = True
-                print(f"no {TOPIC} yet: start the node with -p time_mode:=lockstep", file=sys.stderr, flush=True)
+                say(f"no {TOPIC} yet: start the node with -p time_mode:=lockstep", err=True)
             continue
         if ready is None:
             if all(publisher.get_subscription_count() for publisher in publishers.values()):

@@ -16,6 +16,7 @@ from pathlib import Path
 
 from ...errors import CODE_INPUT, RunError
 from ...io.scenes.resources import RUN_BAG
+from ...terminal import plain_console, say
 from ..child import Process
 
 READY_WITHIN = 300.0  # s; compiling everything from nothing takes up to a minute on a slow machine
@@ -178,10 +179,14 @@ def _follow(node: Process, player: Process, metrics: Path, duration: float, repo
 def _bar():
     """Progress bar on a terminal; elsewhere a line a phase."""
     if sys.stderr.isatty():
-        from rich.console import Console
         from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
-        bar = Progress(TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn(), console=Console(stderr=True))
+        bar = Progress(
+            TextColumn("{task.description}", markup=False),
+            BarColumn(),
+            TimeElapsedColumn(),
+            console=plain_console(err=True),
+        )
         task = bar.add_task("starting", total=None)
         return bar, lambda phase, done, total: bar.update(task, description=phase, completed=done, total=total)
     reported: list[str] = []
@@ -189,6 +194,6 @@ def _bar():
     def line(phase: str, done: float, total: float | None) -> None:
         if phase not in reported:
             reported.append(phase)
-            print(phase + (f", {total:g} s" if total else "") + " ...", file=sys.stderr, flush=True)
+            say(phase + (f", {total:g} s" if total else "") + " ...", err=True)
 
     return nullcontext(), line

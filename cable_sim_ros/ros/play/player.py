@@ -26,6 +26,7 @@ from ...io.scenes.resources import find_bag
 from ...io.sources.bag_motion import read_motion
 from ...io.sources.imported_bag import at_speed, needs_speed
 from ...limits import LONGEST_RUN
+from ...terminal import plain_console
 from .. import discovery
 from .playback import SECOND, interval, publishers_of
 
@@ -139,10 +140,9 @@ def _bar(total: float | None):
     """Progress bar on a terminal, else nothing: (context, function of seconds)."""
     if not sys.stderr.isatty():
         return nullcontext(), lambda seconds: None
-    from rich.console import Console
     from rich.progress import Progress
 
-    bar = Progress(console=Console(stderr=True), transient=True)
+    bar = Progress(console=plain_console(err=True), transient=True)
     task = bar.add_task("playing", total=total)
     return bar, lambda seconds: bar.update(task, completed=seconds)
 

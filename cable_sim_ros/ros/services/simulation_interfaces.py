@@ -13,6 +13,7 @@ from typing import Any
 
 from rclpy.lifecycle import TransitionCallbackReturn
 
+from ...terminal import clean
 from ...version import __version__
 from .control import SimulationControl
 
@@ -32,14 +33,14 @@ def offer(control: SimulationControl) -> Standard | None:
         msg, srv = (import_module(f"{PACKAGE}.{part}") for part in ("msg", "srv"))
     except ImportError:
         control.node.get_logger().info(
-            f"the package {PACKAGE} is not installed: its services are not offered; ~/pause, ~/step and ~/reset are"
+            clean(f"package {PACKAGE} is not installed: its services are not offered; ~/pause, ~/step and ~/reset are")
         )
         return None
     standard = Standard(control, msg, srv)
     for name in SERVICES:
         service = service_name(name)
         control.offer(getattr(srv, name), service, getattr(standard, service))
-    control.node.get_logger().info(f"services of {PACKAGE} under {control.node.get_fully_qualified_name()}")
+    control.node.get_logger().info(clean(f"services of {PACKAGE} under {control.node.get_fully_qualified_name()}"))
     return standard
 
 

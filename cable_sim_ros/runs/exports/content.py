@@ -14,8 +14,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...files import read_text
 from ...errors import CableSimError
+from ...files import read_text
 from ...io.recordings.recorded_run import RecordedRun, load_run
 from ...io.scenes.load import scene_from_text
 from ...io.scenes.resources import find_bag

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
-from rich.console import Console
 from rich.table import Table
 
+from ...terminal import plain_console
 from .response import Vibration, leading
 from .sensitivity import COLUMNS, Change
 from .span import Span
@@ -24,11 +23,6 @@ class Taken(NamedTuple):
     key: str  # of a file for `cable-sim viv`
     value: str
     source: str
-
-
-def console() -> Console:
-    """As wide as the terminal, 120 where there is none."""
-    return Console(width=None if sys.stdout.isatty() else 120, highlight=False)
 
 
 def table(title: str, columns: tuple[str, ...], rows: Iterable[tuple[str, ...]]) -> Table:
@@ -48,7 +42,7 @@ def regions(driven: list[tuple[float, float]]) -> str:
 
 def print_vibration(span: Span, result: Vibration) -> None:
     """Modes, response along the cable, and which choices they rest on."""
-    out = console()
+    out = plain_console(120, highlight=False)
     given = " (given)" if span.damping.ratios else ""
     columns = ("mode", "Hz", "exact Hz", f"damping ratio{given}", "if all of it damped", "driven from, to m")
     rows = [
@@ -95,7 +89,7 @@ def print_taken(taken: Sequence[Taken]) -> None:
     """Numbers that a span file does not have under this name; those by default in one line."""
     if not taken:
         return
-    out = console()
+    out = plain_console(120, highlight=False)
     for one in taken:
         if one.source != DEFAULT:
             out.print(f"taken: {one.key} = {one.value} ({one.source})", soft_wrap=True)
@@ -105,6 +99,6 @@ def print_taken(taken: Sequence[Taken]) -> None:
 def print_sensitivity(span: Span, changes: list[Change]) -> None:
     """What each choice made otherwise changes."""
     rows = [(c.choice, *(f"{100.0 * x:+.1f}" for x in c[1:])) for c in changes]
-    console().print(
+    plain_console(120, highlight=False).print(
         table(f"{span.name}, chosen otherwise: rms displacement and acceleration at the place", COLUMNS, rows)
     )

@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-import sys
-
-from rich.console import Console
 from rich.table import Table
 
+from ...terminal import plain_console
 from .family import Case
 
 
 def print_cases(done: list, cases: list[Case]) -> None:
     """One table a case: output, value, unit; then mesh, step, time and notes."""
-    console = Console(width=None if sys.stdout.isatty() else 120)
+    console = plain_console(120)
     for metrics, case in zip(done, cases, strict=True):
         table = Table(title=metrics.id, title_justify="left")
         table.add_column("output")

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Iterable
 from math import ceil, isfinite, log10
 from typing import Any
 
-from rich.console import Console
 from rich.table import Table
 
+from ...terminal import plain_console
 from . import OPEN, Comparison, Result, verdict_of
 
 COLUMNS = ("figure", "unit", "measured", "their simulation", "ours", "allowed", "verdict", "who", "why apart")
@@ -105,7 +104,7 @@ def page(results: Iterable[Result]) -> str:
 
 def print_result(result: Result) -> None:
     """Comparison and choices."""
-    console = Console(width=None if sys.stdout.isatty() else 120)
+    console = plain_console(120)
     heads, rows = _columns(result)
     title = f"{result.experiment}, shortened: {result.shortened}" if result.shortened else result.experiment
     table = Table(title=title, title_justify="left")

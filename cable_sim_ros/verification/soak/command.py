@@ -10,6 +10,7 @@ import click
 
 from ...cli.out_folder import ready
 from ...cli.progress import progress_bar
+from ...terminal import say
 
 IDS = [f"R{i}" for i in range(1, 12)] + [f"S{i}" for i in range(3, 10)]
 MISSED = 1  # exit code where a limit is not kept
@@ -36,7 +37,7 @@ def soak(ids, quick, out, as_json) -> None:
         (out / "soak.json").write_text(json.dumps(report, indent=1, default=float) + "\n", "utf-8")
         (out / "soak.md").write_text(markdown(verdicts) + "\n", "utf-8")
     if as_json:
-        click.echo(json.dumps(report, indent=1, default=float))
+        say(json.dumps(report, indent=1, default=float))
     else:
         print_verdicts(verdicts)
     if not all(verdict.passed for verdict in verdicts):

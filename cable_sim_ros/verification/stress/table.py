@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import sys
-
-from rich.console import Console
 from rich.table import Table
 
+from ...terminal import plain_console
 from .verdict import Verdict, as_text
 
 WORD = {True: "pass", False: "MISS", None: "not measurable"}
@@ -44,7 +42,7 @@ def print_verdicts(verdicts: list[Verdict]) -> None:
     for v in verdicts:
         for i, f in enumerate(f for f in v.metrics if f.limit is not None):
             table.add_row(v.id if not i else "", f.name, as_text(f.value), f.bound, WORD[f.passed])
-    console = Console(width=None if sys.stdout.isatty() else 150)
+    console = plain_console(150)
     console.print(table)
     for v in verdicts:
         for note in v.notes:
