@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from ..io.scenes.fault_plan import FaultError, TimedFault, load_faults, timed
-from ..sim.live_parameters import changed, unfit
+from ..sim.live_parameters import changed, unacting, unfit
 from ..sim.scene import Scene
 from ..terminal import clean
 from .blocks import NodeBlock, TimeMode
@@ -29,6 +29,8 @@ def schedule_of(path: str, scene: Scene, lockstep: bool) -> tuple[list[TimedFaul
         rows = timed(load_faults(path))
     except FaultError as error:
         return [], f"parameter '{KEY}': {error}"
+    if text := unacting(scene, [(int(row.time / scene.solver.tick + 1e-9), row) for row in rows]):
+        return [], f"parameter '{KEY}': {text.replace('nothing was changed', 'nothing was started')}"
     for row in rows:
         scene = changed(scene, row.key, row.value)
         if row.key.endswith(".kind") and (text := unfit(scene)):
@@ -42,16 +44,22 @@ class FaultSchedule:
     def __init__(self, node: NodeBlock, scene: Scene) -> None:
         """node: parameters that are checked, so that the file can be used."""
         self._rows, _ = schedule_of(node.faults_file, scene, node.time_mode is TimeMode.LOCKSTEP)
-        self._next, self._seconds = 0, 0.0
+        self._next, self._seconds = 0, -1.0
 
     def due(self, seconds: float) -> list[TimedFault]:
-        """What has come due; seconds: of the run."""
+        """What has come due; seconds: of the run. A value that another of its key follows acts for a tick at least:
+        the other is due when asked again after it."""
         if seconds < self._seconds:
             self._next = 0
-        self._seconds, first = seconds, self._next
-        while self._next < len(self._rows) and self._rows[self._next].time <= seconds:
-            self._next += 1
-        return self._rows[first : self._next]
+        elif seconds == self._seconds:
+            return []
+        self._seconds, found = seconds, list[TimedFault]()
+        for row in self._rows[self._next :]:
+            if row.time > seconds or any(one.key == row.key and one.time < row.time for one in found):
+                break
+            found.append(row)
+        self._next += len(found)
+        return found
 
     def follow(self, node: Node, session: Any) -> None:
         """session: Session. Set the parameters of the node that have come due; call it often."""

@@ -17,7 +17,7 @@ from ..errors import CableSimError
 from ..io.scenes.scene_errors import texts_of
 from ..limits import LONGEST_RUN
 from ..physics.parameter import declared
-from ..sim.live_parameters import changed, unfit, value_of, ways
+from ..sim.live_parameters import changed, unacting, unfit, value_of, ways
 from ..sim.scene import Scene
 
 CONSEQUENCE = "nothing was simulated"
@@ -121,6 +121,12 @@ def refuse_beyond(changes: Iterable[Change], seconds: float) -> None:
                 f"{one.where}: time = {one.time:g} s is not before the end of the run after {seconds:g} s; "
                 f"{CONSEQUENCE}. Give an earlier time, or a longer run (duration, and motion for it)"
             )
+
+
+def refuse_unacting(scene: Scene, rows: Iterable[tuple[int, Change]], total: int, before: int = 0) -> None:
+    """Raise ChangeError for a value that ends before it can act, see `live_parameters.unacting`."""
+    if text := unacting(scene, rows, total, before):
+        raise ChangeError(text.replace("nothing was changed", CONSEQUENCE))
 
 
 class Timetable:

@@ -28,7 +28,7 @@ from ..sim.scene import Scene
 from ..sim.verdict import Reason
 from . import mean_track, motion_preview
 from .controller import ControllerError, ControlLoop
-from .live_changes import Change, Timetable, fit, refuse_beyond, tick_of
+from .live_changes import Change, Timetable, fit, refuse_beyond, refuse_unacting, tick_of
 from .resume import Resumed, nothing_left
 from .runner import Runner
 from .settings import recorded_intake
@@ -119,7 +119,9 @@ class MessageRun(Runner):
         refuse_beyond(self.changes, ticks * self.tick / SECOND)
         since = start.time - self.plan_start  # ns that a plan which goes on has been carried out
         modes = [(tick_of(one, self.tick, since), one) for one in self.modes]
-        self.timetable = Timetable([*modes, *((tick_of(one, self.tick), one) for one in self.changes)])
+        rows = [(tick_of(one, self.tick), one) for one in self.changes]
+        refuse_unacting(self.scene, rows, ticks, 0 if self._resumed is None else int(self.sim.frame["tick"]))
+        self.timetable = Timetable([*modes, *rows])
         mean_track.before(self.scene, start.heading)
         if self._resumed is None:
             self._start_at(start)

@@ -44,6 +44,20 @@ def test_each_comes_once_in_its_order_and_again_after_a_reset(path, scene):
     assert [row.value for row in schedule.due(1.0)] == [7.0, "bias"]
 
 
+def test_one_that_is_shorter_than_the_pace_of_asking_acts_all_the_same(path, scene):
+    with open(path, "w", encoding="utf-8") as file:
+        file.write("scenario: a\nfaults:\n  b: {at: 1, until: 1.02, target: encoder, kind: bias, size: 7.0}\n")
+    schedule = FaultSchedule(NodeBlock(faults_file=path), scene)
+    assert [row.value for row in schedule.due(1.05)] == [7.0, "bias"] and schedule.due(1.05) == []
+    assert [row.value for row in schedule.due(1.06)] == ["none"] and schedule.due(1.1) == []
+    with open(path, "w", encoding="utf-8") as file:
+        file.write("scenario: a\nfaults:\n  b: {at: 1.001, until: 1.004, target: encoder, kind: bias, size: 7.0}\n")
+    assert (
+        "before the next tick output, that at 1.01 s: it would never act; nothing was started"
+        in schedule_of(path, scene, False)[1]
+    )
+
+
 def test_a_fault_that_its_scene_cannot_have_is_refused_at_the_start(path):
     rows, problem = schedule_of(path, load_scene("full_scale"), False)
     assert rows == [] and problem == (

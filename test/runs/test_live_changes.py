@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from cable_sim_ros import Simulator, replay, run
 from cable_sim_ros.io.scenes.load import load_scene, override
@@ -12,7 +14,7 @@ from cable_sim_ros.io.scenes.winch_plan import PlanError
 from cable_sim_ros.io.sources.recorded_tow import RecordedTow, read_tow
 from cable_sim_ros.physics.winch_drive import BRAKE, FOLLOW
 from cable_sim_ros.runs import sources
-from cable_sim_ros.runs.live_changes import ChangeError, Timetable, changes_of, fit, tick_of
+from cable_sim_ros.runs.live_changes import ChangeError, Timetable, changes_of, fit, refuse_unacting, tick_of
 
 pytestmark = pytest.mark.filterwarnings("ignore::cable_sim_ros.io.scenes.load.SceneWarning")
 S = 1_000_000_000
@@ -103,6 +105,23 @@ def test_values_of_one_time_serve_together_and_are_kept_in_their_own_kind():
     assert type(changes[1].value) is float
 
 
+FIX = override(SCENE, {"instruments.encoder.on": True, "instruments.usbl.on": True})  # of 1 Hz
+
+
+@given(begun=st.floats(0.0, 5.0), lasting=st.floats(1e-3, 2.0), target=st.sampled_from(["encoder", "usbl"]))
+def test_a_fault_that_is_accepted_meets_a_reading(begun, lasting, target):
+    tick, every = 10_000_000, {"encoder": 1, "usbl": 100}[target]
+    rows = changes_of([(begun, f"faults.{target}.kind", "lost"), (begun + lasting, f"faults.{target}.kind", "none")])
+    rows = [(tick_of(one, tick), one) for one in rows]
+    meets = any(number % every == 0 for number in range(rows[0][0] + 1, rows[1][0] + 1))
+    for before in (0, 1000):
+        try:
+            refuse_unacting(FIX, rows, 10_000, before)
+            assert meets
+        except ChangeError as error:
+            assert not meets and "it would never act; nothing was simulated" in str(error)
+
+
 def test_a_timetable_gives_each_change_once():
     changes = changes_of([(0.0, "a", 1), (0.019999999, "b", 2), (0.02, "c", 3)])
     assert [tick_of(one, 10_000_000) for one in changes] == [0, 1, 2]
@@ -130,6 +149,11 @@ def test_a_timetable_gives_each_change_once():
         (
             [(0.5, "drive.mode", "brake")],
             "time = 0.5 s is not before the end of the run after 0.5 s; nothing was simulated. Give an earlier time",
+        ),
+        (
+            [(0.101, "drive.mode", "brake"), (0.104, "drive.mode", "follow")],
+            "item 1 '0.101 drive.mode brake': drive.mode = brake at 0.101 s ends at 0.104 s, before the next tick output, "
+            "that at 0.11 s: it would never act; nothing was simulated. Let it last until then or longer",
         ),
         (
             [(0.1, "drive.inertia", 5.0)],
