@@ -19,7 +19,7 @@ from .jit import driver, inline
 from .link_element import is_links, joint_tension
 from .ringing import missing
 from .sea import elevation
-from .ship import frame_shift, quaternion, spin, unrotate
+from .ship import along_heading, frame_shift, quaternion, spin, unrotate
 from .state import ARC, FLOW, NOW, A, Q, V
 from .swivel import aim_block
 from .tick_output import (
@@ -33,8 +33,9 @@ from .tick_output import (
     SEABED,
     SLACK,
     SLACK_ENERGY,
+    SURFACE_CROSSED,
 )
-from .towbody import TURNING, heading, heading_held
+from .towbody import TURNING, heading, heading_held, slam
 from .vec import dot, norm, scale
 from .viv_amplification import show, sum_up
 from .winch import ACCELERATION, COMMAND, RAMP, RATE, TRAVEL, cell
@@ -79,6 +80,7 @@ def fill_motion(state, f, body):
         f.body_velocity[k] = v[body, k] + w
         f.body_acceleration[k] = a[body, k]
         f.body_rate[k] = flow[TURNING] if k == 2 else 0.0
+    f.sheave_ahead_rate, f.sheave_port_rate, f.sheave_up_rate = along_heading(now, now.sheave.velocity)
     bq = quaternion((0.0, 0.0, 0.0, 0.0, 0.0, heading(flow)))
     for k in range(4):
         f.ship_quaternion[k] = quat[k]
@@ -256,6 +258,17 @@ def fill_peaks(settings, state, f):
 
 
 @driver
+def fill_slam(line, state, f, h):
+    """Largest slam of the bodies that were in the water surface in a tick of h [s]; returns the flags."""
+    q, v, worst = state.nodes[NOW, Q], state.nodes[NOW, V], -1.0
+    for i in range(line.bodies.shape[0]):
+        n = line.body_nodes[i]
+        worst = max(worst, slam(line.bodies[i], q[n], v[n], state.work.around[n], h))
+    f.slam_estimate = max(worst, 0.0)
+    return SURFACE_CROSSED if worst >= 0.0 else 0
+
+
+@driver
 def fill_cable(line, state, f, body):
     """Tension at the towbody at node ``body``, strumming, seabed, health of the solver; returns the flags."""
     health, q, flags = state.memory[NOW].health, state.nodes[NOW, Q], 0
@@ -305,6 +318,7 @@ def observe(model, state, output, slot, flags, blending) -> int:
     fill_winch(model.settings[0].drum, state, f)
     fill_energy(model.line, state, f)
     flags |= fill_cable(model.line, state, f, body) | fill_peaks(model.settings[0], state, f)
+    flags |= fill_slam(model.line, state, f, model.settings[0].tick_ns * 1e-9)
     if heading_held(model.line.bodies[0], state.nodes[NOW, FLOW, body]):
         flags |= LOW_FLOW
     if slack_gain(state.memory[NOW].account, f, flags & SLACK != 0, model.settings[0].energy_share):

@@ -160,6 +160,16 @@ def frame_shift(memory, t):
 
 
 @inline
+def along_heading(memory, velocity):
+    """Velocity [3] relative to the tow frame as speeds ahead, to port and up of the ship, less the mean: that of the
+    tow frame in the axes of the start's heading, which turns with the ship."""
+    yaw, start, mean = memory.ship.motion.coord[5], memory.ship.mean_coord[5], memory.frame.velocity
+    x, y = velocity[0] + mean[0], velocity[1] + mean[1]
+    c, s, c0, s0 = cos(yaw), sin(yaw), cos(start), sin(start)
+    return c * x + s * y - c0 * mean[0] - s0 * mean[1], c * y - s * x - c0 * mean[1] + s0 * mean[0], velocity[2]
+
+
+@inline
 def axis_of(pair, i):
     """Component i of six coordinates of what only x and y have: pair [2]."""
     return pair[0] if i == 0 else (pair[1] if i == 1 else 0.0)

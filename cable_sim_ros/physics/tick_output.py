@@ -42,6 +42,7 @@ class Flag(IntFlag):
     )
     MOTOR_LIMITED = 524288, "the motor gave all that its curve and power allow for half of the tick or more"
     BRAKE_SLIPPED = 1048576, "the drum turned against its brake"
+    SURFACE_CROSSED = 2097152, "towbody or a body on the line is in the water surface: its slam is left out"
 
 
 # the same as plain numbers, each by its own name: kernels know no enums
@@ -66,6 +67,7 @@ WINCH_SATURATED = int(Flag.WINCH_SATURATED)
 RINGING_DAMPED = int(Flag.RINGING_DAMPED)
 MOTOR_LIMITED = int(Flag.MOTOR_LIMITED)
 BRAKE_SLIPPED = int(Flag.BRAKE_SLIPPED)
+SURFACE_CROSSED = int(Flag.SURFACE_CROSSED)
 
 
 class Source(IntFlag):
@@ -86,6 +88,9 @@ FIELDS = (
     ("ship_rate", (3,), "f8", "rad/s", "angular velocity in odom"),
     ("sheave_position", (3,), "f8", "m", "sheave centre in odom"),
     ("sheave_velocity", (3,), "f8", "m/s", "velocity of the sheave centre in odom"),
+    ("sheave_ahead_rate", (), "f8", "m/s", "speed of the sheave along the ship's heading, less the ship's mean speed"),
+    ("sheave_port_rate", (), "f8", "m/s", "speed of the sheave to port of that, less the ship's mean drift"),
+    ("sheave_up_rate", (), "f8", "m/s", "speed of the sheave up"),
     ("surface_elevation", (), "f8", "m", "height of the water surface where the sheave is; 0 without waves"),
     ("tension", (), "f8", "N", "effective tension where the cable leaves the sheave outboard"),
     ("tension_vector", (3,), "f8", "N", "pull of the outboard cable on the sheave, axes of sheave_link"),
@@ -122,6 +127,13 @@ FIELDS = (
     ("body_velocity", (3,), "f8", "m/s", "towbody velocity in odom"),
     ("body_acceleration", (3,), "f8", "m/s^2", "towbody acceleration in odom"),
     ("body_quaternion", (4,), "f8", "1", "towbody attitude in odom, x y z w: level, x forward against the local flow"),
+    (
+        "slam_estimate",
+        (),
+        "f8",
+        "N",
+        "slam of a body in the water surface: left out of every other figure; 0: none is in it",
+    ),
     ("body_rate", (3,), "f8", "rad/s", "towbody angular velocity in odom: about z alone"),
     ("payout", (), "f8", "m", "unstretched cable off the drum, positive out"),
     ("payout_rate", (), "f8", "m/s", "rate of pay-out"),
@@ -236,23 +248,32 @@ FIELDS = (
     ("mru_surge", (), "f8", "m", "reading of the MRU, forward; of a device that is not aboard every reading is 0"),
     ("mru_sway", (), "f8", "m", "reading of the MRU, to port"),
     ("mru_heave", (), "f8", "m", "reading of the MRU, up"),
-    ("mru_surge_rate", (), "f8", "m/s", "reading of the MRU"),
-    ("mru_sway_rate", (), "f8", "m/s", "reading of the MRU"),
-    ("mru_heave_rate", (), "f8", "m/s", "reading of the MRU"),
+    ("mru_surge_rate", (), "f8", "m/s", "reading of the MRU, forward, without the ship's mean velocity"),
+    ("mru_sway_rate", (), "f8", "m/s", "reading of the MRU, to port, without it"),
+    ("mru_heave_rate", (), "f8", "m/s", "reading of the MRU, up"),
     ("mru_roll", (), "f8", "rad", "reading of the MRU, positive port up"),
     ("mru_pitch", (), "f8", "rad", "reading of the MRU, positive bow down"),
     ("mru_roll_rate", (), "f8", "rad/s", "reading of the MRU"),
     ("mru_pitch_rate", (), "f8", "rad/s", "reading of the MRU"),
     ("mru_sheave_position", (3,), "f8", "m", "sheave centre in odom as the readings of the MRU give it"),
     ("mru_sheave_velocity", (3,), "f8", "m/s", "its velocity in odom"),
+    ("mru_sheave_ahead_rate", (), "f8", "m/s", "sheave_ahead_rate of that"),
+    ("mru_sheave_port_rate", (), "f8", "m/s", "sheave_port_rate of that"),
+    ("mru_sheave_up_rate", (), "f8", "m/s", "sheave_up_rate of that"),
     ("encoder_payout", (), "f8", "m", "pay-out that the encoder on the drum shows"),
     ("encoder_rate", (), "f8", "m/s", "rate of pay-out that it shows"),
-    ("metering_payout", (), "f8", "m", "pay-out that the metering sheave shows"),
+    ("metering_payout", (), "f8", "m", "cable that the metering sheave has counted, stretched as it passed"),
     ("metering_rate", (), "f8", "m/s", "rate of pay-out that it shows"),
     ("load_pin", (), "f8", "N", "load pin of the sheave: resultant of both legs in its direction"),
     ("load_pin_tension", (), "f8", "N", "that over instruments.load_pin.calibration"),
     ("usbl_position", (3,), "f8", "m", "newest acoustic fix of the towbody in odom"),
-    ("depth_reading", (), "f8", "m", "pressure sensor of the towbody, positive down"),
+    (
+        "depth_reading",
+        (),
+        "f8",
+        "m",
+        "pressure sensor of the towbody, as depth: with the pressure of the waves; 0 in air",
+    ),
     (
         "readings_new",
         (),

@@ -34,6 +34,7 @@ BODY = np.dtype(
         ("drag", "f8", 3),  # kg/m: rho/2 A C_D
         ("lift", "f8"),  # kg/m
         ("half_height", "f8"),  # m, half of that over which it leaves the water
+        ("slam", "f8"),  # kg/m: rho/2 C_s A
         ("flow_time", "f8"),  # s
         ("min_flow", "f8"),  # m/s
         ("floor_stiffness", "f8"),  # N/m^1.5 of a floor under it
@@ -42,6 +43,7 @@ BODY = np.dtype(
 )
 SPEED_FLOOR = 1e-3
 LAG, TURNING = 2, 5  # columns of a body's flow: its heading less that which faces the flow [rad], turning rate [rad/s]
+SLAM = 5.0  # C_s of a body that is no smooth cylinder, DNV-RP-H103 (2011) 4.3.5
 MAX_TURN = 0.5 * pi  # rad, by which a body turns at most in one of its time constants
 
 
@@ -87,6 +89,8 @@ def body_record(body: Towbody, gravity: float, density: float) -> np.ndarray:
     row["drag"] = 0.5 * density * np.array(body.drag_area)
     row["lift"] = 0.5 * density * body.lift_area
     row["half_height"] = half_height(float(row["buoyancy"]), gravity, density)
+    # the largest section by what the scene has: drag area of about C_D 1, or the side of a cube of the displaced volume
+    row["slam"] = 0.5 * density * SLAM * max(body.drag_area[2], (2.0 * row["half_height"]) ** 2)
     row["flow_time"], row["min_flow"] = body.flow_time_constant, body.least_flow_speed
     return row
 
@@ -177,6 +181,18 @@ def load(body, node, current, change, tangent, band):
         band[i, i] += m * (c2 + sigma * c1)
         band[i, 2] += wet * (dot(half, turn[0]) * fall_x + dot(half, turn[1]) * fall_y) - dwet * load_z[i]
     return power
+
+
+@inline
+def slam(body, q, v, water, h):
+    """Slam [N] that load() leaves out of a body that is in the water surface, or was in the last h [s]; else -1.
+
+    rho/2 C_s A w^2, w the vertical velocity through the water: DNV-RP-H103 (2011) 4.3.5. q, v, water: see load().
+    """
+    w = water[EXTRA + 2] + water[ORBIT + 2] - v[2]
+    if abs(q[2] - water[ELEVATION]) > body.half_height + abs(w) * h:
+        return -1.0
+    return body.slam * w * w
 
 
 @driver

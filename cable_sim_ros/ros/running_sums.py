@@ -56,12 +56,14 @@ class RunningSums:
         self._ship = Moments()  # acceleration ahead, m/s^2, and pitch, deg
         self._before: tuple[int, float, float] = 0, nan, nan  # time [ns], velocity ahead [m/s], pitch [deg]
         self.least_scope = inf  # m
+        self.max_slam = 0.0  # N
 
     def add(self, frame: np.record) -> None:
         """One tick output."""
         self._seen += 1
         self._slow += abs(float(frame["payout_rate"])) < self.slow
         self.least_scope = min(self.least_scope, float(frame["scope"]))
+        self.max_slam = max(self.max_slam, float(frame["slam_estimate"]))
         x, y, z, w = (float(part) for part in frame["ship_quaternion"])
         yaw = atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
         pitch = degrees(asin(max(-1.0, min(1.0, 2.0 * (w * y - z * x)))))

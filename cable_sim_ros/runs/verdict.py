@@ -49,6 +49,7 @@ def judge(frames: np.recarray, scene: Scene | None = None, others: Iterable[Reas
         scene=scene,
         others=(*over, *others),
         problem=problem,
+        slam=float(np.nanmax(frames["slam_estimate"], initial=0.0)),
     )
     if not any(reason.flag == "RINGING_DAMPED" for reason in found.reasons):
         found = verdict_of([*found.reasons, *_deviation_damped(frames)])

@@ -29,10 +29,12 @@ WITHIN_JOURNAL = 1e-6  # of the tension, and m, for one that knows what every ti
 TENSION = ("tension_mean_n", "tension_std_n", "tension_min_n", "tension_max_n")
 PEAKS = ("tension_std_n", "tension_min_n", "tension_max_n")
 CONTACT = ("contact_resultant_mean_n", "contact_resultant_max_n", "wrap_angle_mean_deg")
-BODY = ("body_depth_m", "body_depth_std_m", "body_position_m", "ellipsoid_volume_m3", "ellipsoid_volume_points_m3")
-SEAWAY = ("tension_std_n", "tension_min_n", "tension_max_n", "body_depth_std_m", "sheave_heave_std_m", *BODY[3:])
+PLACE = ("body_depth_m", "body_depth_std_m", "body_position_m")
+ELLIPSOIDS = ("ellipsoid_volume_m3", "ellipsoid_volume_points_m3")
+BODY = (*PLACE, "body_depth_min_m", "body_depth_max_m", "layback_min_m", "layback_max_m", *ELLIPSOIDS)
+SEAWAY = ("tension_std_n", "tension_min_n", "tension_max_n", "body_depth_std_m", "sheave_heave_std_m", *ELLIPSOIDS)
 WINCH = ("payout_min_m", "payout_max_m", "scope_min_m", "scope_max_m")
-COMPENSATED = (*PEAKS, "body_depth_std_m", *BODY[3:], *WINCH)
+COMPENSATED = (*PEAKS, "body_depth_std_m", *ELLIPSOIDS, *WINCH)
 
 
 class Rule(NamedTuple):
@@ -91,9 +93,9 @@ RULES = (
         DOUBTFUL,
         0.5,
         0.0,
-        (*CONTACT, *TENSION),
+        (*CONTACT, *TENSION, *BODY),
         "the cable was off its sheave or out of its groove: contact, wrap angle and line loads are not those of one in "
-        "its groove, and tension is that of a cable without its sheave",
+        "its groove, tension is that of a cable without its sheave, and the towbody hangs on another length outboard",
         "a lift of some tenths of a second is a snap that comes down again; longer, it lies beside the sheave",
         at_end=True,
         alarm=True,
@@ -259,6 +261,16 @@ RULES = (
         "a brake slips above what it holds; how far stands in brake_slip",
         alarm=True,
     ),
+    Rule(
+        "SURFACE_CROSSED",
+        DOUBTFUL,
+        0.0,
+        0.0,
+        (*PEAKS, *BODY),
+        "towbody or a body on the line crossed the water surface: slam, and water that it carries out, are left out",
+        "one slam makes the largest tension, and the snap after it, of a run of any length",
+        alarm=True,
+    ),
 )
 # causes that are no flags: name, state, figures, what is looked at
 CHECKS = (
@@ -373,8 +385,6 @@ CHECKS = (
     ("NOT_RECORDED", DOUBTFUL, TENSION + BODY, "messages were lost on the way to the disk"),
     (DAMAGE, DOUBTFUL, TENSION + BODY, "the bag was damaged and read in part; exit code 3"),
 )
-METRICS_OF = {name: metrics for name, _, metrics, _ in CHECKS}
-STATE_OF = {rule.flag: rule.state for rule in RULES} | {name: state for name, state, _, _ in CHECKS}
 
 
 def rules_markdown() -> str:

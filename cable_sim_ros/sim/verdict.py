@@ -14,9 +14,11 @@ from ..errors import CODE_DAMAGED, CODE_DOUBTFUL, CODE_FAILED, CODE_OK
 from ..physics.heave_compensation import SetpointLaw
 from ..physics.section import material_of
 from ..physics.tick_output import Flag
+from ..physics.towbody import SLAM
 from .flag_rules import CHECKS, DAMAGE, DOUBTFUL, FAILED, MAX_STRESS, OK, REFUSED, REFUSED_S, RULES
 from .scene import Scene
 
+SURFACE_CROSSED = Flag.SURFACE_CROSSED.name
 METRICS_OF = {name: metrics for name, _, metrics, _ in CHECKS}
 STATE_OF = {rule.flag: rule.state for rule in RULES} | {name: state for name, state, _, _ in CHECKS}
 
@@ -108,11 +110,12 @@ def judge_counts(
     scene: Scene | None = None,
     others: Iterable[Reason] = (),
     problem: str = "",
+    slam: float | None = None,
 ) -> Verdict:
     """Verdict on a run of which only the ticks with each status word are known.
 
     statuses: status word of the tick outputs -> ticks; tick: length [s]; last: status of the last tick; others:
-    reasons that are not flags; problem: why it ended early.
+    reasons that are not flags; problem: why it ended early; slam: the largest that was left out, N, where known.
     """
     total = sum(statuses.values())
     reasons = [check("HALTED", problem)] if problem else []
@@ -123,8 +126,18 @@ def judge_counts(
             continue
         seconds = ticks * tick
         if seconds > max(rule.seconds, rule.fraction * total * tick) * (1.0 + 1e-9) or (rule.at_end and last & bit):
-            reasons.append(Reason(rule.flag, seconds, ticks / total, rule.metrics, rule.text))
+            text = rule.text + (_left_out(slam) if rule.flag == SURFACE_CROSSED and slam is not None else "")
+            reasons.append(Reason(rule.flag, seconds, ticks / total, rule.metrics, text))
     return verdict_of([*reasons, *others])
+
+
+def _left_out(slam: float) -> str:
+    """The size of the slam that a body in the water surface lacks; slam: N."""
+    return (
+        f"; a slam of about {slam:.3g} N: rho/2 C_s A w^2 with C_s = {SLAM:g} (DNV-RP-H103 4.3.5), w the largest "
+        "vertical speed through the water there, A the larger of the drag area along z and the side of a cube of the "
+        "displaced volume. Add it to the peaks, or keep the body under water"
+    )
 
 
 def compensates(scene: Scene) -> bool:

@@ -85,6 +85,17 @@ def test_a_node_says_what_a_run_over_its_frames_says(given, flags):
     assert all(a.text.split(",")[0] == b.text.split(",")[0] for a, b in zip(found.reasons, offline)), "the same numbers"
 
 
+def test_a_node_says_the_slam_that_its_ticks_left_out():
+    from cable_sim_ros.physics.tick_output import Flag
+    from cable_sim_ros.runs import verdict
+
+    frames = sailing()
+    frames.status[100:102], frames.slam_estimate[100:102] = Flag.SURFACE_CROSSED, (300.0, 1234.0)
+    found = ended({0: len(frames) - 2, int(Flag.SURFACE_CROSSED): 2}, frames=frames)
+    assert [reason.flag for reason in found.reasons] == ["SURFACE_CROSSED"]
+    assert "a slam of about 1.23e+03 N" in found.reasons[0].text == verdict.judge(frames).reasons[0].text
+
+
 def test_lost_messages_and_lost_time_count():
     found = ended({0: 6000}, skips_ahead=1, recorder={"dropped": 3})
     assert [reason.flag for reason in found.reasons] == ["BEHIND", "NOT_RECORDED"]

@@ -9,6 +9,7 @@ from cable_sim_ros.io.scenes.load import load_scene, override
 from cable_sim_ros.io.sources.recorded_tow import Residual
 from cable_sim_ros.physics.tick_output import TICK_OUTPUT, Flag
 from cable_sim_ros.runs import verdict
+from cable_sim_ros.runs.offline import run
 from cable_sim_ros.runs.step_choice import doubts_of_steps
 from cable_sim_ros.runs.summary import SUMMARY
 from cable_sim_ros.sim import flag_rules
@@ -108,12 +109,43 @@ def test_a_cable_beside_its_sheave():
         "verdict: doubtful: the run came to its end, but figures cannot be taken as they are (docs/flags.md)",
         "  DETACHED for 5 s (100 % of the run): the cable was off its sheave or out of its groove: contact, wrap "
         "angle and "
-        "line loads are not those of one in its groove, and tension is that of a cable without its sheave",
+        "line loads are not those of one in its groove, tension is that of a cable without its sheave, and the towbody "
+        "hangs on another length outboard",
     ]
+    assert {"body_depth_m", "body_depth_max_m", "layback_min_m", "layback_max_m"} <= set(found.reasons[0].metrics)
     assert found.headline == "DOUBTFUL: DETACHED 5 s"
     frames = frames_of()
     frames.status[-1] |= Flag.DETACHED
     assert flags_of(verdict.judge(frames)) == ["DETACHED"]
+
+
+ROSETTE = override(load_scene("lowered_ctd"), {"winch.scope": 12.0, "instruments.depth.on": True})
+
+
+def with_a_float():
+    """The same scope, and the float on the line that crosses is 6 m above a rosette that stays below."""
+    data = override(ROSETTE, {"winch.scope": 18.0}).model_dump(mode="json")
+    tail = data["cable"]["sections"]["conducting"] | {"length": 10.0, "elements": None}
+    data["cable"]["sections"] |= {"tail": tail}
+    data["bodies"] = {"float": {"at": "conducting", "mass": 20.0, "net_weight": -100.0, "drag_area": [0.1, 0.1, 0.1]}}
+    return type(ROSETTE).model_validate(data)
+
+
+@pytest.mark.parametrize(("scene", "body"), [(ROSETTE, 0.0), (with_a_float(), 10.0)], ids=["towbody", "on the line"])
+@pytest.mark.filterwarnings("ignore::UserWarning")
+def test_a_run_in_which_a_body_crosses_the_surface_is_doubtful_by_the_slam_it_lacks(scene, body):
+    done = run(scene, heave=(0.2, 6.0), duration=6.0, winch="0 rate -1.0", step="fixed")
+    f = done.frames
+    through = f.status & Flag.SURFACE_CROSSED > 0
+    height = f.body_position[:, 2] + body
+    assert height[0] < -0.5 < 0.5 < height[-1] and through.any() and not through[[0, -1]].any()
+    assert (through == (f.slam_estimate > 0.0)).all()
+    reason = next(one for one in done.verdict.reasons if one.flag == "SURFACE_CROSSED")
+    assert f"a slam of about {f.slam_estimate.max():.3g} N" in reason.text and "DNV-RP-H103" in reason.text
+    if body == 0.0:
+        speed = np.abs(f.body_velocity[through, 2]).max()
+        assert f.slam_estimate.max() == pytest.approx(0.5 * 1026.0 * 5.0 * 1.36 * speed**2, rel=1e-6)
+        assert (f.depth_reading == np.maximum(-f.body_position[:, 2], 0.0)).all(), "a pressure cell shows none in air"
 
 
 def test_a_winch_limit_matters_to_a_compensation():

@@ -30,6 +30,7 @@ def verdict_of_node(session: Session, publisher: TickPublisher | None, metrics: 
             *of_node(metrics),
         ),
         problem=problem,
+        slam=publisher.sums.max_slam,
     )
     known = {reason.flag for reason in found.reasons}
     return verdict_of([*found.reasons, *(more for more in publisher.sums.reasons() if more.flag not in known)])

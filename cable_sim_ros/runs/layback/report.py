@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ...io.geodesy import on_earth
-from ...sim.flag_rules import BODY
+from ...sim.flag_rules import PLACE
 from ...sim.flag_rules import LAYBACK_WITHIN as WITHIN
 from ...sim.verdict import Verdict, check, verdict_of
 from .laid import WAYS, Laid
@@ -42,8 +42,6 @@ COLUMNS = {
     "cable_out_m": "from the sheave to the towbody",
     "depth_measured_m": "as logged; empty without",
 }
-
-HANGS_ON = ("DETACHED",)  # reasons that name no figure of the towbody: a cable off its sheave is longer outboard
 
 
 class Place(NamedTuple):
@@ -103,7 +101,7 @@ def verdict_on(verdict: Verdict, found: Mapping[str, Any], notes: list[str]) -> 
     """What of the verdict on a run counts for its layback; reasons of other figures become notes."""
     kept = []
     for reason in verdict.reasons:
-        if reason.flag in HANGS_ON or set(reason.metrics) & set(BODY[:3]):
+        if set(reason.metrics) & set(PLACE):
             kept.append(reason)
         else:
             notes.append(f"of the run, not of its layback: {reason}")
