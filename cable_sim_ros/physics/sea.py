@@ -165,6 +165,24 @@ def elevation(waves, phase, fraction, x, y):
     return fraction[0] * eta
 
 
+@driver
+def pressure_head(waves, phase, fraction, x, y, z):
+    """Head [m of water] by which the waves raise the pressure at x, y, z of the tow frame, Dean & Dalrymple (1991)
+    4.20: the sum of A cosh(k(z + d)) / cosh(kd) cos th; above z = 0 that of z = 0."""
+    head = 0.0
+    for i in range(waves.shape[0]):
+        if waves[i, REACH] < -z:
+            break
+        up = decay(waves[i, NUMBER] * min(z, 0.0))
+        head += (
+            waves[i, AMPLITUDE]
+            * (up + waves[i, BOTTOM] / up)
+            / (1.0 + waves[i, BOTTOM])
+            * sincos(phase[i, 0] * x + phase[i, 1] * y + phase[i, 2])[1]
+        )
+    return fraction[0] * head
+
+
 @inline
 def cubic(table, i, column, s):
     """Value and slope at s of the cubic in row i of a table."""

@@ -100,6 +100,9 @@ SENSOR_RULES = np.dtype(
         ("metering_least", "f8"),  # N
         ("axis", "f8"),  # rad from the downward vertical, positive aft; nan: of the resultant at the start
         ("newtons", "f8"),  # of the pin per newton of tension; nan: as at the start
+        ("transducer", "f8", 3),  # m, base_link, where that of the fix really is
+        ("transducer_error", "f8", 3),  # m, that less where it is said to be
+        ("transducer_turn", "f8", 6),  # rad, from the fourth: roll, pitch, heading by which it is turned unknown
     ],
     align=True,
 )
@@ -224,6 +227,24 @@ class Usbl(Device):
     noise: float = quantity(0.0, "m", 0.0, 100.0, "deviation of each coordinate beside that")
     outliers: float = quantity(0.0, "1", 0.0, 0.5, "share of fixes that are wrong")
     outlier_size: float = quantity(50.0, "m", 0.0, 1e4, "deviation of each coordinate of these")
+    position: tuple[float, float, float] = quantity(
+        (0.0, 0.0, 0.0),
+        "m",
+        -200.0,
+        200.0,
+        "place of the ship's transducer in base_link; the slant range is from there",
+    )
+    lever_error: tuple[float, float, float] = quantity(
+        (0.0, 0.0, 0.0), "m", -50.0, 50.0, "place where it really is less position: what was measured wrong"
+    )
+    angle_error: tuple[float, float, float] = quantity(
+        (0.0, 0.0, 0.0),
+        "rad",
+        -0.2,
+        0.2,
+        "roll, pitch and heading by which it, or the attitude that its fix is reckoned with, is wrong; 0.01 is 1 % of "
+        "the slant range",
+    )
 
 
 class DepthSensor(Device):

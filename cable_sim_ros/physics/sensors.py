@@ -6,17 +6,19 @@ noise is a function of seed, tick and signal, so a resumed run and a replay show
 
 from __future__ import annotations
 
-from math import atan2, cos, exp, floor, pi, sin, sqrt
+from math import atan2, cos, exp, floor, pi, sin
 
 import numpy as np
 
 from .contact_output import in_block
+from .instruments import end_strain
 from .jit import driver, inline
 from .noise import drawn, gauss, spoiled
+from .sea import pressure_head
 from .sensor_models import COUNT, DEPTH_SHOWN, ENCODED, FIX, HEAVE, LATE, LOST, METERED, MRU, NOISE, PIN, ROLL
-from .ship import frame_shift, hull_point, rotate
-from .state import NOW
-from .vec import at3, cross
+from .ship import along_heading, frame_shift, hull_point, rotate, unrotate
+from .state import NOW, Q
+from .vec import at3, axpy, cross, norm
 
 STILL = (0.0, 0.0, 0.0)
 
@@ -38,7 +40,7 @@ def follow_mru(model, state, row, h):
     y'' + 2 zeta w y' + w^2 y = x'' + e, e the vertical acceleration that the lean brings; by the trapezoidal rule on
     x - y, which is what the filter follows."""
     now, rules, sensing = state.memory[NOW], model.sensors.rules[0], state.sensors.sensing[0]
-    motion = now.ship.motion
+    motion, tilt = now.ship.motion, sensing.tilt
     p, v, _ = hull_point(motion, at3(rules.place, 0), STILL, STILL)
     error, w = 0.0, (2.0 * pi / rules.period if rules.period > 0.0 else 0.0)
     if rules.leak > 0.0:
@@ -60,12 +62,23 @@ def follow_mru(model, state, row, h):
         x, y = row[i], row[i + 1]
         row[i], row[i + 1] = c * x + s * y, c * y - s * x
     row[ROLL], row[ROLL + 1] = motion.coord[3] + sensing.tilt, motion.coord[4]
-    row[ROLL + 2], row[ROLL + 3] = motion.rate[3], motion.rate[4]
+    row[ROLL + 2], row[ROLL + 3] = motion.rate[3] + (sensing.tilt - tilt) / h, motion.rate[4]
+
+
+@inline
+def fix_error(rules, motion, place):
+    """What place and attitude of the transducer make wrong in a fix of ``place`` [m, tow frame], and the slant range
+    [m]: the place is reckoned with the transducer where, and turned as, it is said to be."""
+    at, _, _ = hull_point(motion, at3(rules.transducer, 0), STILL, STILL)
+    way = axpy(-1.0, at, place)
+    true = unrotate(motion.coord, way)
+    wrong = axpy(-1.0, true, axpy(-1.0, at3(rules.transducer_error, 0), unrotate(rules.transducer_turn, true)))
+    return rotate(motion.coord, wrong), norm(way)
 
 
 @driver
 def truths(model, state, f, row, h):
-    """What there is to be measured at this tick, a row of SIGNALS."""
+    """What there is to be measured at this tick, a row of SIGNALS; returns the slant range of the fix [m]."""
     rules, sensing, payout_0 = model.sensors.rules[0], state.sensors.sensing[0], model.settings[0].drum.payout_0
     follow_mru(model, state, row, h)
     pull = in_block(model, state, at3(f.contact_force, 0))
@@ -79,20 +92,28 @@ def truths(model, state, f, row, h):
             sensing.newtons = shown / f.tension if f.tension > 0.0 else 0.0
     counted = (1.0 + rules.slip) * (1.0 + rules.wrong_layer / f.drum_lay_radius)
     sensing.encoded += counted * (f.payout_counter - sensing.encoded_at)
-    turns = f.tension_drum >= rules.metering_least
-    sensing.metered += f.payout - sensing.metered_at if turns else 0.0
+    passed = 1.0 + end_strain(model.line.elements, state) if f.tension_drum >= rules.metering_least else 0.0
+    sensing.metered += passed * (f.payout - sensing.metered_at)
     sensing.encoded_at, sensing.metered_at = f.payout_counter, f.payout
     row[ENCODED], row[ENCODED + 1] = payout_0 + sensing.encoded, -counted * f.drum_rate * f.drum_lay_radius
-    row[METERED], row[METERED + 1] = payout_0 + sensing.metered, f.payout_rate if turns else 0.0
+    row[METERED], row[METERED + 1] = payout_0 + sensing.metered, passed * f.payout_rate
     row[PIN] = -sin(sensing.axis) * pull[0] - cos(sensing.axis) * pull[2]
     for k in range(3):
         row[FIX + k] = f.body_position[k]
-    row[DEPTH_SHOWN] = -f.body_position[2]
+    place, sea = at3(state.nodes[NOW, Q, model.line.body_nodes[0]], 0), model.line.sea
+    head = pressure_head(sea.waves, state.work.phase, state.memory[NOW].sea.fraction, place[0], place[1], place[2])
+    row[DEPTH_SHOWN] = max(head - place[2], 0.0)
+    if model.sensors.signals[FIX].on == 0:
+        return 0.0
+    off, distance = fix_error(rules, state.memory[NOW].ship.motion, place)
+    for k in range(3):
+        row[FIX + k] += off[k]
+    return distance
 
 
 @driver
 def sheave_by_mru(model, state, shown):
-    """Place and velocity of the sheave in the tow frame as the readings of the MRU give them, with the true heading."""
+    """Place and velocity of the sheave in the tow frame by the readings of the MRU and the true heading."""
     now, rules, sensing = state.memory[NOW], model.sensors.rules[0], state.sensors.sensing[0]
     yaw = now.ship.motion.coord[5]
     c, s = cos(yaw), sin(yaw)
@@ -104,7 +125,7 @@ def sheave_by_mru(model, state, shown):
         for k in range(3):
             sensing.rest[k], sensing.arm[k] = now.sheave.position[k], arm[k]
     dr, dp = shown[ROLL + 2].shown, shown[ROLL + 3].shown
-    turn = (c * cos(pitch) * dr - s * dp, s * cos(pitch) * dr + c * dp, -sin(pitch) * dr)
+    turn = (c * cos(pitch) * dr - s * dp, s * cos(pitch) * dr + c * dp, now.ship.motion.rate[5] - sin(pitch) * dr)
     swept = cross(turn, arm)
     for k in range(3):
         x, v = shown[HEAVE].shown, shown[HEAVE + 3].shown
@@ -177,11 +198,8 @@ def show(state, f):
 def sense(model, state, f):
     """Let every device that is aboard show what it has at this tick; f: tick output, filled up to the truth."""
     now, sensors, h = state.memory[NOW], state.sensors, model.settings[0].tick_ns * 1e-9
-    tick, new, lost, distance = now.time.ticks, 0, 0, 0.0
-    truths(model, state, f, sensors.truth[tick % sensors.truth.shape[0]], h)
-    for k in range(3):
-        distance += (f.body_position[k] - f.ship_position[k]) ** 2
-    distance = sqrt(distance)
+    tick, new, lost = now.time.ticks, 0, 0
+    distance = truths(model, state, f, sensors.truth[tick % sensors.truth.shape[0]], h)
     for i in range(COUNT):
         signal = model.sensors.signals[i]
         if signal.on != 0:
@@ -200,4 +218,5 @@ def sense(model, state, f):
             w = now.frame.velocity[0] if k == 0 else (now.frame.velocity[1] if k == 1 else 0.0)
             f.mru_sheave_position[k] = now.seen.position[k] + o
             f.mru_sheave_velocity[k] = now.seen.velocity[k] + w
+        f.mru_sheave_ahead_rate, f.mru_sheave_port_rate, f.mru_sheave_up_rate = along_heading(now, now.seen.velocity)
     sensors.sensing[0].begun = 1

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from .result import Run
 
 Controller = Callable[[np.record], WinchCommand | None]  # row of the last tick -> command, None: as it was
+SHEAVE = ("sheave_position", "sheave_velocity", "sheave_ahead_rate", "sheave_port_rate", "sheave_up_rate")
 WHOLE = 1e-6  # of a tick: a control period nearer to a whole number of ticks is one
 NOTHING_DONE = "nothing was simulated"
 
@@ -53,7 +54,7 @@ def shown_for(instruments: Instruments) -> dict[str, str]:
     """Fields of the tick output whose truth a controller that is fed by instruments does not see, and the readings in
     their place."""
     of = {
-        "mru": {"sheave_position": "mru_sheave_position", "sheave_velocity": "mru_sheave_velocity"},
+        "mru": {name: f"mru_{name}" for name in SHEAVE},
         "metering_sheave": {"payout": "metering_payout", "payout_rate": "metering_rate"},
         "encoder": {"payout": "encoder_payout", "payout_counter": "encoder_payout", "payout_rate": "encoder_rate"},
         "load_pin": {"tension": "load_pin_tension"},

@@ -16,9 +16,9 @@ GAIN, LEAK = 0.5, 100.0  # 1/s; s after which a length that was paid out is forg
 class HeaveController:
     """Pays out as fast as the sheave rises along the cable, so that the cable below it stands still."""
 
-    def __init__(self, tow_speed, ramp=5.0):
-        """tow_speed: m/s, the mean that has to come out of the surge; ramp: s until the whole gain."""
-        self.tow_speed, self.ramp = tow_speed, ramp
+    def __init__(self, ramp=5.0):
+        """ramp: s until the whole gain."""
+        self.ramp = ramp
         self.begin = self.datum = None
         self.length = 0.0  # m wanted, over that of the start
 
@@ -27,9 +27,8 @@ class HeaveController:
         if self.begin is None:
             self.begin, self.datum, self.angle = row.time, row.payout, row.departure_angle
         t = (row.time - self.begin) * 1e-9  # s
-        ahead, up = row.sheave_velocity[0] - self.tow_speed, row.sheave_velocity[2]  # heading east
         gain = min(1.0, t / self.ramp)
-        speed = gain * (ahead * sin(self.angle) + up * cos(self.angle))
+        speed = gain * (row.sheave_ahead_rate * sin(self.angle) + row.sheave_up_rate * cos(self.angle))
         self.length += PERIOD * (speed - self.length / LEAK)
         error = self.length - (row.payout - self.datum)
         return WinchCommand(rate=float(speed + GAIN * error))
@@ -38,7 +37,7 @@ class HeaveController:
 def main(words=None):
     """Run with the winch held and with the controller, and compare."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("scene", nargs="?", default="side_scan", help="name or file of a scene that heads east")
+    parser.add_argument("scene", nargs="?", default="side_scan", help="name or file of a scene")
     parser.add_argument("--heave", nargs=2, type=float, default=(1.0, 8.0), help="amplitude m, period s")
     parser.add_argument("--duration", type=float, default=60.0, help="s")
     parser.add_argument("--skip", type=float, default=20.0, help="s at the begin that do not count")
@@ -46,7 +45,7 @@ def main(words=None):
     given = parser.parse_args(words)
     scene = override(load_scene(given.scene), {"setpoint.algorithm": "hold"})  # else both would compensate
     common = {"heave": tuple(given.heave), "duration": given.duration, "step": "chosen", "every": PERIOD}
-    controller = HeaveController(scene.ship.tow_speed)
+    controller = HeaveController()
     runs = {
         "hold": run(scene, **common),
         "controller": run(scene, **common, controller=controller, control_period=PERIOD, out=given.out),

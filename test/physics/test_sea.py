@@ -22,6 +22,7 @@ from cable_sim_ros.physics.sea import (
     elevation,
     gust,
     look_up,
+    pressure_head,
     sincos,
     wave_lanes,
 )
@@ -245,3 +246,22 @@ def test_elevation_is_the_sum_of_the_components():
     table[:, 0], phase = rng.random(5), rng.random((5, 3))
     eta = elevation(table, phase, np.array((0.5, 0.0)), 3.0, 4.0)
     assert eta == pytest.approx(0.5 * (table[:, 0] * np.cos(phase @ (3.0, 4.0, 1.0))).sum(), abs=1e-10)
+
+
+@pytest.mark.parametrize("depth", [np.inf, 12.0], ids=["deep", "finite"])
+def test_the_pressure_of_waves_is_what_accelerates_the_water(depth):
+    """Linear Euler: a = -g grad(head); at the surface the head is its elevation."""
+    table, h = (
+        wave_table(Waves(kind="airy", height=HEIGHT, period=PERIOD, towards_deg=np.degrees(TOWARDS)), G, depth),
+        1e-4,
+    )
+    k, omega, t, full = table[0, 1], table[0, 2], 1.3, np.array((1.0, 0.0))
+    phase = np.array([[k * np.cos(TOWARDS), k * np.sin(TOWARDS), -omega * t]])
+    point = np.array((2.0, -1.0, -5.0))
+    slope = [
+        pressure_head(table, phase, full, *(point + d)) - pressure_head(table, phase, full, *(point - d))
+        for d in h * np.eye(3)
+    ]
+    _, acceleration = kinematics([point], t, depth)
+    np.testing.assert_allclose(-G * np.array(slope) / (2.0 * h), acceleration[0], rtol=1e-5)
+    assert pressure_head(table, phase, full, 3.0, 4.0, 0.2) == pytest.approx(elevation(table, phase, full, 3.0, 4.0))

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from math import atan, pi
+from math import atan, cos, pi, radians, sin
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from cable_sim_ros import Simulator, WinchCommand
 from cable_sim_ros.io.bags.bag import read_bag
@@ -14,7 +15,9 @@ from cable_sim_ros.io.messages.frame_numbers import numbers_of
 from cable_sim_ros.io.scenes.load import SceneError, load_scene, override
 from cable_sim_ros.physics.sensor_models import DEVICES, SIGNALS, TARGETS, FaultKind
 from cable_sim_ros.runs import offline
+from cable_sim_ros.runs.controller import SHEAVE
 from cable_sim_ros.sim.checks.instrument_checks import OF_PATH
+from cable_sim_ros.sim.inputs import ShipMotion
 from cable_sim_ros.sim.live_parameters import set_live
 from cable_sim_ros.sim.rebase import carried_over
 from cable_sim_ros.sim.statics.route import StartError
@@ -47,8 +50,8 @@ def test_ideal_instruments_show_the_truth(ideal):
         (f.mru_heave, f.ship_position[:, 2] - rest),
         (f.mru_heave_rate, f.ship_velocity[:, 2]),
         (f.encoder_payout, f.payout_counter),
-        (f.metering_payout, f.payout),
-        (f.metering_rate, f.payout_rate),
+        (f.metering_payout, f.payout_counter),
+        (f.metering_rate, f.encoder_rate),
         (f.depth_reading, -f.body_position[:, 2]),
         (f.mru_sheave_position, f.sheave_position),
         (f.mru_sheave_velocity, f.sheave_velocity),
@@ -69,9 +72,118 @@ def test_instruments_change_nothing_but_what_they_show(ideal):
     assert set(without.dtype.names) - set(same) <= names | {
         "load_pin_tension",
         "readings_new",
-        "mru_sheave_position",
-        "mru_sheave_velocity",
+        *(f"mru_{name}" for name in SHEAVE),
     }
+
+
+def rolled(roll, pitch, yaw):
+    """Rz Ry Rx of a ship's attitude, and what its rates do in its axes."""
+    cr, sr, cp, sp, cy, sy = cos(roll), sin(roll), cos(pitch), sin(pitch), cos(yaw), sin(yaw)
+    about_z, about_y = (
+        np.array([[cy, -sy, 0], [sy, cy, 0], [0, 0, 1]]),
+        np.array([[cp, 0, sp], [0, 1, 0], [-sp, 0, cp]]),
+    )
+    return about_z @ about_y @ [[1, 0, 0], [0, cr, -sr], [0, sr, cr]], [
+        [1, 0, -sp],
+        [0, cr, sr * cp],
+        [0, -sr, cr * cp],
+    ]
+
+
+def moved(seed, **values):
+    """Tick outputs of a ship that a sum of sines moves in all six directions about a track over ground."""
+    what = scene(ship__start_blend=0.5, **values)
+    sim, rng = Simulator(what), np.random.default_rng(seed)
+    sim.start()
+    yaw, speed = radians(what.ship.heading_deg), what.ship.tow_speed
+    size = np.array([0.6, 0.6, 1.0, 0.1, 0.05, 0.1]) * rng.uniform(0.3, 1.0, 6)
+    w, phase = 2.0 * pi / rng.uniform(6.0, 12.0, 6), rng.uniform(0.0, 2.0 * pi, 6)
+    mean = np.array([speed * cos(yaw), speed * sin(yaw), 0.0, 0.0, 0.0, 0.0])
+    for i in range(220):
+        t = 0.02 * i
+        x, v = size * np.sin(w * t + phase) + mean * t + (0, 0, 0, 0, 0, yaw), size * w * np.cos(w * t + phase) + mean
+        gyro = rolled(*x[3:])[1] @ v[3:]
+        place, attitude, velocity = tuple(x[:3]), tuple(x[3:]), tuple(v[:3])
+        stamp = round(t * 1e9)
+        sim.push(ShipMotion(time_ns=stamp, position=place, attitude=attitude, velocity=velocity, rate=tuple(gyro)))
+    sim.push(WinchCommand(rate=0.4))
+    return sim.run(400)[100:]
+
+
+def level(f, names):
+    """Three numbers ahead, to port and up of the ship in the axes of odom."""
+    x, y, z, w = f.ship_quaternion.T
+    yaw = np.arctan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
+    ahead, port, up = (f[name] for name in names)
+    return np.column_stack([np.cos(yaw) * ahead - np.sin(yaw) * port, np.sin(yaw) * ahead + np.cos(yaw) * port, up])
+
+
+BENT = {  # instruments that are wrong without noise and steps, on a ship that heads south-west
+    "ship__heading_deg": 218.0,
+    "instruments__mru__position": [3.0, 1.0, 2.0],
+    "instruments__mru__lever_error": [2.0, -1.0, 0.5],
+    "instruments__mru__heave_period": 25.0,
+    "instruments__mru__turn_leak": 0.5,
+    "instruments__mru__turn_settling": 2.0,
+    "instruments__encoder__slip": 0.03,
+    "instruments__metering_sheave__gain": 1.02,
+    "instruments__usbl__position": [5.0, -2.0, -4.0],
+    "instruments__usbl__lever_error": [0.5, 0.3, -0.2],
+    "instruments__usbl__angle_error": [0.01, -0.005, 0.02],
+}
+
+
+@pytest.fixture(scope="module")
+def bent():
+    return moved(2, **BENT)
+
+
+@pytest.mark.parametrize("values", [{}, BENT], ids=["ideal", "bent"])
+def test_every_rate_is_the_derivative_of_its_place(values, bent):
+    f, mru = bent if values else moved(1), ("mru_surge", "mru_sway", "mru_heave")
+    placed = [name for name in f.dtype.names if name.endswith("_position") and name != "usbl_position"]  # has no rate
+    pairs = {name: (f[name], f[name.replace("position", "velocity")]) for name in placed}
+    pairs |= {name: (f[name], f[f"{name}_rate"]) for name in ("mru_roll", "mru_pitch", "payout")}
+    pairs |= {name: (f[f"{name}_payout"], f[f"{name}_rate"]) for name in ("encoder", "metering")}
+    pairs["mru"] = level(f, mru), level(f, [f"{name}_rate" for name in mru])
+    assert set(placed) == {"ship_position", "sheave_position", "mru_sheave_position", "body_position"}
+    for name, (place, rate) in pairs.items():
+        wrong = np.diff(place, axis=0) / TICK - 0.5 * (rate[1:] + rate[:-1])
+        assert np.abs(wrong).max() < 1e-3 * np.abs(rate).max(), name
+
+
+@pytest.mark.parametrize("kind", ["", "mru_"])
+def test_speeds_ahead_to_port_and_up_are_those_less_the_mean_speed_on_any_heading(bent, kind):
+    yaw = 2.0 * np.arctan2(bent.ship_quaternion[:, 2], bent.ship_quaternion[:, 3])  # roll and pitch are small
+    x, y, up = bent[f"{kind}sheave_velocity"].T
+    assert bent[f"{kind}sheave_ahead_rate"] == pytest.approx(
+        np.cos(yaw) * x + np.sin(yaw) * y - TOW.ship.tow_speed, abs=0.02
+    )
+    assert bent[f"{kind}sheave_port_rate"] == pytest.approx(np.cos(yaw) * y - np.sin(yaw) * x, abs=0.02)
+    assert (bent[f"{kind}sheave_up_rate"] == up).all()
+    assert abs(bent[f"{kind}sheave_ahead_rate"].mean()) < 0.2 < 1.5 < -x.mean(), "ahead is south-west"
+
+
+def test_a_fix_is_wrong_by_place_and_attitude_of_its_transducer(bent):
+    place, off, turn = (
+        np.array(BENT[f"instruments__usbl__{name}"]) for name in ("position", "lever_error", "angle_error")
+    )
+    for f in bent[bent.readings_new & 16 > 0]:
+        x, y, z, w = f.ship_quaternion
+        ship = Rotation.from_quat([x, y, z, w]).as_matrix()
+        way = ship.T @ (f.body_position - f.ship_position) - place - off
+        reckoned = f.ship_position + ship @ (place + rolled(*turn)[0].T @ way)
+        assert f.usbl_position == pytest.approx(reckoned, abs=1e-9)
+        assert np.linalg.norm(f.usbl_position - f.body_position) > 3.0, "a hundredth of the slant range is"
+
+
+def test_a_pressure_cell_feels_the_waves():
+    waves = {"kind": "airy", "height": 2.0, "period": 12.0}
+    what = scene().model_dump(mode="json")
+    what["water"] |= {"waves": waves, "ramp": 0.1}
+    f = offline.run(type(TOW).model_validate(what), duration=16.0, step="fixed").frames[200:]
+    k, head = (2.0 * pi / 12.0) ** 2 / TOW.gravity, f.depth_reading + f.body_position[:, 2]
+    assert head.max() == pytest.approx(np.exp(k * f.body_position[head.argmax(), 2]), rel=1e-2)
 
 
 def test_heave_of_an_mru_is_high_passed():
@@ -106,7 +218,10 @@ def test_each_imperfection_is_what_it_says(ideal):
     counted = truth[0] + 1.05 * (truth - truth[0])
     assert np.abs(f.encoder_payout - counted).max() <= 0.001 + 1e-9
     assert np.abs(f.encoder_payout / 0.002 - np.round(f.encoder_payout / 0.002)).max() < 1e-6
-    assert f.metering_payout == pytest.approx(1.02 * ideal.payout)
+    assert f.metering_payout == pytest.approx(1.02 * ideal.metering_payout)
+    passed = 1.0 + ideal.tension_drum[1:] / TOW.cable.axial_stiffness  # stretched as it runs over the wheel
+    assert np.diff(ideal.metering_payout) == pytest.approx(passed * np.diff(ideal.payout), abs=1e-9)
+    assert ideal.metering_payout[-1] - ideal.payout[-1] > 1e-4, "unstretched cable it is not"
     assert np.abs(f.depth_reading - ideal.depth_reading).max() <= 0.125
     error = f.load_pin - (30.0 + 1.1 * ideal.load_pin)
     assert abs(error.mean()) < 0.5 and abs(error.std() - 4.0) < 0.4
@@ -154,8 +269,6 @@ def test_an_encoder_that_counts_with_a_wrong_layer():
 
 
 def test_the_vertical_of_an_mru_leans_out_of_a_turn():
-    from cable_sim_ros.sim.inputs import ShipMotion
-
     speed, turn, leak = 5.0, 0.05, 0.6
     what = scene(
         ship__tow_speed=speed,

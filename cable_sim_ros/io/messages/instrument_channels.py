@@ -38,7 +38,8 @@ MRU_LINK = "mru_link"
 
 def mru(f, shape, contact, context):
     """Surge, sway, heave as position, roll and pitch as attitude without heading; their rates in base_link, as
-    nav_msgs/Odometry has its twist; the rate of the heading, which no device shows, is left out."""
+    nav_msgs/Odometry has its twist, without the ship's mean velocity, as the fields; the rate of the heading, which no
+    device shows, is left out."""
     hr, hp = 0.5 * f.mru_roll, 0.5 * f.mru_pitch
     turn = (sin(hr) * cos(hp), cos(hr) * sin(hp), -sin(hr) * sin(hp), cos(hr) * cos(hp))
     speed = rotate(inverse(turn), (f.mru_surge_rate, f.mru_sway_rate, f.mru_heave_rate))

@@ -97,6 +97,8 @@ def sensor_rules(scene: Scene) -> np.ndarray:
     row["slip"], row["wrong_layer"] = have.encoder.slip, have.encoder.layer_error * layered(scene)["lay_rise"]
     row["metering_least"] = have.metering_sheave.min_tension or -np.inf
     row["axis"] = nan if pin.axis_deg is None else radians(pin.axis_deg)
+    row["transducer"] = np.add(have.usbl.position, have.usbl.lever_error)
+    row["transducer_error"], row["transducer_turn"][0, 3:] = have.usbl.lever_error, have.usbl.angle_error
     row["newtons"] = nan if pin.calibration is None else pin.calibration
     return row
 
