@@ -57,6 +57,10 @@ class Rule(NamedTuple):
     alarm: bool = False
 
 
+def _harmless(flag: str, text: str, why: str) -> Rule:
+    return Rule(flag, OK, 0.0, 0.0, (), text, why, alarm=True)
+
+
 RULES = (
     Rule(
         "NEWTON_FAILED",
@@ -171,16 +175,7 @@ RULES = (
         compensating=True,
         alarm=True,
     ),
-    Rule(
-        "SEABED",
-        OK,
-        0.0,
-        0.0,
-        (),
-        "cable or towbody lay on the seabed",
-        "the seabed of the scene carries it",
-        alarm=True,
-    ),
+    _harmless("SEABED", "cable or towbody lay on the seabed", "the seabed of the scene carries it"),
     Rule(
         "SLACK_ENERGY",
         DOUBTFUL,
@@ -210,15 +205,10 @@ RULES = (
         "winch commands asked for more than rate or travel allow: the winch did less than it was told",
         "a single length far away is approached at the largest rate for some seconds, as it is meant",
     ),
-    Rule(
+    _harmless(
         "LOW_FLOW",
-        OK,
-        0.0,
-        0.0,
-        (),
         "hardly any water flowed past the towbody: its heading was held",
         "the heading alone is held, no figure of the summary depends on it",
-        alarm=True,
     ),
     Rule(
         "WINCH_SATURATED",
@@ -241,25 +231,15 @@ RULES = (
         "the flag has its own share of the working tension; without it as soon as the deviation misses 2 %",
         alarm=True,
     ),
-    Rule(
+    _harmless(
         "MOTOR_LIMITED",
-        OK,
-        0.0,
-        0.0,
-        (),
         "the motor gave all that its curve and power allow",
         "what the drum does then is what such a motor does",
-        alarm=True,
     ),
-    Rule(
+    _harmless(
         "BRAKE_SLIPPED",
-        OK,
-        0.0,
-        0.0,
-        (),
         "the drum turned against its brake",
         "a brake slips above what it holds; how far stands in brake_slip",
-        alarm=True,
     ),
     Rule(
         "SURFACE_CROSSED",

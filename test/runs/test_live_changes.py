@@ -152,8 +152,8 @@ def test_a_timetable_gives_each_change_once():
         ),
         (
             [(0.101, "drive.mode", "brake"), (0.104, "drive.mode", "follow")],
-            "item 1 '0.101 drive.mode brake': drive.mode = brake at 0.101 s ends at 0.104 s, before the next tick output, "
-            "that at 0.11 s: it would never act; nothing was simulated. Let it last until then or longer",
+            "item 1 '0.101 drive.mode brake': drive.mode = brake at 0.101 s ends at 0.104 s, before the next tick "
+            "output, that at 0.11 s: it would never act; nothing was simulated. Let it last until then or longer",
         ),
         (
             [(0.1, "drive.inertia", 5.0)],

@@ -11,8 +11,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ...io.geodesy import on_earth
-from ...sim.flag_rules import PLACE
 from ...sim.flag_rules import LAYBACK_WITHIN as WITHIN
+from ...sim.flag_rules import PLACE
 from ...sim.verdict import Verdict, check, verdict_of
 from .laid import WAYS, Laid
 from .track import along_track
