@@ -15,6 +15,7 @@ from ..sim.layout import layout_of
 from ..sim.scene import Scene
 from ..sim.statics.route import DRUM_RESERVE
 from ..sim.verdict import Reason, Verdict, check, judge_counts, overload, strength, verdict_of
+from .stop_peaks import nice_step, stop_missed
 from .summary import after_start, tick_length
 
 if TYPE_CHECKING:
@@ -22,8 +23,6 @@ if TYPE_CHECKING:
 
 ENDING = 5.0  # s
 KEPT = 0.02  # of its energy, what steps that keep a ringing may take of it
-NICE = (1.0, 2.0, 5.0)
-MIN_TICK = 1e-4  # s, of solver.tick
 AT_END = 1e-3  # m, of the cable that stays on the drum
 
 
@@ -41,6 +40,7 @@ def judge(frames: np.recarray, scene: Scene | None = None, others: Iterable[Reas
         over += hauled_into_waves(scene, float(frames["scope"].min()))
         if (frames["command_age"] < 0.0).all():
             over += drifting(scene, len(frames) * tick, frames["payout"])
+        over += stop_missed(frames, scene)
         over += in_part(scene, float(np.mean(np.abs(frames["payout_rate"]) < slow(scene))))
     found = judge_counts(
         dict(zip(map(int, status), map(int, counts))),
@@ -141,9 +141,7 @@ def _damped(frames: np.recarray) -> str:
     lengths = kept["tension_damped"] ** 2
     step = tick_length(frames) * float(np.sum(lengths / np.maximum(kept["substeps"], 1)) / max(lengths.sum(), 1e-300))
     good = step * min((KEPT * there / max(lost, 1e-300)) ** (1.0 / 3.0), KEPT ** (1.0 / 3.0))
-    good = max(good, MIN_TICK)
-    decade = 10.0 ** np.floor(np.log10(good))
-    nice = max(digit * decade for digit in NICE if digit * decade <= good * (1.0 + 1e-9))
+    nice = nice_step(good)
     return (
         f"{np.sqrt(lost):.3g} N rms or more beside a deviation of {np.sqrt(there):.4g} N, up to "
         f"{np.nanmax(frames['tension_damped']):.3g} N of a peak, by steps of {step:.2g} s. Steps of {nice:g} s keep "
