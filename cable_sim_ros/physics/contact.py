@@ -25,6 +25,7 @@ EVENTS = np.dtype(
         ("seated", "i8"),  # 1 while on the sheave
         ("pressed_since", "i8"),  # ns, -1: it does not press
         ("clearance", "f8"),  # m, groove clearance at the end of the last step, see contact_detection.py
+        ("bears", "f8"),  # resultant on the sheave over the sum of its radial loads, of the last tick that loaded it
     ],
     align=True,
 )

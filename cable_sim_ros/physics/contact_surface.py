@@ -46,6 +46,8 @@ SURFACE = np.dtype(
         ("stiffness", "f8"),  # N/m^2.5
         ("damping", "f8"),  # s/m
         ("friction", "f8"),  # Coulomb fraction of the normal load
+        ("grip", "f8"),  # that of the groove, and that of a bearing which bears all of the load; 0: of no bearing
+        ("bearing", "f8"),
         ("slip", "f8"),  # m/s, slip at which 0.7 of the friction acts, above zero where there is friction
     ],
     align=True,
@@ -81,8 +83,8 @@ class Sheave(Block):
         "1",
         0.0,
         100.0,
-        "friction of the bearing, ln of the tension ratio per rad of wrap: that of the journal times its radius over "
-        "that of the sheave; where it is more than the groove holds, the sheave stands",
+        "friction of the bearing, of the resultant that it bears: that of the journal times its radius over that of "
+        "the sheave; where it is more than the groove holds, the sheave stands",
         "off: as Westin; journal 0.1 in a plain bearing, Feyrer (2007) 3.5.1",
         configure=False,
     )
@@ -187,8 +189,9 @@ def surfaces_of(scene) -> np.ndarray:
     k_drum = stiffness(tension, drum, 1.0, 1, depth)
     k_sheave = stiffness(tension, sheave, sin(0.5 * throat), 2, depth)
     rim = scene.sheave.rim_radius + 0.5 * d
-    at, groove, brake = scene.sheave.position, scene.sheave.groove_depth, (sheave_friction(scene.sheave), c.slip_speed)
-    rows = [surface_row(at, sheave, throat, groove, rim, k_sheave, c.damping, *brake)]
+    at, groove = scene.sheave.position, scene.sheave.groove_depth
+    rows = [surface_row(at, sheave, throat, groove, rim, k_sheave, c.damping, slip=c.slip_speed)]
+    rub_sheave(rows[0], scene.sheave)
     if scene.winch.drum == DrumModel.CONTACT:
         brake = scene.winch.drum_friction, c.slip_speed
         rows.append(surface_row(scene.winch.position, drum, None, 0.0, 0.0, k_drum, c.damping, *brake))
@@ -218,8 +221,18 @@ def check_surfaces(surfaces: np.ndarray) -> np.ndarray:
 
 
 def sheave_friction(sheave: Sheave) -> float:
-    """Friction on each flank that acts along the cable: the groove's, or the bearing's where the sheave turns first."""
-    return min(sheave.friction, sheave.bearing_friction * sin(radians(0.5 * sheave.throat_angle_deg)))
+    """Friction on each flank along the cable, of the groove or of the bearing of a sheave that turns first, at a small
+    wrap: the bearing bears the resultant alone."""
+    return min(sheave.friction, _bearing(sheave))
+
+
+def _bearing(sheave: Sheave) -> float:
+    return sheave.bearing_friction * sin(radians(0.5 * sheave.throat_angle_deg))
+
+
+def rub_sheave(row: np.ndarray, sheave: Sheave) -> None:
+    """Friction of groove and bearing into a SURFACE record."""
+    row["friction"], row["grip"], row["bearing"] = sheave_friction(sheave), sheave.friction, _bearing(sheave)
 
 
 class Solid(NamedTuple):

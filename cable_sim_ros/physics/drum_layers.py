@@ -41,20 +41,36 @@ def layer_of(drum, wound):
 @inline
 def radius_of(drum, wound):
     """Radius [m] of the cable's centreline where it runs onto the drum, with the length ``wound`` [m] on it."""
+    return radius_and_slope(drum, wound)[0]
+
+
+@inline
+def radius_and_slope(drum, wound):
+    """`radius_of` and its change per length wound."""
     if drum.lay_turns <= 0.0:
-        return drum.radius
+        return drum.radius, 0.0
     i = layer_of(drum, wound)
     r = drum.radius + i * drum.lay_rise
     begin, end = below(drum, i), below(drum, i + 1.0)
     half = pi * drum.radius  # half a turn of the first layer: the same on both sides of a change
-    s = 0.0
+    s, slope = 0.0, 0.0
     if i > 0.0 and wound - begin < half:
         u = 0.5 + 0.5 * (wound - begin) / half
-        s = u * u * (3.0 - 2.0 * u) - 1.0
+        s, slope = u * u * (3.0 - 2.0 * u) - 1.0, 3.0 * u * (1.0 - u) / half
     elif end - wound < half:
         u = 0.5 - 0.5 * (end - wound) / half
-        s = u * u * (3.0 - 2.0 * u)
-    return r + s * drum.lay_rise
+        s, slope = u * u * (3.0 - 2.0 * u), 3.0 * u * (1.0 - u) / half
+    return r + s * drum.lay_rise, slope * drum.lay_rise
+
+
+@inline
+def second_moment(drum, wound):
+    """Integral of r^2 over the length wound [m^3]: inertia of the cable on the drum about its axis over its mass per
+    length, turn for turn: sum of 2 pi N r_i^3 over full layers."""
+    i, r, e = layer_of(drum, wound), drum.radius, drum.lay_rise
+    one, two = 0.5 * i * (i - 1.0), i * (i - 1.0) * (2.0 * i - 1.0) / 6.0  # sums of the numbers below i, their squares
+    full = i * r**3 + 3.0 * r * r * e * one + 3.0 * r * e * e * two + e**3 * one * one
+    return 2.0 * pi * drum.lay_turns * full + (r + i * e) ** 2 * (wound - below(drum, i))
 
 
 @inline

@@ -116,21 +116,22 @@ def fill_energy(line, state, f):
     """Energy fields of a tick output record; the account begins with the first tick output."""
     now = state.memory[NOW]
     kinetic, potential, dry = energies(line, state)
-    account, strain = now.account, now.health.strain
+    account, strain, drum = now.account, now.health.strain, now.drive
+    kinetic += 0.5 * drum.mass * now.winch.rate**2  # of a drum that a motor turns; else there is no mass
     f.kinetic_energy, f.strain_energy, f.potential_energy = kinetic, strain, potential
     stored = kinetic + strain + dry
     if now.time.ticks == 0:
         account.stored = stored
     work = account.work
     f.work_supplied, f.work_water, f.work_contact, f.dissipated = (
-        work[HELD] + work[FED],
+        work[HELD] + work[FED] + drum.supplied,
         work[WATER],
         work[SURFACES],
-        work[LOST_POWER],
+        work[LOST_POWER] + drum.lost,
     )
     f.friction_heat = work[RUBBED]
-    supplied = work[HELD] + work[FED] + work[WATER] + work[SURFACES] + work[LOADS]
-    f.energy_residual = stored - account.stored + work[LOST_POWER] - supplied
+    supplied = f.work_supplied + work[WATER] + work[SURFACES] + work[LOADS]
+    f.energy_residual = stored - account.stored + f.dissipated - supplied
 
 
 @driver

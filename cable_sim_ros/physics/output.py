@@ -170,6 +170,8 @@ def fill_sheave(model, state, f, table):
         -settings.drum.side * rub_moment(state, settings.sheave) / sheave.radius if sheave.friction > 0.0 else 0.0
     )
     f.contact_resultant, f.contact_total = norm(seen.force), seen.total
+    if seen.loaded > 0:
+        now.events.bears = f.contact_resultant / (seen.total * sheave.slope_sin)
     f.wrap_angle = (end - first) / sheave.radius if seen.loaded > 0 else 0.0
     f.lifted_fraction = min(max(1.0 - seen.length / max(wrap * sheave.radius, 1e-9), 0.0), 1.0)
     # groove margin over the contact points between the two tangent directions, and the nearest one

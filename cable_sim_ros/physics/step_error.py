@@ -7,6 +7,10 @@ Of a mode that a step does not resolve that is no error, the end of the step is 
 the step, leaves slow modes as they are and takes a stiff one down by 1 + (its frequency times h)^2, after
 Shampine and Baca (1984). M is lumped: an estimate needs no more.
 
+The drum of a motor is one more node with the same estimate (winch_drive.balance), its held end imposed on the cable: so
+brake, dry friction, limits and changes of mode, which change its acceleration at once, show in it, as does what a step
+would have gone past an end stop. Its error times the stiffness that a step sees is one of the tension.
+
 That is an error over the working tension. What the steps add to the deviation of the tension is of its own size: a
 method of second order errs in the amplitude of what goes with frequency w by K (w h)^2 of it, in a variance by
 2 K h^2 times that of the rate. So the tension may change in one step by a share of its deviation, both as they were
@@ -87,6 +91,9 @@ def _error_ratio(line, state, h) -> float:
     """Error of the solved step of h [s] over what it may be; not finite where it cannot be told."""
     settings, control = line.settings[0], state.memory[NOW].control
     control.position, control.tension = local_error(line, state, h)
+    drum = state.memory[NOW].drive  # of no error where no motor turns it
+    control.position = max(control.position, drum.error)
+    control.tension = max(control.tension, drum.error * drum.stiffness)
     return max(control.position / settings.step_position, control.tension / settings.step_tension)
 
 

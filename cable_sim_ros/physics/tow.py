@@ -16,6 +16,7 @@ from .jit import NO, driver, inline, link, opaque
 from .mean_flow import take_up
 from .mesh_motion import flow_of, lay_mesh
 from .noise import gauss, spoiled
+from .rate_loop import follow_rate
 from .sensor_models import FROZEN, NOISE
 from .sensors import pin_tension
 from .ship import evaluate, hull_point, rotate, spin
@@ -26,7 +27,7 @@ from .vec import at3, axpy
 from .viv_amplification import aim, approach
 from .winch import WOUND, clip, drum_point, drum_turning, servo, wind
 from .winch_command import between
-from .winch_drive import BRAKE, MEETINGS, MOTOR, RATE_LOOP, SERVO, balance, begin_turn, follow_rate
+from .winch_drive import BRAKE, MEETINGS, MOTOR, RATE_LOOP, SERVO, balance, begin_turn, count_work
 from .workspace import FED
 
 NOT_MOVING, ACROSS = (0.0, 0.0, 0.0), (0.0, 1.0, 0.0)
@@ -79,6 +80,8 @@ def place_surfaces(model, state):
             if i == model.settings[0].sheave:
                 now.sheave.position[k] = p[k]
                 now.sheave.velocity[k] = v[k]
+        if s.bearing > 0.0:  # the bearing bears the resultant alone
+            s.friction = min(s.grip, s.bearing * now.events.bears)
     turn_drum(model, state)
 
 
@@ -228,10 +231,7 @@ def solve_driven(model, state, h):
                 winch.command_rate = 0.0
             driving.ticked += h
             driving.limited += h if driving.spent != 0 else 0.0
-            if driving.brake > 0.0:
-                slip = abs(winch.rate) * h
-                driving.slipped += slip
-                driving.heat += slip * driving.brake * driving.gear * drive.brake_pull * drive.brake_slip
+            count_work(drive, state.memory[STEP].winch, state.memory[STEP].drive, winch, driving)
             winch.fastest, winch.hardest = max(winch.fastest, abs(winch.rate)), max(winch.hardest, abs(winch.accel))
             return total
         last_length, last_tension = winch.length, tension

@@ -4,16 +4,18 @@ Everything is said of the cable at the drum's radius: pay-out L, rate v and acce
 hauling in. A motor turns the drum against the cable's tension T at the drum (Newton's second law about its axis, over
 the radius):
 
-    M a + d v + F + s = T                                                                                          (1)
+    M (a + v^2 r'/r) + d v + F + s = T                                                                             (1)
 
-M: inertia of motor, gear and drum over the radius squared; d v: viscous friction; F: the motor's pull, that of a
-controller of the rate within the curve of the motor, proportional to the rate and integral to what it lags, so that the
-bare drum answers as v'' = w^2 (v_r - v) - 2 zeta w v'; s: dry friction and brake, which hold up to what they bear and
-slip with less. L is one more unknown of the step: its velocity and acceleration follow from it by the generalised-alpha
-formulas of the cable (integrate.py) and (1) holds at the end of the step, with the T of that end. The step solves (1)
-with T as it goes on, T = T* - K (L - L*), solves the cable for that L, and begins again from the T found and the secant
-of K until T is the one that (1) took, within DRIVE.balance. So stiffness of the cable and inertia of the drum limit no
-step: what takes the tension of the step before is unstable from h omega = 2 on.
+M: inertia of motor, gear, drum and wound cable over r^2, r the radius at which the cable runs off and r' its change per
+length wound: v/r is what turns; d v: viscous friction; F: the motor's pull, that of a controller of the rate within the
+curve of the motor, proportional to the rate and integral to what it lags, so that the bare drum answers as
+v'' = w^2 (v_r - v) - 2 zeta w v'; s: dry friction and brake, which hold up to what they bear and slip with less. A drum
+that they stop within a step goes as far as it comes until then. L is one more unknown of the step: its velocity and
+acceleration follow from it by the generalised-alpha formulas of the cable (integrate.py) and (1) holds at the end of
+the step, with the T of that end. The step solves (1) with T as it goes on, T = T* - K (L - L*), solves the cable for
+that L, and begins again from the T found and the secant of K until T is the one that (1) took, within DRIVE.balance. So
+stiffness of the cable and inertia of the drum limit no step: what takes the tension of the step before is unstable from
+h omega = 2 on.
 """
 
 from __future__ import annotations
@@ -23,16 +25,16 @@ from enum import Enum
 import numpy as np
 
 from .drive_pull import STOPPED, largest_pull, loose, motor_pull, root
-from .drum_layers import radius_of
+from .drum_layers import radius_and_slope, second_moment
 from .jit import driver, inline
 from .parameter import Block, quantity
+from .rate_loop import AT_REST, early, stand_at_end, wanted_rate, within_limits
 from .tick_output import BRAKE_SLIPPED, MOTOR_LIMITED
-from .winch import ACCELERATION, RATE, SERVO_STEP, TRAVEL, clip, fastest, wound_on
+from .winch import ACCELERATION, clip, wound_on
 
 POINTS = 8  # of the curve of the motor
 BALANCED = 1e-4  # of the working tension, that (1) may be out of balance by at the end of a step
 MEETINGS = 12  # solutions of the cable in one step, before it is halved
-AT_REST = 1e-3  # m/s: below which the brake sets
 
 
 class DriveModel(str, Enum):
@@ -152,9 +154,13 @@ DRIVING = np.dtype(  # what changes
         ("given_rate", "f8"),
         ("reference", "f8"),  # m/s, rate that the controller holds
         ("integral", "f8"),  # N
-        ("motor", "f8"),  # N, pull of the motor
-        ("held", "f8"),  # N, of brake and dry friction
+        ("lead", "f8"),  # m, by which the way of the reference in the step is more than that of an even change of it
+        ("motor", "f8"),  # N, pull of the motor, and as the step began
+        ("begun_pull", "f8"),
+        ("held", "f8"),  # N, of brake and dry friction, and what they bear of a drum that slips
+        ("slips", "f8"),
         ("brake", "f8"),  # 0 open to 1 set
+        ("setting", "f8"),  # 1/s, its rate
         ("slipped", "f8"),  # m against the brake since the start, either way
         ("heat", "f8"),  # J of the brake since the start
         ("aux", "f8"),  # m/s^2, auxiliary acceleration of the pay-out
@@ -165,6 +171,12 @@ DRIVING = np.dtype(  # what changes
         ("expected", "f8"),  # N, tension that the pay-out of now was computed with
         ("gear", "f8"),  # radius of the first layer over that of the layer that runs off
         ("mass", "f8"),  # kg, of drum and wound cable at that radius
+        ("climb", "f8"),  # kg/m, mass r'/r
+        ("shed", "f8"),  # kg/m, cable that takes its motion off the drum with it
+        ("error", "f8"),  # m, estimated error of the pay-out that the step brought, see step_error.py
+        ("hit", "f8"),  # J that an end stop took
+        ("supplied", "f8"),  # J since the start: work of cable and motor on the drum; what friction, brake and end took
+        ("lost", "f8"),
         ("following", "i8"),  # 1: commands and set-point law move the drum
         ("law", "f8"),  # m, set-point without the commands
         ("stopped", "i8"),  # 1: at an end stop, which bears what comes
@@ -175,61 +187,6 @@ DRIVING = np.dtype(  # what changes
     ],
     align=True,
 )
-
-
-@inline
-def wanted_rate(drum, drive, x, v, length, rate, h):
-    """Rate [m/s] asked for to come to a set-point (length, rate) from x, within speed and travel, and what held it."""
-    want = rate + drive.length_gain * (length - x)
-    return within_limits(drum, x, v, 0.0 if abs(want) < drive.dead_band else want, h)
-
-
-@inline
-def within_limits(drum, x, v, want, h):
-    """A rate [m/s] within speed and travel, and what held it or -1."""
-    low, high = max(drum.min_limit, drum.min_length), min(drum.max_limit, drum.max_length)
-    maximum = min(drum.max_rate, fastest(high - x, v, h, drum.max_accel, drum.exact))
-    minimum = -min(drum.max_rate, fastest(x - low, -v, h, drum.max_accel, drum.exact))
-    if minimum <= want <= maximum:
-        return want, -1
-    held = RATE if (maximum if want > maximum else -minimum) >= drum.max_rate else TRAVEL
-    return clip(want, minimum, maximum), held
-
-
-@driver
-def follow_rate(h, drum, drive, winch, driving, length, rate):
-    """Advance a rate loop by h [s] towards a set-point: v'' = w^2 (v_r - v) - 2 zeta w v', or v' = w (v_r - v)."""
-    count = max(1, int(h / SERVO_STEP + 0.999))
-    d, w, zeta = h / count, drive.bandwidth, drive.damping
-    x, v, a, begin, begin_rate = winch.length, winch.rate, winch.accel, driving.given, driving.given_rate
-    for i in range(count):
-        s = (i + 1.0) / count
-        goal, slope = begin + s * (length - begin), begin_rate + s * (rate - begin_rate)
-        want, held = wanted_rate(drum, drive, x, v, goal, slope, d)
-        if zeta > 0.0:
-            a = (a + d * w * w * (want - v - d * a)) / (1.0 + 2.0 * zeta * w * d)
-        else:
-            a = w * (want - v) / (1.0 + w * d)
-        if abs(a) > drum.max_accel:
-            a, held = clip(a, -drum.max_accel, drum.max_accel), ACCELERATION
-        v = clip(v + d * a, -drum.max_rate, drum.max_rate)
-        x += d * v
-        if x > drum.max_length or x < drum.min_length:
-            x, v, a, held = clip(x, drum.min_length, drum.max_length), 0.0, 0.0, TRAVEL
-        if held >= 0:
-            winch.held[held] += d
-        winch.fastest, winch.hardest = max(winch.fastest, abs(v)), max(winch.hardest, abs(a))
-    stand_at_end(drum, winch, x)
-    winch.length, winch.rate, winch.accel = x, v, a
-    winch.target, winch.target_rate = length, rate
-
-
-@inline
-def stand_at_end(drum, winch, x):
-    """Note where pay-out x is at an end stop or a soft limit."""
-    winch.at_end = 1 if x >= drum.max_length or x <= drum.min_length else 0
-    near = x >= drum.max_limit - AT_REST or x <= drum.min_limit + AT_REST
-    winch.at_limit = 1 if near and winch.at_end == 0 else 0
 
 
 @inline
@@ -248,6 +205,7 @@ def begin_turn(h, drum, drive, old, before, driving, winch, length, rate):
     x, v = old.length + h * old.rate, old.rate + h * old.accel
     driving.following = 1 if (mode == FOLLOW or mode == RENDER) and before.brake == 0.0 else 0
     aim = 1.0 if mode == BRAKE or mode == EMERGENCY_STOP else 0.0
+    driving.lead = 0.0
     if driving.following != 0:
         want, held = wanted_rate(drum, drive, x, v, length, rate, h)
         ramp = drum.max_accel * h
@@ -256,6 +214,10 @@ def begin_turn(h, drum, drive, old, before, driving, winch, length, rate):
             held = ACCELERATION
         if held >= 0:
             winch.held[held] += h
+        else:
+            step = 0.5 * h * abs(driving.reference - before.reference)
+            part = early(h, (before.given, before.given_rate), (length, rate))
+            driving.lead = clip(h * part * (rate - before.given_rate), -step, step)
     elif mode == TENSION:  # the pull decides; speed and travel are what the rate is kept within
         driving.reference, _ = within_limits(drum, x, v, v, h)
     elif mode == BRAKE:
@@ -267,13 +229,14 @@ def begin_turn(h, drum, drive, old, before, driving, winch, length, rate):
         aim = 0.0
     time = drive.brake_set_time if aim > 0.0 else drive.brake_lift_time
     driving.brake = clip(before.brake + (h / time if aim > 0.0 else -h / time), 0.0, 1.0)
-    driving.mode = mode
-    wound = wound_on(drum, old)
-    driving.gear, driving.mass = 1.0, drive.mass
-    if drum.lay_turns > 0.0:
-        r = radius_of(drum, wound)
-        driving.gear = drum.radius / r
-        driving.mass = drive.mass * driving.gear**2 + drive.cable * wound * 0.5 * (1.0 + driving.gear**2)
+    driving.setting, driving.mode = (driving.brake - before.brake) / h, mode
+    driving.gear, driving.mass, driving.climb, driving.shed = 1.0, drive.mass, 0.0, 0.0
+    if drum.lay_turns > 0.0:  # as it is at the end of the step
+        wound = wound_on(drum, old) - h * (old.rate + 0.5 * h * old.accel)
+        r, slope = radius_and_slope(drum, wound)
+        driving.gear, driving.shed = drum.radius / r, drive.cable
+        driving.mass = drive.mass * driving.gear**2 + drive.cable * second_moment(drum, wound) / r**2
+        driving.climb = driving.mass * slope / r
     winch.target, winch.target_rate = length, driving.reference
 
 
@@ -288,9 +251,12 @@ def balance(h, alpha, drum, drive, old, before, winch, driving, at, tension):
     if before.step > 0.0 and before.step != h:
         x0 = a0 + h / before.step * (x0 - a0)  # see integrate.stretch_lag
     k, gear, mass = driving.stiffness, driving.gear, driving.mass  # of v: M a - T + d v
+    if abs(old.rate) > STOPPED:  # the lag of x goes with the jerk, and a brake that begins or ends to set changes it
+        pull = gear * drive.brake_pull * drive.brake_slip * (1.0 if old.rate > 0.0 else -1.0)
+        x0 += (af - am) * h * (driving.setting - before.setting) * pull / mass
     # the motor, p v + q within low and high, and within what it can at that speed
     p, error = drive.gain_p + 0.5 * h * drive.gain_i, old.rate - before.reference
-    q = before.integral + 0.5 * h * drive.gain_i * (error - driving.reference)
+    q = before.integral + drive.gain_i * (0.5 * h * (error - driving.reference) - driving.lead)
     mode, near = driving.mode, old.rate + h * a0
     low, high = -np.inf, np.inf
     if mode == TENSION:  # the controller holds what is too fast or near an end
@@ -303,6 +269,7 @@ def balance(h, alpha, drum, drive, old, before, winch, driving, at, tension):
     elif mode == BRAKE:
         p, q = p * (1.0 - driving.brake), q * (1.0 - driving.brake)
     law = p, q, low, high
+    driving.begun_pull = before.motor
     if mode != before.mode or low == high:  # a pull that jumps: the step begins with the acceleration after it
         begun = motor_pull(drive, gear, law, old.rate)
         if begun != before.motor:
@@ -310,22 +277,25 @@ def balance(h, alpha, drum, drive, old, before, winch, driving, at, tension):
             if abs(old.rate) <= STOPPED:
                 shift = loose(drive, gear, before.brake, before.tension - begun) / mass - a0
             a0, x0, near = a0 + shift, x0 + shift, near + h * shift
+            driving.begun_pull = begun
     lag = (af * a0 - am * x0) / (1.0 - am)
     per = (1.0 - af) / (1.0 - am)
     lb, vb = h * h * beta * per, h * gamma * per
     la = old.length + h * old.rate + h * h * ((0.5 - beta) * x0 + beta * lag)
     va = old.rate + h * ((1.0 - gamma) * x0 + gamma * lag)
-    slope = mass / vb + k * lb / vb + drive.viscous_friction * gear * gear
+    slope = mass / vb + k * lb / vb + drive.viscous_friction * gear * gear + driving.climb * near
     rest = -mass * va / vb + k * (la - lb / vb * va - at) - tension
     bears = gear * (drive.dry_friction + driving.brake * drive.brake_pull)
     slips = gear * (drive.dry_friction + driving.brake * drive.brake_pull * drive.brake_slip)
-    v, held, at_rest = 0.0, 0.0, False
+    v, held, at_rest, part = 0.0, 0.0, False, 1.0
     still = rest + motor_pull(drive, gear, law, 0.0)  # what friction has to hold at no speed
     way = 1.0 if old.rate > STOPPED else -1.0 if old.rate < -STOPPED else -1.0 if still > 0.0 else 1.0
     if abs(old.rate) > STOPPED or abs(still) > bears:
         v = root(slope, rest + way * slips, drive, gear, law, near)
         if v * way <= 0.0:
             at_rest = abs(still) <= bears
+            if at_rest and abs(old.rate) > STOPPED:
+                part = old.rate / (old.rate - v)
             if not at_rest:
                 way = -1.0 if still > 0.0 else 1.0
                 v = root(slope, rest + way * slips, drive, gear, law, near)
@@ -335,25 +305,41 @@ def balance(h, alpha, drum, drive, old, before, winch, driving, at, tension):
     if at_rest:
         v, held = 0.0, -still
     motor = motor_pull(drive, gear, law, v)
-    new = lb / vb * (v - va) + la
+    new = old.length + 0.5 * part * h * old.rate if at_rest else lb / vb * (v - va) + la
     a = (v - va) / vb
-    driving.aux = lag + per * a
+    driving.aux, driving.slips, driving.hit = lag + per * a, way * slips, 0.0
     driving.expected, driving.stopped = tension - k * (new - at), 0
+    past = max(new - drum.max_length, drum.min_length - new, 0.0) if abs(old.rate) > STOPPED else 0.0
     if new >= drum.max_length or new <= drum.min_length:
         new, v, at_rest = clip(new, drum.min_length, drum.max_length), 0.0, True
-        driving.stopped = 1
+        driving.stopped, driving.hit = 1, 0.5 * mass * old.rate**2
         motor = motor_pull(drive, gear, law, 0.0)
     if at_rest:
         a, driving.aux = 0.0, 0.0
+    driving.error = past + abs((beta + 0.5 * (am - af) - 1.0 / 6.0) * h * h * (a - a0)) * mass / (vb * slope)
     stand_at_end(drum, winch, new)
     winch.length, winch.rate, winch.accel = new, v, a
     driving.motor, driving.held, driving.step = motor, held, h
     most = largest_pull(drive, gear, v)
     driving.spent = 1 if mode != EMERGENCY_STOP and abs(motor) >= most * (1.0 - 1e-9) else 0
-    up = 0.5 * h * drive.gain_i * (error + v - driving.reference)
+    up = drive.gain_i * (0.5 * h * (error + v - driving.reference) - driving.lead)
     free = (up >= 0.0 or motor > max(low, -most)) and (up <= 0.0 or motor < min(high, most))
     driving.integral = before.integral + (up if free else 0.0)
     if mode == TENSION:  # what takes over goes on from the pull of now
         driving.integral = motor - drive.gain_p * v
     elif driving.brake > 0.0:
         driving.integral = tension - drive.gain_p * v
+
+
+@inline
+def count_work(drive, old, before, winch, driving):
+    """Count the work of a solved step on the drum and what friction, brake and end stop took: mean pulls of its
+    beginning and end over its way, of cable that runs off the drum its motion."""
+    way, speeds, brakes = winch.length - old.length, old.rate + winch.rate, before.brake + driving.brake
+    pull = before.tension + driving.tension - driving.begun_pull - driving.motor
+    driving.supplied += 0.5 * way * (pull - 0.25 * driving.shed * speeds**2)
+    friction = before.slips + driving.slips + drive.viscous_friction * driving.gear**2 * speeds
+    driving.lost += 0.5 * way * friction + driving.hit
+    if driving.brake > 0.0:
+        driving.slipped += abs(way)
+        driving.heat += 0.5 * brakes * abs(way) * driving.gear * drive.brake_pull * drive.brake_slip

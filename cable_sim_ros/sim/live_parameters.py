@@ -12,7 +12,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from ..physics.contact_surface import SHEAVE_ROW, sheave_friction
+from ..physics.contact_surface import SHEAVE_ROW, rub_sheave
 from ..physics.heave_compensation import SetpointLaw
 from ..physics.sensor_models import DEVICES, TARGETS, FaultKind
 from ..physics.state import NOW
@@ -56,7 +56,7 @@ def _flow_time(sim: Simulator, value: float, place: int) -> None:
 
 
 def _sheave(sim: Simulator, _: float) -> None:
-    sim.state.surfaces["friction"][SHEAVE_ROW] = sheave_friction(sim.scene.sheave)
+    rub_sheave(sim.state.surfaces[SHEAVE_ROW], sim.scene.sheave)
 
 
 def _drive_mode(sim: Simulator, value: Any) -> None:

@@ -13,6 +13,7 @@ from cable_sim_ros.physics.tick_output import Flag
 from cable_sim_ros.physics.winch_drive import BRAKE, EMERGENCY_STOP, MODES, RENDER, TENSION
 from cable_sim_ros.runs import offline
 from cable_sim_ros.sim.live_parameters import set_live
+from cable_sim_ros.verification.experiments.drum import WEIGHT, hanging
 
 pytestmark = pytest.mark.filterwarnings("ignore::cable_sim_ros.io.scenes.load.SceneWarning")
 
@@ -169,6 +170,60 @@ def test_an_emergency_stop_sets_the_brake_which_slips_and_holds():
     assert back.brake_set[-1] == 0.0 and np.abs(back.payout_acceleration[-50:]).max() < 1.0
 
 
+def test_chosen_steps_see_the_drum_as_its_brake_stops_it():
+    """2 t on 800 m lowered at 1.4 m/s: the way of the stop is that of the bare balance under the tension of fine steps,
+    within the position asked for; steps that saw the cable alone were 11 mm off as the drum began to turn."""
+    mass, brake, slips = 2000.0, 5e4, 0.8
+    lowered = load_scene("lowered_ctd")
+    radius = lowered.winch.drum_radius + 0.5 * lowered.cable.diameter
+    deep = {
+        "towbody.mass": 2000.0,
+        "towbody.net_weight": 1.6e4,
+        "winch.scope": 800.0,
+        "cable.sections": {"wire": {"length": 1000.0}},
+        "contact.working_tension": 2.5e4,
+        "drive.inertia": mass * radius**2,
+        "drive.controller_mass": 4000.0,
+        "drive.curve_speed": [0.0, 6.0],
+        "drive.curve_pull": [6e4, 6e4],
+        "drive.brake_pull": brake,
+    }
+    what = override(lowered, MOTOR | deep)
+    run = {"duration": 7.0, "winch": "0.5 rate 1.4", "changes": [(6.0, "drive.mode", "emergency_stop")]}
+    fine, chosen = (offline.run(what, step=step, **run) for step in ("fixed", "chosen"))
+    times, let_go = (fine.frames.time - fine.frames.time[0]) * 1e-9 + 0.01, 599
+    x, v, h = float(fine.frames.payout[let_go]), float(fine.frames.payout_rate[let_go]), 1e-4
+    ways, t = {}, 0.0
+    while t < 0.9:  # the brake sets in 0.3 s
+        tension = np.interp(6.0 + t, times, fine.frames.tension_drum)
+        v = max(v + h / mass * (tension - slips * brake * min(t / 0.3, 1.0)), 0.0)
+        x, t = x + h * v, t + h
+        ways[round(t / h)] = x
+    assert v == 0.0 and fine.frames.payout[-1] == pytest.approx(x, abs=2e-3)
+    off = np.interp(chosen.frames.time, fine.frames.time, fine.frames.payout) - chosen.frames.payout
+    assert np.abs(off).max() < 3e-3 and chosen.metrics["steps_taken"] < 0.5 * len(fine.frames)
+    assert chosen.frames.brake_slip[-1] == pytest.approx(fine.frames.brake_slip[-1], abs=2e-3)
+    deep_off = np.interp(chosen.frames.time, fine.frames.time, fine.frames.body_position[:, 2])
+    assert np.abs(deep_off - chosen.frames.body_position[:, 2]).max() < 0.01, "the position asked for"
+
+
+def test_the_verdict_of_a_stop_says_the_step_that_its_peak_needs():
+    """2.5 t in air on 6 m, stopped by its brake: at 20 ms 5 % of the peak are missed, at 2 ms less than 0.1 %."""
+    peaks = {}
+    for tick in (0.02, 0.002):
+        short = hanging(2000.0, 4.0, tick=tick, drive__brake_set_time=0.05, drive__brake_pull=3.0 * WEIGHT)
+        way = {"winch": "0 rate 0.05", "duration": 0.6, "changes": [(0.3, "drive.mode", "emergency_stop")]}
+        run = offline.run(short, step="fixed", **way)
+        peaks[tick] = float(run.frames.tension_drum.max())
+        found = [reason for reason in run.verdict.reasons if reason.flag == "STOP_STEP"]
+        if tick == 0.02:
+            assert len(found) == 1 and "tension_max_n" in found[0].metrics
+            assert "steps of 20 ms may miss" in found[0].text and "--step fixed --every 0.01" in found[0].text
+        else:
+            assert not found
+    assert 0.03 < 1.0 - peaks[0.02] / peaks[0.002] < 0.08
+
+
 def test_a_brake_holds_up_to_its_pull_and_slips_above_it():
     holds = started(scene(drive__mode="brake", drive__brake_pull=3400.0))
     frames = holds.run(100)
@@ -266,7 +321,7 @@ def test_a_rate_loop_answers_a_step_as_its_order_says(zeta):
         closed = [rate * (1 - exp(-zeta * w * x) * (cos(wd * x) + zeta * w / wd * sin(wd * x))) for x in t]
     else:
         closed = [rate * (1.0 - exp(-w * x)) for x in t]
-    assert np.abs(frames.payout_rate - closed).max() < 0.03 * rate
+    assert np.abs(frames.payout_rate - closed).max() < 5e-3 * rate, "the rate takes 1.25 ms to change"
     assert not frames.motor_pull.any() and not frames.drive_rounds.any()
 
 

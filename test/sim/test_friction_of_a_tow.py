@@ -19,6 +19,7 @@ from cable_sim_ros.sim.layout import layout_of
 from cable_sim_ros.sim.live_parameters import set_live
 from cable_sim_ros.sim.simulator import Simulator
 from cable_sim_ros.sim.statics.route import Route
+from cable_sim_ros.verification.experiments.drum import hanging, started
 
 STANDS = {"sheave.friction": 0.1, "sheave.bearing_friction": 10.0}
 TURNS = {"sheave.friction": 0.1, "sheave.bearing_friction": 0.02}
@@ -81,6 +82,25 @@ def test_the_drum_bears_more_hauling_in_and_less_paying_out(haul, changes, per_r
     assert rubs.frames["iterations"].sum() <= 1.1 * free.frames["iterations"].sum(), "as hard to solve as without"
 
 
+@pytest.mark.parametrize("height", [0.6, -9.4], ids=["quarter turn", "near half a turn"])
+def test_a_bearing_bears_the_resultant_of_both_sides(height):
+    """Drum level with the sheave or 10 m below it: journal friction of |T1 + T2|, their vectors. The sum of the radial
+    loads, T times the wrap, is 11 % more at 90 deg and 57 % at 180."""
+    bearing = 0.05
+    rubs = {"sheave__friction": 0.3, "sheave__bearing_friction": bearing}
+    scene = hanging(2000.0, 8.0, winch__position=[-34.8, 0.0, height], **rubs)
+    sim = started(scene)
+    sim.push(WinchCommand(rate=-0.1, time_ns=1))
+    end = sim.run(200)[-50:]
+    inner, outer = end["tension_drum"].mean(), end["tension"].mean()
+    turn = (
+        0.5 * pi + np.arctan2(0.6 - height, 2.0) - np.arcsin(0.05 / np.hypot(2.0, 0.6 - height))
+    )  # radii 0.305, 0.255
+    resultant = np.sqrt(inner**2 + outer**2 - 2.0 * inner * outer * cos(turn))
+    assert end["sheave_friction"].mean() == pytest.approx(bearing * resultant, rel=0.01)
+    assert end["sheave_friction"].mean() == pytest.approx(inner - outer, rel=0.06)
+
+
 def test_the_heat_is_the_friction_over_the_cable_that_ran_through(haul):
     rubs = haul(STANDS)
     heat, end = rubs.frames["friction_heat"], slice(-50, None)
@@ -135,7 +155,8 @@ def test_a_bearing_seizes_under_way():
         report.append(float(sim.frame["sheave_friction"]))
     assert report[1] == pytest.approx(10.0 * report[0], rel=0.1)  # 0.1/sin 30 deg over 0.02, at 3 % more tension
     sim.start()
-    assert sim.state.surfaces[SHEAVE_ROW].friction == 0.1 and sim.scene.sheave.bearing_friction == 10.0
+    row = sim.state.surfaces[SHEAVE_ROW]
+    assert (row.grip, row.bearing) == pytest.approx((0.1, 5.0)) and sim.scene.sheave.bearing_friction == 10.0
 
 
 @pytest.mark.filterwarnings("ignore::cable_sim_ros.io.scenes.load.SceneWarning")
