@@ -353,13 +353,7 @@ CHECKS = (
         f"of the chosen steps that were tried more than {100.0 * REFUSED_FRACTION:g} %, and more than {MIN_REFUSED}, "
         "were taken back: for their error, or without a solution",
     ),
-    (
-        "STOP_STEP",
-        DOUBTFUL,
-        PEAKS,
-        "the largest tension came within 5 s of a stop of the drum under way, by brake, friction or end stop, and the "
-        "steps may miss more than 2 % of it: the step that keeps it is named",
-    ),
+    ("STOP_STEP", DOUBTFUL, PEAKS, "the peak came within 5 s of a stop of the drum: the steps may miss 2 % of it"),
     ("JOURNAL", DOUBTFUL, TENSION + BODY, "a replay could not do all that the journal of the recording says"),
     (
         "WINCH",
