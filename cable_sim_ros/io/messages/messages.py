@@ -222,9 +222,7 @@ def decode_imu(
 ) -> Imu:
     """Checked numbers of a sensor_msgs/Imu, in base_link where the mounting is that of the sensor.
 
-    Refused if it cannot be used. Covariances but the first are not read. force_reversed: the message has the negative
-    of specific force.
-    """
+    Refused if it cannot be used. Covariances but the first are not read. force_reversed: it has minus the force."""
     stamp, d, frames = _open(data, 1, _IMU)
     if d[4] == -1.0:
         raise Refused("no_orientation")
@@ -233,8 +231,7 @@ def decode_imu(
     rotor, norm = _unit(*d[:4])
     _check(rate, MAX_RATE)
     _check(force, MAX_FORCE)
-    if force_reversed:
-        force = -force[0], -force[1], -force[2]
+    force = (-force[0], -force[1], -force[2]) if force_reversed else force
     ned = convention is Convention.NED
     if ned:
         rate, force = _body(rate), _body(force)
