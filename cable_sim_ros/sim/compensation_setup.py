@@ -75,8 +75,8 @@ def take_slope(law: np.record, scene: Scene, slope: float) -> None:
         raise StartError(
             f"{scene.name}: setpoint.tension_gain = {law.gain:g} m/(N s): paying out raises the tension of this tow at "
             f"rest by {slope:.3g} N/m, and with that gain it would have to go back to its length within "
-            f"{SHORTEST_RETURN:g} s, as fast as waves come; nothing was started. Give {rounded_down(most):g} m/(N s) or "
-            "less, or a longer setpoint.tension_integral_time",
+            f"{SHORTEST_RETURN:g} s, as fast as waves come; nothing was started. Give {rounded_down(most):g} m/(N s) "
+            "or less, or a longer setpoint.tension_integral_time",
             0.0,
         )
     law.gain = most
