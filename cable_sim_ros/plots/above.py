@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..io.recordings.recorded_run import RecordedRun
-from .side import BLUE, FAINT, INK, ORANGE, fit
+from .side import BLUE, FAINT, INK, ORANGE, fit, put_note
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -32,5 +32,5 @@ def from_above(axes: Axes, run: RecordedRun) -> None:
     axes.plot([], [], color=INK, lw=2.2, label="cable at the end")
     for track, mark, color in zip(tracks, ("o", "D"), (INK, ORANGE), strict=True):
         axes.plot(*track[-1], mark, color=color, mfc="white" if mark == "o" else color, ms=7, mew=2, zorder=4)
-    fit(axes, np.vstack(tracks))
+    put_note(axes, fit(axes, np.vstack(tracks))[1])
     axes.legend(loc="best", handlelength=1.6)

@@ -86,7 +86,7 @@ def shapes(axes: Axes, run: RecordedRun) -> None:
 
     axes.set_title("Cable from the side")
     axes.set_xlabel("along the tow, from the sheave [m]")
-    axes.set_ylabel("height above the water [m]")
+    axes.set_ylabel("height above water [m]")
     if not run.shapes:
         return
     frames, curves = _shape_frames(run), cable_curves(run)
@@ -97,10 +97,10 @@ def shapes(axes: Axes, run: RecordedRun) -> None:
         when = (frames[k]["time"] - begin) * 1e-9
         axes.plot(*curves[k].T, color=colour, lw=2, label=f"{when:.0f} s, {frames[k]['scope']:.4g} m")
         axes.plot(*curves[k][-1], "D", color=colour, ms=7, zorder=4)
-    sheave = float(frames[-1]["sheave_position"][2])
-    points = np.vstack([*(curves[k] for k in chosen), (0.0, 0.0), (0.0, sheave)])
-    put_note(axes, fit(axes, points, (PAD[3], PAD[1], PAD[3], PAD[3]))[1])
-    ship_and_water(axes, sheave)
+    points = np.vstack([*(curves[k] for k in chosen), (0.0, 0.0), (0.0, frames[-1]["sheave_position"][2])])
+    scale, note = fit(axes, points, (PAD[3], PAD[1], PAD[3], PAD[3]))
+    put_note(axes, note)
+    ship_and_water(axes, run, curves[-1], scale)
     # beside the panel, not over the ship
     axes.legend(title="time, scope", fontsize=9.5, loc="upper left", bbox_to_anchor=(1.0, 1.08), handlelength=1.0)
 
@@ -110,7 +110,7 @@ def nodes(axes: Axes, run: RecordedRun) -> None:
     from matplotlib.collections import LineCollection
 
     axes.set_title("Nodes along the cable")
-    axes.set_ylabel("cable past the sheave [m]")
+    axes.set_ylabel("past the sheave [m]")
     axes.set_yscale("symlog", linthresh=LINEAR)
     axes.yaxis.set_major_formatter(lambda value, _: f"{value:g}")
     if not run.shapes:

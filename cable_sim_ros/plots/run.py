@@ -231,10 +231,10 @@ def contact_bands(run: RecordedRun, skip_s: float, points: int = 181) -> tuple[n
 def contact(axes: Axes, run: RecordedRun, skip_s: float) -> None:
     """Line load of both flanks against the wrap angle: mean, and band from least to largest."""
     axes.set_title("Contact along the sheave")
-    axes.set_xlabel("angle about the sheave axis from its top, outboard positive [°]")
+    axes.set_xlabel("angle from the sheave's top, outboard positive [°]")
     bands = contact_bands(run, skip_s)
     factor, unit = force_unit(bands[1] if bands else np.zeros(1))
-    axes.set_ylabel(f"line load of a flank [{unit}/m]")
+    axes.set_ylabel(f"load of a flank [{unit}/m]")
     if bands is None:
         axes.text(0.5, 0.5, "no contact point recorded", ha="center", transform=axes.transAxes, color=FAINT)
         return

@@ -53,7 +53,10 @@ def side(subject: Subject) -> Figure:
         f"At the end of the run the towbody is {number(depth, 4)} m deep and {number(aft, 4)} m behind the sheave; the "
         f"cable leaves the sheave with {number(tension[0] * float(last['tension']), 4)} {tension[1]}."
     )
-    caption = "The cable from the side at the end of the run, coloured by its tension; earlier shapes grey. "
+    caption = (
+        "The cable from the side at the end of the run, coloured by its tension; earlier shapes, but of a haul or a "
+        "turn, grey. "
+    )
     return Figure(svg("side", (WIDTH, 4.6), draw, layout=None), caption + words, words)
 
 

@@ -10,12 +10,12 @@ from typing import Any, Protocol
 import numpy as np
 
 from ..physics.tick_output import TICK_OUTPUT
+from ..plots.sea_surface import SeaSurface
 from ..sim.scene import Scene
 from ..sim.verdict import judge_counts, overload
 from . import words
 from .moment import NO_CONTACT, Moment
 from .page import CHARTS, WINDOW, Pace, Page
-from .sea_surface import SeaSurface
 from .stage import Stage
 
 STALE = 1.0  # s without a tick output: then the picture is not the present

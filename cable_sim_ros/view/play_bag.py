@@ -6,12 +6,12 @@ import time
 from collections.abc import Callable
 from typing import Any
 
+from ..plots.sea_surface import SeaSurface
 from . import words
 from .bag_run import BagRun
 from .cameras import WHOLE
 from .errors import ViewError
 from .page import CHARTS, Pace, Page
-from .sea_surface import SeaSurface
 from .stage import Stage, nice
 
 IDLE = 0.02  # s

@@ -12,10 +12,13 @@ from synthetic import make_contact, make_frames, make_shape
 
 from cable_sim_ros.io.bags.bag import BagError
 from cable_sim_ros.io.recordings.recorded_run import RecordedRun
+from cable_sim_ros.io.scenes.load import scene_from_text
 from cable_sim_ros.physics.tick_output import CONTACT_COLUMNS
 from cable_sim_ros.plots import haul
 from cable_sim_ros.plots.heading import DONE_WIDTH, force_unit, what_was_done
-from cable_sim_ros.plots.run import STYLE, caption, compose, contact_bands, draw_run
+from cable_sim_ros.plots.run import STYLE, WATER, caption, compose, contact_bands, draw_run
+from cable_sim_ros.plots.sea_surface import SeaSurface
+from cable_sim_ros.plots.side import cable_curves
 
 matplotlib = pytest.importorskip("matplotlib")
 COLUMNS = [name for name, _ in CONTACT_COLUMNS]
@@ -69,8 +72,29 @@ def straight(recording):
     return recording._replace(shapes=[(time, np.linspace(table[0], table[-1], 40)) for time, table in recording.shapes])
 
 
+def recovered(waves=""):
+    """The towbody hauled up to 10 m behind a sheave of 0.4 m, with the drum 10 m ahead of it; waves: of the scene."""
+    recording = scaled(run(), 0.002, 0.25)
+    frames, text = recording.frames.copy(), (Path(__file__).parents[2] / "config" / "recovery_3t.yaml").read_text()
+    start, _, end = text.partition("  waves: {")
+    scene = start + waves + end.partition("\n")[2]
+    if waves:
+        sea = SeaSurface(scene_from_text(scene, "scene"))
+        sea.start_ns = int(frames["time"][0]) - round(1e9 * sea.tick * int(frames["tick"][0]))
+        frames["surface_elevation"] = [sea(*f["sheave_position"][:2], sea.at(f)) for f in frames]
+    shapes = []
+    for (time, table), frame in zip(recording.shapes, frames[::5], strict=True):
+        ahead = frame["ship_velocity"] / np.linalg.norm(frame["ship_velocity"])
+        wheel = [0.4 * np.array([np.sin(a), np.cos(a)]) for a in np.linspace(0.0, -1.5, 9)]
+        places = [frame["sheave_position"] + x * ahead + (0.0, 0.0, z) for x, z in [(10.0, -3.0), *wheel]]
+        first = np.column_stack((places, np.tile(table[0, 3:], (len(places), 1))))
+        shapes.append((time, np.concatenate((first, table[len(table) // 4 :]))))
+    return reeled(recording._replace(frames=frames, shapes=shapes, custom_data={"scene_yaml": scene}))
+
+
 CASES = {
     "whole": run,
+    "recovered": recovered,
     "straight": lambda: straight(run()),
     "deep": lambda: scaled(run(), 0.1, 8.0),
     "shallow": lambda: scaled(run(), 1.0, 0.02),
@@ -99,6 +123,8 @@ def test_every_text_is_inside_and_every_axis_has_a_unit(case, kind):
         for axes in figure.axes:
             for label in (axes.get_xlabel(), axes.get_ylabel()):
                 assert label == "" or label.endswith("]"), label
+            panel, across, up = (part.get_window_extent() for part in (axes, axes.xaxis.label, axes.yaxis.label))
+            assert across.width <= panel.width and up.height <= panel.height, axes.get_title(loc="left")
         titles = [axes.get_title(loc="left") for axes in figure.axes if axes.get_title(loc="left")]
         assert len(titles) == count
         both = [axis for axes in figure.axes for axis in (axes.xaxis, axes.yaxis)]
@@ -137,6 +163,23 @@ def test_a_deep_tow_fills_its_panel_and_says_that_it_is_not_to_scale():
             assert np.ptp(curve[:, 0]) > 0.4 * (x1 - x0) and np.ptp(curve[:, 1]) > 0.4 * (y1 - y0)
         else:
             assert (np.ptp(curve, axis=0) > 0.5 * np.array([x1 - x0, y1 - y0])).any()
+
+
+@pytest.mark.filterwarnings("ignore::cable_sim_ros.io.scenes.load.SceneWarning")
+def test_the_ship_carries_its_drum_and_the_cable_lies_on_the_sheave():
+    recording = recovered("  waves: {kind: airy, height: 1.0, period: 3.0, towards_deg: 180.0}\n")
+    with matplotlib.rc_context(STYLE):
+        for figure in (compose(recording, "a", 20.0), haul.compose(recording, "a")):
+            axes = figure.axes[0]
+            assert axes.get_title(loc="right").startswith("across enlarged")
+            hull, wheel = axes.patches
+            curve = cable_curves(recording)[-1]
+            drum, leaves = axes.transData.transform((curve[0], curve[9]))
+            assert hull.get_window_extent().x0 < drum[0] < hull.get_window_extent().x1 < axes.get_window_extent().x1
+            edge = wheel.get_transform().inverted().transform(leaves)  # of the sheave: a circle of radius 1
+            assert np.hypot(*edge) == pytest.approx(1.0, abs=0.05)
+            (water,) = [line for line in axes.lines if matplotlib.colors.same_color(line.get_color(), WATER)]
+            assert np.ptp(water.get_ydata()) == pytest.approx(1.0, rel=0.1)
 
 
 def test_the_heading_says_what_was_done():

@@ -17,6 +17,7 @@ from cable_sim_ros.io.messages.markers import cable_points, colour_scale
 from cable_sim_ros.io.scenes.load import SceneWarning, dump_scene
 from cable_sim_ros.io.scenes.resources import find_bag
 from cable_sim_ros.physics.tick_output import TICK_OUTPUT, Flag
+from cable_sim_ros.plots.sea_surface import SeaSurface
 from cable_sim_ros.runs import offline
 from cable_sim_ros.view import shapes, words
 from cable_sim_ros.view.bag_run import BagRun
@@ -24,7 +25,6 @@ from cable_sim_ros.view.beside_node import Memory
 from cable_sim_ros.view.cameras import CAMERAS, camera, followed
 from cable_sim_ros.view.moment import parts_of, smooth_shape
 from cable_sim_ros.view.page import Pace, addresses
-from cable_sim_ros.view.sea_surface import SeaSurface
 from cable_sim_ros.view.strips import scale, strips_of, thinned
 
 
