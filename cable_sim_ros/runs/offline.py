@@ -128,8 +128,8 @@ def run(
         )
     plan, scenario = None if winch is None else WinchPlan.of(winch), scenario_of(faults)
     live, way = in_order(changes_of(changes or ()), scenario), None if ship is None else ShipPlan.of(ship)
-    intake = {"settings": of_intake(settings), "topics": dict(topics)}
-    report = report_of(motion, heave, imu_only, plan, rao, way)._replace(**intake)
+    report = report_of(motion, heave, imu_only, plan, rao, way)
+    report = report._replace(settings=of_intake(settings), topics=dict(topics))
     before = 0.0  # s simulated under the same motion
     own_plan = winch is not None
     if resumed is not None:

@@ -1,7 +1,7 @@
 """What a sensor tells moved to base_link by roll, pitch and yaw of the same log.
 
 The sensor is at r = R a from base_link, R = Rz(yaw) Ry(pitch) Rx(roll), a its lever arm, and goes faster by
-R (omega x a), omega from the rates of change of the angles: rigid-body kinematics, Fossen (2011), section 2.2.
+R (omega x a), omega from the rates of change of the angles: rigid-body kinematics.
 """
 
 from __future__ import annotations
