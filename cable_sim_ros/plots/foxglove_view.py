@@ -139,12 +139,16 @@ def _panels(
     figure: Figure, plots: list[dict], messages: dict[str, list], markers: list, tow: tuple, diameter: float
 ) -> None:
     at, body, forward = tow
-    wide = 0.62 * float(np.linalg.norm(at - body))
+    box, away = (0.01, 0.43, 0.58, 0.53), float(np.linalg.norm(at - body))
+    tall = 0.52 * float(abs(at - body)[2] + 0.26 * away)  # with the texts above and below
+    wide = max(0.68 * away, tall * box[2] * SIZE[0] / (box[3] * SIZE[1]))
     views = (
         (
             "Tow",
-            (0.01, 0.43, 0.58, 0.53),
-            Camera(0.5 * (at + body) + (0.0, 0.0, 0.15 * wide), forward, 0.0, 0.1),
+            box,
+            Camera(
+                0.5 * (at + body) + 0.05 * (at - body) * (1.0, 1.0, 0.0) + (0.0, 0.0, 0.093 * away), forward, 0.0, 0.1
+            ),
             wide,
             (),
         ),
@@ -153,7 +157,7 @@ def _panels(
             (0.01, 0.02, 0.58, 0.36),
             Camera(at + (0.0, 0.0, 0.15 * diameter), forward, -0.35, 0.3),
             2.6 * diameter,
-            ("text", "water"),
+            ("ship", "text", "water"),
         ),
     )
     for title, box, camera, half, hidden in views:

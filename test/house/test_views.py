@@ -18,7 +18,7 @@ CONFIG = Path(__file__).resolve().parents[2] / "config"
 SCENE = load_scene("full_scale")
 ROWS = {Context().topic(row): row for row in (*channels_of(SCENE), markers_channel(SCENE, 10.0))}
 FRAMES = {"odom", "base_link", "sheave_link", "towbody_link"}
-NAMESPACES = {"cable", "contact", "drum", "sheave", "text", "towbody", "water"}
+NAMESPACES = {"cable", "contact", "drum", "sheave", "ship", "text", "towbody", "water"}
 CLOUDS = {"/tow_sim/cable/shape": SHAPE_COLUMNS, "/tow_sim/sheave/contact": CONTACT_COLUMNS}
 RVIZ_TYPES = {
     "MarkerArray": "visualization_msgs/msg/MarkerArray",

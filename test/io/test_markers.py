@@ -159,9 +159,13 @@ def test_what_stands_where(scene, tow):
     axis = rotate((q.x, q.y, q.z, q.w), (0.0, 0.0, 1.0))
     assert axis == pytest.approx(rotate(tuple(frame["body_quaternion"]), (1.0, 0.0, 0.0)))
     winch = np.add(frame["ship_position"], rotate(tuple(frame["ship_quaternion"]), scene.winch.position))
+    along = rotate(tuple(frame["ship_quaternion"]), (1.0, 0.0, 0.0))
     p = markers["drum", 0].pose.position
     assert (p.x, p.y, p.z) == pytest.approx(tuple(winch))
     assert np.abs(place(markers["water", 0])[:, 2]).max() == 0.0
+    assert np.ptp(place(markers["towbody", 1]), axis=0) == pytest.approx((0.0, 0.0, -frame["body_position"][2]))
+    there = (place(markers["ship", 0]) - frame["ship_position"]) @ along
+    assert there.min() < (winch - frame["ship_position"]) @ along < there.max()  # the drum is on the ship
     tips = place(markers["contact", 0])
     assert len(tips) and np.linalg.norm(tips - frame["sheave_position"], axis=1).min() > 0.9 * scene.sheave.radius
     tension = f"tension {frame['tension'] / 1e3:.3g} kN"
@@ -270,7 +274,7 @@ def test_ros_reads_the_bytes():
         markers_channel(load_scene("full_scale"), 10.0), frame, sloped(frame), make_contact(frame), CONTEXT
     )
     markers = serialization.deserialize_message(data, package.MarkerArray).markers
-    assert {m.ns for m in markers} == {"cable", "sheave", "drum", "towbody", "contact", "water", "text"}
+    assert {m.ns for m in markers} == {"cable", "sheave", "drum", "towbody", "contact", "water", "text", "ship"}
     assert sum(len(m.points) for m in markers if m.ns == "cable") > 40
 
 

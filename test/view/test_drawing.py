@@ -13,13 +13,14 @@ from cable_sim_ros.cli import commands
 from cable_sim_ros.errors import CODE_FAILED, CODE_INPUT
 from cable_sim_ros.io.bags.bag import BagReader
 from cable_sim_ros.io.bags.bag_writer import BagWriter
+from cable_sim_ros.io.messages import shapes
 from cable_sim_ros.io.messages.markers import cable_points, colour_scale
 from cable_sim_ros.io.scenes.load import SceneWarning, dump_scene
 from cable_sim_ros.io.scenes.resources import find_bag
 from cable_sim_ros.physics.tick_output import TICK_OUTPUT, Flag
 from cable_sim_ros.plots.sea_surface import SeaSurface
 from cable_sim_ros.runs import offline
-from cable_sim_ros.view import shapes, words
+from cable_sim_ros.view import words
 from cable_sim_ros.view.bag_run import BagRun
 from cable_sim_ros.view.beside_node import Memory
 from cable_sim_ros.view.cameras import CAMERAS, camera, followed

@@ -20,6 +20,7 @@ from .cdr import SECOND, header, refuse_not_finite, store_type
 from .channels import Channel, Context
 from .marker_bytes import Drawn, encode
 from .rotation import rotate
+from .shapes import hull
 
 Marker = store_type("visualization_msgs/msg/Marker")
 MarkerArray = store_type("visualization_msgs/msg/MarkerArray")
@@ -158,9 +159,16 @@ class TowDrawing:
         self.rims = self._rims()
         self.wheel = (2.0 * self.radius, 2.0 * self.radius, 2.0 * float(self.rims[-1, 1]))
         r = scene.winch.drum_radius
+        self.ship = self._ship()
         self.spokes = np.array([[x, y, z] for y in (-r, r) for x, z in ((-r, 0.0), (r, 0.0), (0.0, -r), (0.0, r))])
         # the drum turns about y: what hauls in comes from the sheave over its top
         self.turn = 1.0 if scene.sheave.position[0] < scene.winch.position[0] else -1.0
+
+    def _ship(self) -> np.ndarray:
+        """Lines of the hull, a symbol, in base_link: its deck, ribs down to the water, the frame of the sheave."""
+        symbol = hull(self.scene)
+        ribs = np.stack(np.split(symbol.mesh.corners, 3)[:2], axis=1)  # of the rings at deck, water and keel
+        return np.concatenate((symbol.edges, ribs, symbol.legs)).reshape(-1, 3)
 
     def _rims(self) -> np.ndarray:
         wheel = self.scene.sheave
@@ -184,6 +192,9 @@ class TowDrawing:
         radius = self.scene.winch.drum_radius
         body = times(f.body_quaternion, ALONG_X)
         thin = 0.02 * self.radius
+        seen = max(f.scope / 2000.0, thin)
+        (x, y, z) = f.body_position
+        plumb = np.array([(x, y, z), (x, y, 0.0)])
         return [
             *self._cable(f, shape),
             Drawn("sheave", 0, CYLINDER, f.sheave_position, times(ship, ALONG_Y), self.wheel, STEEL),
@@ -191,6 +202,8 @@ class TowDrawing:
             Drawn("drum", 0, CYLINDER, winch, times(ship, ALONG_Y), (2.0 * radius,) * 3, DRUM),
             Drawn("drum", 1, LINE_LIST, winch, drum, (0.04 * radius, 0.0, 0.0), RIM, self.spokes),
             Drawn("towbody", 0, CYLINDER, f.body_position, body, (self.thick, self.thick, self.length), BODY),
+            Drawn("towbody", 1, LINE_LIST, (0.0, 0.0, 0.0), STANDING, (seen, 0.0, 0.0), BODY, plumb),
+            Drawn("ship", 0, LINE_LIST, f.ship_position, ship, (seen, 0.0, 0.0), STEEL, self.ship),
             *self._contact(f, table),
             self._water(f),
             *self._texts(f),

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..sim.scene import Scene
+from ...sim.scene import Scene
 
 ROUND = 64  # corners of what is round
 
