@@ -96,7 +96,8 @@ def ship_and_water(axes: Axes, run: RecordedRun, curve: np.ndarray, scale: tuple
     if sea is not None:
         sea.settle(run.frames)
     if sea is not None and sea.agrees:
-        along, forward = np.linspace(*axes.get_xlim(), WAVE_POINTS), along_tow(run.frames)
+        left, right = axes.get_xlim()
+        along, forward = np.linspace(left, right, WAVE_POINTS), along_tow(run.frames)
         heights = sea(x + forward[0] * along, y + forward[1] * along, sea.at(last))
         axes.plot(along, heights, color=WATER, lw=2, zorder=1)
     else:
