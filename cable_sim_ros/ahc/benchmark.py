@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import multiprocessing
 import subprocess
 from collections.abc import Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor
 from functools import cache
 from pathlib import Path
 from typing import Any
 
+from ..processes import ForkServer, Workers
 from ..runs.stepping import Progress, silent
 from ..version import __version__
 from . import definition
@@ -113,10 +112,14 @@ def _rows(tasks: list[tuple[Entrant, Cell, Span]], processes: int) -> Iterator[R
     if processes == 1 or len(tasks) == 1 or any(entrant.kind == PROGRAM for entrant, *_ in tasks):
         yield from (row_of(*task) for task in tasks)
         return
-    context = multiprocessing.get_context("forkserver")
+    context = ForkServer()
     context.set_forkserver_preload([__name__])
-    with ProcessPoolExecutor(processes, mp_context=context) as pool:
-        yield from pool.map(row_of, *zip(*tasks, strict=True))
+    pool = Workers(processes, mp_context=context)
+    try:
+        for row in [pool.submit(row_of, *task) for task in tasks]:
+            yield row.result()
+    finally:
+        pool.shutdown(cancel_futures=True)
 
 
 def commit() -> str:

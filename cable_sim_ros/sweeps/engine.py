@@ -11,11 +11,12 @@ import multiprocessing
 import os
 import threading
 from collections.abc import Callable, Iterable, Iterator
-from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future, ProcessPoolExecutor, wait
+from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future, wait
 from itertools import islice
 from typing import Any
 
 from ..errors import CableSimError
+from ..processes import Spawn, Workers
 from ..sim.flag_rules import FAILED
 from .cases import Case
 from .threads import one_thread
@@ -51,7 +52,7 @@ def free_memory() -> float:
 
 def processes(workers: int) -> Executor:
     """Workers as processes of this machine, started afresh: they share nothing with the caller."""
-    return ProcessPoolExecutor(workers, mp_context=multiprocessing.get_context("spawn"), initializer=_begun)
+    return Workers(workers, mp_context=Spawn(), initializer=_begun)
 
 
 def _begun() -> None:

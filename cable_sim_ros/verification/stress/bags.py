@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import multiprocessing
 import struct
 from collections.abc import Callable
 from pathlib import Path
@@ -12,6 +11,7 @@ import numpy as np
 
 from ...io.bags.bag import BagError, BagWriter, Damage, Message, read_bag
 from ...io.bags.mcap_file import HEAD, McapFile
+from ...processes import ForkServer
 
 IMU, TOPIC = "sensor_msgs/msg/Imu", "/tow_sim/imu/data"
 SIZE = 348  # bytes of an Imu
@@ -104,7 +104,7 @@ def giants(folder: Path) -> dict[str, Path]:
 
 def start_apart(function: Callable, *args) -> tuple[Any, Any]:
     """A process that runs function(pipe, *args), and the end of the pipe to receive from."""
-    context = multiprocessing.get_context("forkserver")
+    context = ForkServer()
     context.set_forkserver_preload([__name__, function.__module__])
     here, there = context.Pipe(duplex=False)
     child = context.Process(target=function, args=(there, *args), daemon=True)

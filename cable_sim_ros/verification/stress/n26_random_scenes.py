@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
-import multiprocessing
 import re
 import warnings
 from collections import Counter
 from collections.abc import Callable
+from multiprocessing import Pipe
 from typing import NamedTuple
 
 import numpy as np
 
 from ...io.scenes.load import SceneError, SceneWarning, scene_from_dict
 from ...physics.tick_output import Flag
+from ...processes import Forked
 from ...sim.scene import Scene
 from ...sim.simulator import Simulator, SolverError, StartError
 from .n27_starts import wrong_rest
@@ -112,8 +113,7 @@ def sailed(number: int, seconds: float, seed: int = SEED) -> End:
 def bounded(work: Callable[[], End], bound: float = BOUND) -> End:
     """What ``work`` returns, in a child process: one that dies is a crash, one that lasts longer than ``bound`` [s] of
     wall time a hang."""
-    context = multiprocessing.get_context("fork")
-    here, there = context.Pipe(False)
+    here, there = Pipe(False)
 
     def child() -> None:
         try:
@@ -121,7 +121,7 @@ def bounded(work: Callable[[], End], bound: float = BOUND) -> End:
         except Exception as error:  # it is what is looked for
             there.send(End(CRASH, f"{type(error).__name__}: {error}"))
 
-    process = context.Process(target=child)
+    process = Forked(target=child, daemon=True)
     process.start()
     there.close()
     try:

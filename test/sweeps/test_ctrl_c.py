@@ -1,0 +1,65 @@
+"""Ctrl-C, which all processes of a terminal hear, while ours start and while they run: one hears it and ends them."""
+
+import subprocess
+import sys
+
+import pytest
+
+CODE = """
+import multiprocessing, os, signal, sys
+
+STARTS, KIND, WHEN = "__mp_main__" in __name__, *sys.argv[1:]
+
+
+def interrupt():
+    "As a terminal does it."
+    os.killpg(0, signal.SIGINT)
+
+
+def for_ever():
+    if WHEN == "runs":
+        interrupt()
+    while True:
+        signal.pause()
+
+
+if STARTS and WHEN == "starts":
+    assert signal.SIGINT in signal.pthread_sigmask(signal.SIG_BLOCK, []), "it was heard before"
+    interrupt()
+if __name__ == "__main__":
+    from cable_sim_ros.processes import Forked, ForkServer, Spawn, Workers
+    server = ForkServer()
+    server.set_forkserver_preload(["preloaded"] * (WHEN == "preloads"))
+    try:
+        if KIND == "forked":
+            one = Forked(target=for_ever, daemon=True)
+            one.start()
+            one.join()
+        pool = Workers(1, mp_context=server if KIND == "served" else Spawn())
+        try:
+            pool.submit(for_ever).result()
+        finally:
+            pool.shutdown(cancel_futures=True)
+    except KeyboardInterrupt:
+        print("heard", [one.name for one in multiprocessing.active_children() if not one.daemon])
+"""
+PRELOADED = "import os, signal\nos.killpg(0, signal.SIGINT)\n"
+
+
+@pytest.mark.parametrize(
+    "kind, when",
+    [
+        ("spawned", "starts"),
+        ("spawned", "runs"),
+        ("served", "preloads"),
+        ("served", "starts"),
+        ("served", "runs"),
+        ("forked", "runs"),
+    ],
+)
+def test_ctrl_c_is_heard_by_the_caller_alone(tmp_path, kind, when):
+    (tmp_path / "stopped.py").write_text(CODE, "utf-8")
+    (tmp_path / "preloaded.py").write_text(PRELOADED, "utf-8")
+    command = [sys.executable, "stopped.py", kind, when]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, start_new_session=True)
+    assert (done.returncode, done.stdout, done.stderr) == (0, "heard []\n", "")
