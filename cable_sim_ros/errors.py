@@ -15,10 +15,11 @@ NEEDS_ROS = (
 class CableSimError(Exception):
     """What is wrong with what was given, or why a run came to no end; every error of the package is one.
 
-    exit_code: of a command that ends with it; cause: name in sim/flag_rules.CHECKS, where that is a run that failed.
+    exit_code: of a command that ends with it; cause: name in sim/flag_rules.CHECKS, where that is a run that failed;
+    lines: the text has several, each of which is clean (terminal.py).
     """
 
-    exit_code = CODE_INPUT
+    exit_code, lines = CODE_INPUT, False
     cause = "HALTED"
 
 
@@ -30,3 +31,5 @@ class RunError(CableSimError, RuntimeError):
 
 class TowError(RunError):
     """A node or a process beside it did not do what was asked for; the text has its last lines."""
+
+    lines = True

@@ -5,6 +5,7 @@ from __future__ import annotations
 import errno
 import os
 import stat
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -23,12 +24,13 @@ class NoRegularFile(OSError):
         return f"{self.filename}: {self.strerror}"
 
 
-def _checked(path: str | os.PathLike, mode: int) -> None:
+def _checked(path: str | os.PathLike, mode: int, written: bool = False) -> None:
     if stat.S_ISDIR(mode):
         raise IsADirectoryError(errno.EISDIR, "it is a folder, and a file is wanted", os.fspath(path))
     if not stat.S_ISREG(mode):
         kind = next((name for of_kind, name in KINDS if of_kind(mode)), "no regular file")
-        why = f"it is {kind}, and only regular files are read; write it into a file and give that"
+        remedy = "written; give another name" if written else "read; write it into a file and give that"
+        why = f"it is {kind}, and only regular files are {remedy}"
         raise NoRegularFile(errno.EINVAL, why, os.fspath(path))
 
 
@@ -38,8 +40,15 @@ def regular(path: str | os.PathLike) -> Path:
     return Path(path)
 
 
+def place(path: str | os.PathLike) -> Path:
+    """The path, for what is written there: nothing is there yet, or a regular file; OSError."""
+    with suppress(FileNotFoundError):
+        _checked(path, os.stat(path).st_mode, written=True)
+    return Path(path)
+
+
 def _opener(path: str, flags: int) -> int:
-    number = os.open(path, flags | os.O_NONBLOCK | os.O_CLOEXEC)
+    number = os.open(path, flags | os.O_NONBLOCK | os.O_CLOEXEC, 0o666)
     try:
         _checked(path, os.fstat(number).st_mode)
     except OSError:
@@ -49,8 +58,9 @@ def _opener(path: str, flags: int) -> int:
 
 
 def open_file(path: str | os.PathLike, mode: str = "r", **options: Any) -> Any:
-    """`open` for reading; OSError, at once, where it is no regular file."""
-    return open(regular(path), mode, opener=_opener, **options)  # looked at before: to open may do something
+    """`open`; OSError, at once, where it is no regular file."""
+    looked = regular if mode[0] == "r" else place  # before: to open may do something
+    return open(looked(path), mode, opener=_opener, **options)
 
 
 def read_bytes(path: str | os.PathLike) -> bytes:
@@ -63,3 +73,15 @@ def read_text(path: str | os.PathLike, encoding: str = "utf-8") -> str:
     """The text of a file, line ends as \\n; OSError, UnicodeDecodeError."""
     with open_file(path, encoding=encoding) as file:
         return str(file.read())
+
+
+def write_bytes(path: str | os.PathLike, data: bytes) -> None:
+    """Write a file; OSError."""
+    with open_file(path, "wb") as file:
+        file.write(data)
+
+
+def write_text(path: str | os.PathLike, text: str) -> None:
+    """Write a file as UTF-8; OSError."""
+    with open_file(path, "w", encoding="utf-8") as file:
+        file.write(text)

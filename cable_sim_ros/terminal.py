@@ -12,20 +12,31 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from rich.console import Console
+    from rich.text import Text
 
-OBEYED = re.compile(  # controls but tab and line end; what turns the direction of writing; halves of a character
-    "[\x00-\x08\x0b-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069\ud800-\udfff]"
+OBEYED = re.compile(  # controls but tab; what turns the direction of writing; halves of a character
+    "[\x00-\x08\x0a-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069\ud800-\udfff]"
 )
 
 
-def clean(text: object) -> str:
-    r"""The text with what a terminal would obey, or cannot show, written out: ``\x1b``."""
+def clean(text: object, lines: bool = False) -> str:
+    r"""The text with what a terminal would obey, or cannot show, written out: ``\x1b``; so are line ends, with which
+    a name would begin a line of ours, but for a text of several lines, each of which is clean."""
+    if lines:
+        return "\n".join(map(clean, str(text).split("\n")))
     return OBEYED.sub(lambda found: found[0].encode("unicode_escape").decode("ascii"), str(text))
 
 
-def say(text: object = "", err: bool = False, nl: bool = True) -> None:
-    """A line on standard output, or on standard error."""
-    print(clean(text), end="\n" if nl else "", file=sys.stderr if err else sys.stdout, flush=True)
+def say(text: object = "", err: bool = False, nl: bool = True, lines: bool = False) -> None:
+    """A line on standard output, or on standard error; lines: several, as of `clean`."""
+    print(clean(text, lines), end="\n" if nl else "", file=sys.stderr if err else sys.stdout, flush=True)
+
+
+def in_lines(*texts: object) -> Text:
+    """Of rich: texts as the lines of one cell or title."""
+    from rich.text import Text
+
+    return Text("\n".join(map(clean, texts)))
 
 
 def plain_console(width: int = 120, err: bool = False, **options: Any) -> Console:

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from ..files import open_file, read_text
+from ..terminal import clean
 from . import definition
 from .benchmark import Row, twin_cell
 from .definition import TOLERANCE, TWIN, VERSION, Cell
@@ -120,7 +121,9 @@ def merge(board: Sequence[Row], result: Mapping[str, Any], origin: str, replace:
     if not problems:
         problems += _other_twin(kept, result["rows"])
     if problems:
-        raise AhcError("\n".join(f"{origin}: {problem}; {UNCHANGED}" for problem in problems))
+        wrong = AhcError("\n".join(clean(f"{origin}: {problem}; {UNCHANGED}") for problem in problems))
+        wrong.lines = True
+        raise wrong
     return [*kept, *rows]
 
 

@@ -13,7 +13,7 @@ from ..cli.number import Count
 from ..cli.out_folder import ready
 from ..cli.progress import progress_bar
 from ..cli.report_option import report_option, said, typed
-from ..files import read_text
+from ..files import read_text, write_text
 from ..terminal import plain_console, say
 
 FAILED = 1  # exit code where a re-run is not the leaderboard
@@ -97,7 +97,7 @@ def ahc(
     if shown:
         from .tables import definition_markdown, figures_markdown
 
-        say(f"{definition_markdown()}\n\n{figures_markdown()}")
+        say(f"{definition_markdown()}\n\n{figures_markdown()}", lines=True)
     elif table:
         tables_of(board, page)
     elif result:
@@ -180,13 +180,13 @@ def tell(done, out, as_json, quiet=False):
         from ..plots.ahc import draw
         from .tables import by_class
 
-        (out / "ahc.json").write_text(text + "\n", "utf-8")
-        (out / "ahc.md").write_text(f"{markdown(by_class(rows))}\n\n{cells_markdown(rows)}\n", "utf-8")
+        write_text(out / "ahc.json", text + "\n")
+        write_text(out / "ahc.md", f"{markdown(by_class(rows))}\n\n{cells_markdown(rows)}\n")
         say(f"plot:      {draw(rows, out / 'ahc.png', done['benchmark'])}", err=True)
     if quiet:
         return
     if as_json:
-        say(text)
+        say(text, lines=True)
         return
 
     title = f"{done['benchmark']}, cable_sim_ros {done['product']} {done['commit']}".rstrip()
@@ -203,12 +203,12 @@ def tables_of(board, page):
 
     rows = boards.with_twins(boards.read(board))
     if page is None:
-        say(results(rows))
+        say(results(rows), lines=True)
         return
     from ..plots.ahc import draw
 
     text = made(read_text(page), rows)
-    page.write_text(text, "utf-8")
+    write_text(page, text)
     say(f"{page}, {draw(rows, page.parent / 'ahc.png', VERSION)}")
 
 
@@ -219,7 +219,7 @@ def merged(result, board, replace):
     rows = boards.merge(boards.read(board), boards.load_result(result), str(result), replace)
     try:
         board.parent.mkdir(parents=True, exist_ok=True)
-        board.write_text(boards.text_of(rows), "utf-8")
+        write_text(board, boards.text_of(rows))
     except OSError as error:
         raise click.UsageError(f"--board {board}: cannot be written ({error.strerror}); it was not changed") from None
     names = ", ".join(dict.fromkeys(row["entrant"] for row in rows))
@@ -233,7 +233,7 @@ def compare(done, board, as_json):
 
     found = boards.compared(boards.read(board), boards.rows_of(done))
     if as_json:
-        say(json.dumps([difference._asdict() for difference in found], indent=1))
+        say(json.dumps([difference._asdict() for difference in found], indent=1), lines=True)
     else:
         for one in found:
             say(f"{one.entrant} {one.cell}: {one.what} = {one.board} on the leaderboard, {one.again} again")

@@ -7,6 +7,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from ..files import write_text
 from ..plots import ahc as plots
 from ..plots.strips import WIDTH
 from ..plots.vector import svg
@@ -68,7 +69,7 @@ def write_report(done: Mapping[str, Any], path: Path, command: Sequence[str] = (
         cards=[],
         sections=sections(rows, odd, typed(command)),
     )
-    path.write_text(text, "utf-8")
+    write_text(path, text)
     return path
 
 

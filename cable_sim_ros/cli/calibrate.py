@@ -12,7 +12,7 @@ import click
 
 from ..limits import LONGEST_RUN
 from ..runs.calibration.limits import HOLD_OUT, MAX_LAG
-from ..terminal import plain_console, say
+from ..terminal import in_lines, plain_console, say
 from .number import Number
 from .options import SET_HELP, Heave
 from .progress import progress_bar
@@ -151,7 +151,7 @@ def calibrate(bag, scene, free, mapping, motion, heave, winch, duration, signals
                 progress=lambda what, runs: progress(f"{what}: {runs} runs", runs, 0),
             )
     except CalibrateError as error:
-        raise CalibrateError("\n".join([str(error), *(f"damaged: {text}" for text in damage)])) from None
+        raise CalibrateError("; ".join([str(error), *(f"damaged: {text}" for text in damage)])) from None
     result.reasons += [check("DAMAGE", text) for text in damage]
     result.notes += recording.notes
     if tow is not None and moved != bag:
@@ -191,7 +191,7 @@ def finish(
     from .compare import lines_of
 
     if as_json:
-        say(json.dumps(_plain(result.as_dict()), indent=1, allow_nan=False))
+        say(json.dumps(_plain(result.as_dict()), indent=1, allow_nan=False), lines=True)
     else:
         tell(result)
     if out is not None and result.converged:
@@ -283,7 +283,7 @@ def tell(result: Calibration) -> None:
     for one in result.parameters:
         limits = f"{one.limits[0]:.4g} to {one.limits[1]:.4g}"
         table.add_row(one.name, one.unit, f"{one.start:.5g}", _fine(one, one.value), _interval(one), limits,
-                      "\n".join(_conditional(one)))  # fmt: skip
+                      in_lines(*_conditional(one)))  # fmt: skip
     console.print(table)
     held = "not held out" if result.held_s is None else f"{result.held_s[0]:.4g} to {result.held_s[1]:.4g} s"
     rests = Table(

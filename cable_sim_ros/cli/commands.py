@@ -12,6 +12,7 @@ from pathlib import Path
 import click
 
 from ..errors import CODE_DAMAGED, CODE_INPUT, NEEDS_ROS
+from ..files import write_text
 from ..limits import LONGEST_RUN, MAX_TOW_SPEED
 from ..terminal import clean, say
 from ..version import __version__
@@ -93,7 +94,7 @@ class Commands(click.Group):
                 context.exit(CODE_DAMAGED)
             return result
         except click.ClickException as error:
-            error.message = clean(error.message)  # type: ignore[misc]
+            error.message = clean(error.message, lines=isinstance(error, click.MissingParameter))  # type: ignore[misc]
             raise
         except Exception as error:
             code = expected_errors.code_of(error)
@@ -209,7 +210,7 @@ def live(bag, scene, duration, imu_only, out, report, as_json) -> None:
     metrics.update(watched(tow, recorded.frames))
     result = Run(recorded.frames, metrics, node_metrics.get("problem", ""), Path(done["bag"]), scene=tow)
     judged(result, tow, of_node(node_metrics), played(recorded.frames))
-    (out / "summary.json").write_text(json.dumps(result.metrics, indent=1) + "\n", "utf-8")
+    write_text(out / "summary.json", json.dumps(result.metrics, indent=1) + "\n")
     reporter.write(result)
     tell(result, out, as_json)
 
@@ -279,9 +280,9 @@ def manual(page, out) -> None:
     """
     text = {"parameters": manual_text, "fields": fields_text, "mapping_keys": mapping_text}[page]()
     if out is None:
-        say(text, nl=False)
+        say(text, nl=False, lines=True)
     else:
-        out.write_text(text, "utf-8")
+        write_text(out, text)
 
 
 for _command in (

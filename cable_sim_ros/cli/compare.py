@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING
 import click
 
 from ..errors import CODE_FAILED
-from ..terminal import plain_console, say
+from ..files import write_text
+from ..terminal import in_lines, plain_console, say
 from .number import Number
 from .out_folder import ready
 
@@ -114,7 +115,7 @@ def finish(result: Comparison, out: Path | None, junit: Path | None, as_json: bo
         write_junit(result, junit)
     pictures = []
     if out is not None:
-        (out / "compare.json").write_text(json.dumps(report, indent=1) + "\n", "utf-8")
+        write_text(out / "compare.json", json.dumps(report, indent=1) + "\n")
         try:
             from ..plots.compare import draw_comparison
 
@@ -122,7 +123,7 @@ def finish(result: Comparison, out: Path | None, junit: Path | None, as_json: bo
         except RuntimeError as error:  # matplotlib is an extra
             say(f"warning: {error}", err=True)
     if as_json:
-        say(json.dumps(report, indent=1))
+        say(json.dumps(report, indent=1), lines=True)
     else:
         tell_scores(result)
         for path in pictures:
@@ -183,7 +184,9 @@ def tell_scores(result: Comparison) -> None:
     """Table of the scores, what was found of clocks, and the difference of two runs."""
     from rich.table import Table
 
-    table = Table(title=f"A: {result.name_a}\nB: {result.name_b}\nB less A, B over A; 95 % intervals in brackets")
+    table = Table(
+        title=in_lines(f"A: {result.name_a}", f"B: {result.name_b}", "B less A, B over A; 95 % intervals in brackets")
+    )
     table.title_justify = "left"
     table.add_column("quantity")
     for name in ("unit", "bias", "gain", "rms", "lag s", "coherence", "peaks", "damage", "samples"):

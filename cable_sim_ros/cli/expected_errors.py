@@ -17,11 +17,11 @@ def code_of(error: BaseException) -> int | None:
 
 def report(error: BaseException, code: int, as_json: bool) -> int:
     """Say it in one line on stderr, and with --json as the verdict of a run that failed; returns the code."""
-    say(f"error: {error}", err=True)
+    say(f"error: {error}", err=True, lines=getattr(error, "lines", False))
     if as_json and code == CODE_FAILED:
         from ..sim.verdict import check, verdict_of
 
         verdict = getattr(error, "verdict", None)  # of what is no tow
         verdict = verdict or verdict_of([check(getattr(error, "cause", CableSimError.cause), str(error))])
-        say(json.dumps({"problem": str(error), "verdict": verdict.as_dict()}, indent=1))
+        say(json.dumps({"problem": str(error), "verdict": verdict.as_dict()}, indent=1), lines=True)
     return code

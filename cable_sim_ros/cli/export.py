@@ -43,7 +43,7 @@ def export(bag, out, form, fields, every, tables, force, as_json) -> None:
     done = write(bag, out, form, _names(fields), every, _names(tables), force)
     if as_json:
         said = done._asdict() | {"files": [str(path) for path in done.files]}
-        say(json.dumps(said, indent=1))
+        say(json.dumps(said, indent=1), lines=True)
         return
     for path in done.files:
         say(f"{path}: {path.stat().st_size / 1e6:.3g} MB")

@@ -50,7 +50,7 @@ def import_command(files, mapping, kind, out, track, speed, heading, height, for
     done = import_logs(files, out, mapping, format=kind, choice=Choice(track, speed, way, height), force=force)
     if as_json:
         told = {"bag": str(done.path), "assumed": done.assumed, "said": done.said, "missing": done.missing}
-        say(json.dumps(done.figures | told, indent=1))
+        say(json.dumps(done.figures | told, indent=1), lines=True)
         return
     f = done.figures
     say(

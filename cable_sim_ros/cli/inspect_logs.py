@@ -7,6 +7,7 @@ from pathlib import Path
 
 import click
 
+from ..files import write_text
 from ..terminal import say
 
 SHOWN = 12  # sources and findings of a log, without --all
@@ -44,11 +45,11 @@ def inspect(files, kind, mapping_out, everything, as_json) -> None:
         say(f"left out: {line}", err=True)
     if mapping_out is not None:
         try:
-            mapping_out.write_text(first or "", "utf-8")
+            write_text(mapping_out, first or "")
         except OSError as error:
             raise LogError(f"{mapping_out}: cannot be written ({error.strerror}); give another --mapping-out") from None
     if as_json:
-        say(json.dumps({"logs": told, "left_out": skipped}, indent=1))
+        say(json.dumps({"logs": told, "left_out": skipped}, indent=1), lines=True)
     elif mapping_out is not None:
         say(f"{mapping_out}: a first mapping of {files[0]}")
 

@@ -21,7 +21,7 @@ def keys_option(kind: Callable[[], type[Block]], heading: str = "") -> Callable:
             return
         from ..runs.manual import tables
 
-        say(heading + "\n".join(tables(kind())), nl=False)
+        say(heading + "\n".join(tables(kind())), nl=False, lines=True)
         context.exit()
 
     return click.option(

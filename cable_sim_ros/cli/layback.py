@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from ..errors import CableSimError
+from ..files import write_text
 from ..terminal import plain_console, say
 from .number import Number
 from .out_folder import ready
@@ -260,7 +261,7 @@ def _tell(
     paths = []
     if out is not None:
         write_table(out / "layback.csv", one, place, measured)
-        (out / "layback.json").write_text(json.dumps(report, indent=1) + "\n", "utf-8")
+        write_text(out / "layback.json", json.dumps(report, indent=1) + "\n")
         paths = [("table", out / "layback.csv"), ("figures", out / "layback.json")]
         try:
             from ..plots.layback import plot
@@ -269,7 +270,7 @@ def _tell(
         except RuntimeError as error:
             say(f"note: {error}", err=True)
     if as_json:
-        say(json.dumps(report, indent=1))
+        say(json.dumps(report, indent=1), lines=True)
     else:
         _table(report)
         for line in [*report["assumed"], *(f"note: {note}" for note in one.notes)]:

@@ -51,7 +51,7 @@ def mesh(scene: str, checked: bool, seconds: float, as_json: bool) -> None:
             changes = study.check(tow, plan, progress, seconds)
     report = study.as_json(tow, plan, changes)
     if as_json:
-        say(json.dumps(report, indent=1))
+        say(json.dumps(report, indent=1), lines=True)
     else:
         _print(tow, plan, changes, report)
     if changes and not report["kept"]:

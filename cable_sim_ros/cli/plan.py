@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from ..errors import RunError
+from ..files import write_text
 from ..sim.flag_rules import FAILED
 from ..terminal import plain_console, say
 from .faults import tell_faults
@@ -89,9 +90,9 @@ def plan(scene, out, smallest, as_json, report, **asked) -> None:
             needs = _planned(scene, result, reporter, partial(_smallest, scene, smallest, asked) if smallest else None)
     verdict = result.verdict
     if out is not None:
-        (out / "plan.json").write_text(json.dumps(needs, indent=1) + "\n", "utf-8")
+        write_text(out / "plan.json", json.dumps(needs, indent=1) + "\n")
     if as_json:
-        say(json.dumps(needs, indent=1))
+        say(json.dumps(needs, indent=1), lines=True)
     else:
         _tell(needs)
         if "faults" in result.metrics:

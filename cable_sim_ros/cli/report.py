@@ -22,7 +22,7 @@ def tell(result: Run, out: Path | None, as_json: bool) -> None:
     """Figures, residuals of a replay, picture, paths and verdict of a run; leaves with the code of its verdict."""
     pictures = pictures_of(result, out)
     if as_json:
-        say(json.dumps(result.metrics, indent=1))
+        say(json.dumps(result.metrics, indent=1), lines=True)
     else:
         from ..runs.offline import METRICS
         from ..runs.summary import format_value, summary_table

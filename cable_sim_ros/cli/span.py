@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from ..files import write_text
 from ..physics.parameter import Block
 from ..terminal import plain_console, say
 from .keys import keys_option
@@ -49,10 +50,10 @@ def span(file: str, cases: tuple[str, ...], out: Path | None, as_json: bool) -> 
     if out is not None:
         from ..plots.span_in_time import draw_span
 
-        (out / "span.json").write_text(json.dumps(report, indent=1) + "\n", "utf-8")
+        write_text(out / "span.json", json.dumps(report, indent=1) + "\n")
         say(f"picture:   {draw_span(run, out / 'span.png')}", err=True)
     if as_json:
-        say(json.dumps(report, indent=1))
+        say(json.dumps(report, indent=1), lines=True)
     else:
         _print(run)
         for notice in run.notices:

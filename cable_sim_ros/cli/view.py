@@ -192,7 +192,7 @@ def film(bag, out, scene, camera, start, seconds, speed, fps, size, top, as_json
     )
     if as_json:
         figures = made._asdict() | {"path": str(out), "cpu_per_picture_s": made.cpu / made.pictures}
-        say(json.dumps(figures, indent=1))
+        say(json.dumps(figures, indent=1), lines=True)
         return
     say(
         f"film: {out} ({made.seconds:.1f} s, {made.pictures} pictures of {made.of_tow:.1f} s of tow, "

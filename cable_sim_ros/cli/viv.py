@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from ..files import write_text
 from ..physics.parameter import Block
 from ..terminal import say
 from .keys import keys_option
@@ -62,9 +63,9 @@ def viv(file: str, sensitivity: bool, names: tuple[str, ...], out: Path | None, 
     of = next(iter(cases.values())).of
     report = {"span": of, "cases": found} if of else found[0]
     if out is not None:
-        (out / "viv.json").write_text(json.dumps(report, indent=1) + "\n", "utf-8")
+        write_text(out / "viv.json", json.dumps(report, indent=1) + "\n")
     if as_json:
-        say(json.dumps(report, indent=1))
+        say(json.dumps(report, indent=1), lines=True)
 
 
 def _computed(file: str, case: FrequencyCase, out: Path | None, as_json: bool) -> dict:
@@ -101,9 +102,9 @@ def _sensitivity(file: str, cases: dict[str, FrequencyCase], out: Path | None, a
         changes = study.sensitivity(span, progress)
     rows = [change._asdict() for change in changes]
     if out is not None:
-        (out / "sensitivity.json").write_text(json.dumps(rows, indent=1) + "\n", "utf-8")
-        (out / "sensitivity.md").write_text(study.markdown(changes) + "\n", "utf-8")
+        write_text(out / "sensitivity.json", json.dumps(rows, indent=1) + "\n")
+        write_text(out / "sensitivity.md", study.markdown(changes) + "\n")
     if as_json:
-        say(json.dumps(rows, indent=1))
+        say(json.dumps(rows, indent=1), lines=True)
     else:
         report.print_sensitivity(span, changes)

@@ -17,6 +17,7 @@ import click
 from ..cli.number import Count, Number
 from ..cli.out_folder import ready
 from ..errors import CODE_DAMAGED, CODE_DOUBTFUL, CODE_OK
+from ..files import write_text
 from ..terminal import clean, plain_console, say
 from .limits import COPIES, LEAST_COPIES, MAX_COPIES, MAX_SEED, SEED
 
@@ -104,10 +105,10 @@ def _over_a_bag(bag, file, changed, scene, out, twins, outside, as_json) -> None
     doubtful = CODE_DOUBTFUL if one.lost or odd or not one.settled.any() else CODE_OK
     report["exit_code"] = CODE_DAMAGED if one.damage else doubtful
     write_table(folder / CSV_NAME, one)
-    (folder / JSON_NAME).write_text(json.dumps(report, indent=1) + "\n", "utf-8")
+    write_text(folder / JSON_NAME, json.dumps(report, indent=1) + "\n")
     paths = [folder / CSV_NAME, folder / JSON_NAME, *_picture(folder, one, tow, report)]
     if as_json:
-        say(json.dumps(report, indent=1))
+        say(json.dumps(report, indent=1), lines=True)
     else:
         _tell(report, paths)
     sys.exit(report["exit_code"])

@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..files import open_file
 from ..io.bags.bag import BagError, BagReader, Damage, report
 from ..io.messages.channels import channel_of
 from ..io.messages.messages import KINDS
@@ -222,7 +223,7 @@ def doubts_of(one: Followed, told: dict[str, Any], plan: EnsemblePlan) -> list[s
 def write_table(path: Path, one: Followed) -> None:
     """ensemble.csv: time, and of each figure low, median, high, copy 0 and the recorded tow, with units."""
     kinds = ("low", "median", "high", "copy_0", "recorded")
-    with open(path, "w", newline="", encoding="utf-8") as file:
+    with open_file(path, "w", newline="", encoding="utf-8") as file:
         rows = csv.writer(file)
         rows.writerow(["time_s", *(f"{name}_{kind}_{unit}" for name, (*_, unit) in FIGURES.items() for kind in kinds)])
         stack = np.stack([one.low, one.median, one.high, one.nominal, one.tow], axis=-1)

@@ -37,7 +37,7 @@ def fmu(scene, out, fmi, settings, parameters, force, as_json) -> None:
 
     built = build(scene, out, int(fmi), settings_of(settings), parameters, force)
     if as_json:
-        say(json.dumps(built._asdict() | {"file": str(built.file)}, indent=1))
+        say(json.dumps(built._asdict() | {"file": str(built.file)}, indent=1), lines=True)
         return
     say(
         f"{built.file}: FMI {built.fmi}, model {built.model}, tick {built.tick:g} s, {built.inputs} inputs, "

@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..files import place
+
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from PIL import Image
@@ -18,7 +20,7 @@ COLOURS, EXACT = 256, 128  # of a picture, and how many of them are its commones
 
 def save(figure: Figure, path: str | os.PathLike) -> Path:
     """Save a figure; the suffix of ``path`` says the format. Returns the path."""
-    path = Path(path)
+    path = place(path)
     if path.suffix != ".png":
         figure.savefig(path)
         return path

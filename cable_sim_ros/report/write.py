@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from ..errors import CableSimError
+from ..files import place, write_text
 from ..plots.heading import date_of
 from ..runs.result import Run
 from ..sim.flag_rules import FAILED
@@ -49,6 +50,7 @@ def check_place(path: str | os.PathLike) -> None:
         path.parent.mkdir(parents=True, exist_ok=True)
         if path.is_dir():
             raise IsADirectoryError(21, "Is a directory")
+        place(path)
         tempfile.TemporaryFile(dir=path.parent).close()
     except (OSError, ValueError) as error:  # ValueError: a NUL in the name
         why = getattr(error, "strerror", None) or str(error)
@@ -76,7 +78,7 @@ def write_report(
     check_place(path)
     text = html(subject_of(result, command, plan, scores), title)
     try:
-        Path(path).write_text(text, "utf-8")
+        write_text(path, text)
     except OSError as error:
         raise ReportError(
             f"report = {path}: cannot be written ({error.strerror}); the run itself is not touched"
@@ -89,7 +91,7 @@ def write_page(path: str | os.PathLike, **about: Any) -> Path:
     check_tools()
     check_place(path)
     try:
-        Path(path).write_text(page(**about), "utf-8")
+        write_text(path, page(**about))
     except OSError as error:
         raise ReportError(
             f"report = {path}: cannot be written ({error.strerror}); what it is about is not touched"

@@ -206,7 +206,8 @@ class CableSimNode(LifecycleNode):
                 True,
             )
         if verdict.reasons or metrics.get("published_ticks"):
-            say("\n".join(verdict.lines()), err=True)
+            for line in verdict.lines():
+                say(line, err=True)
         self._write_statistics(metrics)
         self.telegrams.close()
 
@@ -379,7 +380,7 @@ def main(args: list[str] | None = None) -> int:
     except (KeyboardInterrupt, ExternalShutdownException):
         pass
     except (ParameterError, TelegramError) as error:
-        say(f"error: {error}", err=True)
+        say(f"error: {error}", err=True, lines=error.lines)
         code = 2
     finally:
         if node is not None:

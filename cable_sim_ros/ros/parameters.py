@@ -162,7 +162,9 @@ def settle(overrides: dict[str, Any]) -> Settings:
                 caught.clear()  # those of the file alone
                 scene = override(scene, scene_values)
         except SceneError as error:
-            raise ParameterError(str(error)) from None
+            wrong = ParameterError(str(error))
+            wrong.lines = error.lines
+            raise wrong from None
     if scene.solver.tension_error is not None:
         raise ParameterError(
             f"parameter 'solver.tension_error' = {scene.solver.tension_error:g}: steps chosen by their error take no "

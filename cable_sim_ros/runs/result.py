@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from ..files import write_text
 from ..io.bags.bag import BagError
 from ..io.bags.bag_writer import cannot_make
 from ..io.scenes.resources import RUN_BAG
@@ -54,4 +55,4 @@ def bag_path(out: str | os.PathLike | None) -> Path | None:
 def write_summary(out: str | os.PathLike | None, result: Run) -> None:
     """Figures of a run into its folder."""
     if out is not None:
-        (Path(out) / "summary.json").write_text(json.dumps(result.metrics, indent=1) + "\n", "utf-8")
+        write_text(Path(out) / "summary.json", json.dumps(result.metrics, indent=1) + "\n")

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import os
-from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..files import write_bytes
 from ..io.bags.bag import BagError
 from ..io.recordings.recorded_run import load_run
 from ..io.scenes.load import load_scene, scene_from_text
@@ -73,7 +73,7 @@ def write_log(
             continue
         lines.append(b"%s %s\n" % (stamp(int(times[k])), telegram.rstrip(b"\r\n")))
     try:
-        Path(out).write_bytes(b"".join(lines))
+        write_bytes(out, b"".join(lines))
     except OSError as error:
         raise TelegramError(
             f"{os.fspath(out)}: cannot be written ({error.strerror}); nothing was written. Give a file in "

@@ -10,6 +10,7 @@ import click
 
 from ..cli.report_option import said, typed
 from ..errors import CODE_DOUBTFUL, CODE_FAILED, CODE_OK
+from ..files import write_text
 from ..sim.flag_rules import OK
 from ..terminal import say
 from .command import bar, of_a_file, place_of, replaced_by, replacing, stoppable, summary, tell_rows
@@ -49,7 +50,7 @@ def envelope(file, out, workers, cluster, report, as_json) -> None:
         "replaced": replaced_by(plan, folder / "envelope.json"),
         "cells": [cells_of.as_dict(cell) for cell in cells],
     }
-    (folder / "envelope.json").write_text(json.dumps(figures, indent=1) + "\n", "utf-8")
+    write_text(folder / "envelope.json", json.dumps(figures, indent=1) + "\n")
     picture = cells_of.draw(plan.sweep, cells, folder / "envelope.png")
     if report is not None:
         from ..report.parts import Table
@@ -68,12 +69,13 @@ def envelope(file, out, workers, cluster, report, as_json) -> None:
             )
         )
     if as_json:
-        say(json.dumps(figures, indent=1))
+        say(json.dumps(figures, indent=1), lines=True)
     else:
         cells_of.tell(swept, cells)
         for note in replacing(figures, folder):
             say(f"warning: {note}", err=True)
-        say(f"figures:   {folder / 'envelope.json'}\npicture:   {picture}")
+        say(f"figures:   {folder / 'envelope.json'}")
+        say(f"picture:   {picture}")
         for text in figures["doubts"]:
             say(f"doubtful: {text}", err=True)
     _leave(swept, as_json, bool(figures["doubts"]))
@@ -105,7 +107,7 @@ def sensitivity(file, out, workers, cluster, report, as_json) -> None:
         "constant": found.constant,
         "spread": {name: {"mean": mean, "std": std} for name, (mean, std) in found.spread.items()},
     }
-    (folder / "sensitivity.json").write_text(json.dumps(figures, indent=1) + "\n", "utf-8")
+    write_text(folder / "sensitivity.json", json.dumps(figures, indent=1) + "\n")
     if report is not None:
         from ..report.parts import Table
         from .reported import write_report
@@ -118,7 +120,7 @@ def sensitivity(file, out, workers, cluster, report, as_json) -> None:
             )
         )
     if as_json:
-        say(json.dumps(figures, indent=1))
+        say(json.dumps(figures, indent=1), lines=True)
     else:
         indices.tell(found)
         for note in replacing(figures, folder):

@@ -14,7 +14,7 @@ import click
 
 from ..cli.report_option import report_option, said, typed
 from ..errors import CODE_DOUBTFUL, CODE_FAILED, CODE_OK, RunError
-from ..files import read_text
+from ..files import read_text, write_text
 from ..terminal import plain_console, say
 
 if TYPE_CHECKING:
@@ -88,13 +88,13 @@ def sweep(file, out, workers, cluster, dry_run, report, as_json) -> None:
     replaced = replaced_by(plan, folder / "sweep.json")
     paths = write(swept, folder)
     figures = summary(swept) | {"replaced": replaced, "files": [str(path) for path in paths]}
-    (folder / "sweep.json").write_text(json.dumps(figures, indent=1) + "\n", "utf-8")
+    write_text(folder / "sweep.json", json.dumps(figures, indent=1) + "\n")
     if report is not None:
         from .reported import write_report
 
         said(write_report(swept, report, typed(), notes=replacing(figures, folder)))
     if as_json:
-        say(json.dumps(figures, indent=1))
+        say(json.dumps(figures, indent=1), lines=True)
     else:
         _tell(figures, replacing(figures, folder))
     sys.exit(figures["exit_code"])

@@ -20,7 +20,7 @@ from scipy.stats import t as student
 
 from ..errors import CableSimError
 from ..report.sweep_page import named
-from ..terminal import plain_console, say
+from ..terminal import in_lines, plain_console, say
 from .dataset import names_of
 from .figures import BROKEN, RULE, refuse_texts, significant
 from .sweep import Swept
@@ -269,7 +269,7 @@ def tell(swept: Swept, cells: list[Cell]) -> None:
     head, rows = rows_of(cells)
     for name in head:
         key = name.partition(" ")[0] in cells[0].varied  # a key breaks at its dots alone
-        shown.add_column(name.replace(".", ".\n") if key else name, justify="right", no_wrap=key)
+        shown.add_column(in_lines(*name.replace(".", ".\n").split("\n")) if key else name, justify="right", no_wrap=key)
     for row in rows:
         shown.add_row(*row)
     plain_console(WIDE).print(shown)

@@ -82,7 +82,7 @@ def gradients(scene, keys, settings, as_json) -> None:
     verdict = verdict._replace(reasons=still)  # a tow at rest lasts no time
     figures = as_dict(static, found) | {"cpu_s": time.process_time() - begun, "verdict": verdict.as_dict()}
     if as_json:
-        say(json.dumps(figures, indent=1))
+        say(json.dumps(figures, indent=1), lines=True)
     else:
         _tell(static, found)
     if not as_json or verdict.code:

@@ -14,9 +14,10 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from ..errors import CODE_DOUBTFUL, CODE_FAILED, CODE_OK, CableSimError
+from ..files import open_file, write_text
 from ..io.logs.mapping.units import UNITS, named, units_of
 from ..sim.flag_rules import DOUBTFUL, FAILED
-from ..terminal import plain_console, say
+from ..terminal import in_lines, plain_console, say
 from .command import WORKERS, replaced_by, replacing, stoppable
 
 if TYPE_CHECKING:
@@ -120,15 +121,16 @@ def table(scene, scope, speed, vary, settings, out, workers, as_json) -> None:
     if out is not None:
         told["replaced"] = replaced_by(plan, out / JSON_NAME)
         _write(swept, figures, out)
-        (out / JSON_NAME).write_text(json.dumps(told, indent=1) + "\n", "utf-8")
+        write_text(out / JSON_NAME, json.dumps(told, indent=1) + "\n")
     if as_json:
-        say(json.dumps(told, indent=1))
+        say(json.dumps(told, indent=1), lines=True)
     else:
         _tell(f"{base.name}{words}", figures)
         if out is not None:
             for line in replacing(told, out):
                 say(f"warning: {line}", err=True)
-            say(f"table:     {out / 'table.csv'}\nfigures:   {out / JSON_NAME}\npicture:   {out / 'table.png'}")
+            for what, name in (("table", "table.csv"), ("figures", JSON_NAME), ("picture", "table.png")):
+                say(f"{what + ':':11}{out / name}")
     verdicts = {row["verdict"] for row in figures}
     sys.exit(CODE_FAILED if "failed" in verdicts else CODE_DOUBTFUL if "doubtful" in verdicts else CODE_OK)
 
@@ -148,7 +150,7 @@ def _tell(name: str, figures: list[dict[str, Any]]) -> None:
             shown = Table()
             shown.add_column("scope [m], speed", justify="right")
             for speed in speeds:
-                shown.add_column(f"{speed:.4g} m/s\n{_knots(speed)}", justify="right")
+                shown.add_column(in_lines(f"{speed:.4g} m/s", _knots(speed)), justify="right")
             mine = {
                 (row[SCOPE], row[SPEED]): row[figure] for row in figures if _place(row, _keys(figures)[2:]) == other
             }
@@ -194,7 +196,7 @@ def _place(row: dict[str, Any], keys: list[str]) -> str:
 def _write(swept: Swept, figures: list[dict[str, Any]], out: Path) -> None:
     import csv
 
-    with (out / "table.csv").open("w", newline="", encoding="utf-8") as file:
+    with open_file(out / "table.csv", "w", newline="", encoding="utf-8") as file:
         writer = csv.DictWriter(file, list(figures[0]))
         writer.writeheader()
         writer.writerows(figures)

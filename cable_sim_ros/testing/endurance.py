@@ -80,7 +80,7 @@ def main(arguments: Sequence[str]) -> int:
     parser.add_argument("--scene", default="full_scale")
     given = parser.parse_args(list(arguments))
     metrics = endure(given.count, given.scene, say=lambda text: say(text, err=True))
-    say(json.dumps(metrics, indent=1))
+    say(json.dumps(metrics, indent=1), lines=True)
     return 1 if failed(metrics) else 0
 
 

@@ -47,7 +47,7 @@ def case(files, fidelity, as_json) -> None:
             done.append(run_case(one, Fidelity(fidelity)))
     if as_json:
         report = [metrics._asdict() for metrics in done]
-        say(json.dumps(report[0] if len(report) == 1 else report, indent=1))
+        say(json.dumps(report[0] if len(report) == 1 else report, indent=1), lines=True)
     else:
         from .cases.table import print_cases
 
@@ -93,7 +93,7 @@ def validate(names, duration, quick, workers, out, report, as_json) -> None:
         for result in results:
             say(f"plot:      {result.plot(out)}", err=True)
     if as_json:
-        say(json.dumps(data, indent=1))
+        say(json.dumps(data, indent=1), lines=True)
         return
     for result in results:
         print_result(result)
@@ -123,7 +123,7 @@ def stress(ids, quick, out, as_json) -> None:
         (out / "stress.json").write_text(json.dumps(report, indent=1, default=float) + "\n", "utf-8")
         (out / "stress.md").write_text(markdown(verdicts) + "\n", "utf-8")
     if as_json:
-        say(json.dumps(report, indent=1, default=float))
+        say(json.dumps(report, indent=1, default=float), lines=True)
     else:
         print_verdicts(verdicts)
     if not all(verdict.passed for verdict in verdicts):
@@ -211,7 +211,7 @@ def bench(
         for path in benchmarks.plots(rows, out):
             say(f"plot:      {path}", err=True)
     if as_json:
-        say(json.dumps(report, indent=1))
+        say(json.dumps(report, indent=1), lines=True)
         return
     from rich.table import Table
 
@@ -300,7 +300,7 @@ def _written(name: str, data: Any, text: str, out: Path | None, as_json: bool) -
     if out is not None:
         (out / f"{name}.json").write_text(json.dumps(data, indent=1) + "\n", "utf-8")
         (out / f"{name}.md").write_text(text + "\n", "utf-8")
-    say(json.dumps(data, indent=1) if as_json else text)
+    say(json.dumps(data, indent=1) if as_json else text, lines=True)
 
 
 COMMANDS = (case, validate, stress, bench)

@@ -12,6 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..files import write_text
 from ..version import __version__
 from . import words
 from .bag_run import BagRun
@@ -73,7 +74,7 @@ def save_page(
     page = page.replace("<title>Viser</title>", title, 1).replace("</body>", text + "</body>", 1)
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(page, "utf-8")
+        write_text(path, page)
     except OSError as error:
         raise PageError(f"--save {path}: cannot be written ({error.strerror or error}); no page was made") from None
     return Saved(float(run.times[places[-1]] - run.times[places[0]]), len(places), path.stat().st_size)

@@ -17,9 +17,10 @@ from cable_sim_ros.cli.commands import main
 from cable_sim_ros.io.scenes.resources import find_scene
 
 PACKAGE = Path(terminal.__file__).parent
-NAME = "[/bold] \x1b]0;mine\x07 \x9b31m [red]:warning: \u202eback \ud800"
-SHOWN = r"[/bold] \x1b]0;mine\x07 \x9b31m [red]:warning: \u202eback \ud800"
+NAME = "[/bold]\nverdict: ok \x1b]0;mine\x07 \x9b31m [red]:warning: \u202eback \ud800"
+SHOWN = r"[/bold]\nverdict: ok \x1b]0;mine\x07 \x9b31m [red]:warning: \u202eback \ud800"
 LOGGERS = ("debug", "info", "warning", "warn", "error", "fatal")
+PRINTING = (*LOGGERS, "print", "echo", "secho", "Console", "Progress", "write", "TextColumn")
 
 
 @given(st.text())
@@ -43,13 +44,16 @@ def test_a_name_is_shown_as_it_is(capsys):
     terminal.say(NAME, err=True)
     out, err = capsys.readouterr()
     assert out.count(SHOWN) == 5 and err == SHOWN + "\n"
+    shown.print(terminal.in_lines(NAME, NAME))
+    terminal.say("1\n2", lines=True)
+    assert capsys.readouterr().out == f"{SHOWN}\n{SHOWN}\n1\n2\n"
 
 
 @pytest.fixture(scope="module")
 def scene(tmp_path_factory):
     """A shipped scene under a name that a terminal or rich would obey."""
     folder = tmp_path_factory.mktemp("foreign")
-    name = NAME.replace("\x1b", r"\x1b").replace("\x07", r"\a").replace("\x9b", r"\x9b").partition(" \u202e")[0]
+    name = NAME.partition(" \u202e")[0].encode("unicode_escape").decode("ascii")
     text = find_scene("flume").read_text("utf-8")
     (folder / "s.yaml").write_text(re.sub(r"^name:.*$", lambda _: f'name: "{name}"', text, flags=re.M), "utf-8")
     return folder
@@ -70,9 +74,10 @@ def test_no_command_obeys_a_name(scene, monkeypatch, line):
     monkeypatch.chdir(scene)
     done = CliRunner().invoke(main, line.split(), color=True)
     assert isinstance(done.exception, SystemExit | None), done.exc_info
-    assert not terminal.OBEYED.search(done.output), done.output
+    for one in done.output.split("\n"):
+        assert not terminal.OBEYED.search(one) and not one.startswith("verdict: ok \\x1b"), done.output
     if "yaml" in line:
-        assert r"[/bold] \x1b]0;mine\x07" in done.output, done.output
+        assert r"[/bold]\nverdict: ok \x1b]0;mine\x07" in done.output, done.output
 
 
 def prints(text):
@@ -81,6 +86,8 @@ def prints(text):
         if not isinstance(node, ast.Call):
             continue
         called = ast.unparse(node.func)
+        if not called.endswith(PRINTING):
+            continue
         first = node.args[0] if node.args else None
         log = called.rpartition(".")[2] in LOGGERS and "logg" in called
         whole = isinstance(first, ast.Constant) or ast.unparse(first or node).startswith(("clean(", "CAUSES"))

@@ -16,6 +16,7 @@ from ...errors import CableSimError
 from ...files import read_text
 from ...physics.parameter import Block
 from ...sim.problem import Problem
+from ...terminal import clean
 from .resources import ResourceError
 from .scene_errors import CONSEQUENCE, kind_of, line_of, place, texts_of
 from .yaml12 import YamlError, parse
@@ -38,9 +39,11 @@ B = TypeVar("B", bound=Block)
 class SceneError(CableSimError, ValueError):
     """A file that cannot be used. ``problems``: one text each, with file, line, key, value, bound and remedy."""
 
+    lines = True
+
     def __init__(self, problems: list[str]):
         self.problems = problems
-        super().__init__("\n".join(problems))
+        super().__init__("\n".join(map(clean, problems)))
 
 
 class SceneWarning(UserWarning):

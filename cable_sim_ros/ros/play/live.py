@@ -30,6 +30,8 @@ POLL = 0.1  # s
 class LiveError(RunError):
     """A child process that failed; the text has its last lines."""
 
+    lines = True
+
 
 class LiveInputError(LiveError):
     """What was asked for cannot be done: nothing was started."""

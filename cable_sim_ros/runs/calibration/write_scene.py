@@ -13,7 +13,7 @@ from typing import Any
 from ruamel.yaml import YAML
 from ruamel.yaml.comments import CommentedMap, CommentedSeq
 
-from ...files import read_text
+from ...files import read_text, write_text
 from ...io.scenes.load import scene_from_text
 from ...io.scenes.resources import find_scene
 from ...sim.scene import Scene
@@ -65,7 +65,7 @@ def write_scene(
     if read.model_dump(mode="json") != expected.model_dump(mode="json"):
         raise CalibrateError(f"{path}: would not be read back as the calibrated scene; it was not written. Use --json")
     try:
-        path.write_text(text, "utf-8")
+        write_text(path, text)
     except OSError as error:
         raise CalibrateError(
             f"{path}: cannot be written ({error.strerror}). The figures are above: put them in the scene by hand"

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from ...files import open_file
 from .content import AXES, TABLE_MEANING, Content, ExportError, Field, Table, flag_masks, table_meaning
 
 CF = "CF-1.11"
@@ -113,7 +114,7 @@ def write_matlab(content: Content, path: Path) -> None:
                 f"{MATLAB_BYTES / 1e9:.3g} GB a variable; nothing was written. Take fewer --fields, a longer --every, "
                 f"or --format nc"
             )
-    with path.open("wb") as file:
+    with open_file(path, "wb") as file:
         savemat(file, groups, long_field_names=True, oned_as="column")
 
 
@@ -137,7 +138,7 @@ def need(module: str, form: str) -> Any:
 
 
 def _csv(path: Path, columns: list[tuple[str, str, np.ndarray, str]], notes: Iterable[str]) -> None:
-    with path.open("w", encoding="utf-8", newline="\n") as file:
+    with open_file(path, "w", encoding="utf-8", newline="\n") as file:
         for note in notes:
             file.write(f"# {note}\n")
         file.writelines(f"# column {name} [{unit}]: {meaning}\n" for name, unit, _, meaning in columns)

@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ...files import open_file
 from ...io.geodesy import on_earth
 from ...sim.flag_rules import LAYBACK_WITHIN as WITHIN
 from ...sim.flag_rules import PLACE
@@ -160,7 +161,7 @@ def table(one: Laid, place: Place, measured: bool) -> tuple[list[str], list[list
 def write_table(path: Path, one: Laid, place: Place, measured: bool) -> None:
     """The table as CSV with points and commas."""
     heads, rows = table(one, place, measured)
-    with path.open("w", encoding="utf-8", newline="") as file:
+    with open_file(path, "w", encoding="utf-8", newline="") as file:
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(heads)
         writer.writerows(rows)

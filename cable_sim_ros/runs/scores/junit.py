@@ -6,6 +6,7 @@ import re
 from pathlib import Path
 from xml.etree import ElementTree
 
+from ...files import write_text
 from .comparison import Comparison
 
 ILLEGAL = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")  # in XML 1.0
@@ -38,7 +39,7 @@ def junit(comparison: Comparison) -> str:
 def write_junit(comparison: Comparison, path: Path) -> None:
     """Save it."""
     path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text(junit(comparison), "utf-8")
+    write_text(path, junit(comparison))
 
 
 def _legal(text: str) -> str:

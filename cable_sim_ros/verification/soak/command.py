@@ -37,7 +37,7 @@ def soak(ids, quick, out, as_json) -> None:
         (out / "soak.json").write_text(json.dumps(report, indent=1, default=float) + "\n", "utf-8")
         (out / "soak.md").write_text(markdown(verdicts) + "\n", "utf-8")
     if as_json:
-        say(json.dumps(report, indent=1, default=float))
+        say(json.dumps(report, indent=1, default=float), lines=True)
     else:
         print_verdicts(verdicts)
     if not all(verdict.passed for verdict in verdicts):
