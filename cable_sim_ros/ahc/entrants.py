@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from ..errors import CableSimError
+from ..files import regular
 from ..physics.heave_compensation import SetpointLaw
 from ..runs.controller import Controller
 from ..sim.scene import Scene
@@ -85,9 +86,10 @@ def maker_of(text: str) -> Maker:
     remedy = "Give FILE.py:NAME of a function make(scene, period) that returns a controller(row)"
     if not colon or not file or not name.isidentifier():
         raise AhcError(f"--controller {text}: is no FILE.py:NAME; nothing was run. {remedy}")
-    path = Path(file)
-    if not path.is_file():
-        raise AhcError(f"--controller {text}: there is no file {file}; nothing was run. {remedy}")
+    try:
+        path = regular(file)
+    except FileNotFoundError:
+        raise AhcError(f"--controller {text}: there is no file {file}; nothing was run. {remedy}") from None
     spec = importlib.util.spec_from_file_location(f"ahc_controller_{path.stem}", path)
     if spec is None or spec.loader is None:
         raise AhcError(f"--controller {text}: {file} is no Python file; nothing was run. {remedy}")

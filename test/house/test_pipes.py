@@ -48,7 +48,7 @@ BESIDES = {  # what a command, or an option of it, wants beside its first argume
     "table": "--scope=1:2:2",
     "telegrams": "--out=x --format=tss1",
 }
-UNREACHED = {"film --scene", "telegrams --scene", "view --scene", "play"}  # the short bag has no run; play is of nodes
+UNREACHED = {"film --scene", "layback --scene", "telegrams --scene", "view --scene", "play"}  # no run; no files
 
 
 def commands():
