@@ -186,10 +186,7 @@ def _check_names(path: Path, names: Sequence[str]) -> None:
     for name in names:
         if name not in COLUMNS:
             near = difflib.get_close_matches(name, COLUMNS, 1)
-            if ";" in name or "\t" in name:
-                hint = "Commas separate columns, points decimals"
-            else:
-                hint = f"Did you mean {near[0]}?" if near else f"Known: {', '.join(COLUMNS)}"
+            hint = f"Did you mean {near[0]}?" if near else f"Known: {', '.join(COLUMNS)}"
             raise MotionError(f"{path}: there is no column '{name}'; {CONSEQUENCE}. {hint}")
         if list(names).count(name) > 1:
             raise MotionError(f"{path}: there are two columns {name}; {CONSEQUENCE}. Keep one of them")
