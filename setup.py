@@ -61,6 +61,7 @@ PLOTS = ["matplotlib>=3.8", "pillow>=9.1"]  # pillow: fewer colours; it comes wi
 REPORT = ["jinja2>=3.1", "markupsafe>=2.1", *PLOTS]  # --report: a run as one HTML file
 VIEW = [  # cable-sim view and film
     "viser>=1.1.1,<2",  # the page is in its wheel; from there on panels are docked and lines have a thickness
+    "websockets>=13.1",  # that of viser, asked who may open one
     "imageio-ffmpeg>=0.5",  # brings ffmpeg
     *PLOTS,
 ]

@@ -49,10 +49,10 @@ SWUNG = np.dtype(
 def swivel_record(ends: np.ndarray, centre: np.ndarray, radius: float, friction: float, time: float) -> np.ndarray:
     """SWIVEL [] of a sheave at ``centre`` [3] to which the inboard cable comes between the points ``ends`` [2, 3], m
     in base_link; radius [m], friction [m], time [s]."""
-    row, arm = np.zeros((), SWIVEL), centre - ends[1]
-    along = (ends[1] - ends[0]) / np.linalg.norm(ends[1] - ends[0])
-    down = arm - np.dot(arm, along) * along
-    down /= np.linalg.norm(down)
+    row, arm, way = np.zeros((), SWIVEL), centre - ends[1], ends[1] - ends[0]
+    along = way / np.sqrt((way * way).sum())
+    down = arm - (arm * along).sum() * along
+    down /= np.sqrt((down * down).sum())
     port = np.cross(along, down)
     row["along"], row["down"], row["port"] = along, down, port if port[1] > 0.0 else -port
     row["on"], row["point"], row["radius"], row["friction"], row["time"] = 1, ends[1], radius, friction, time

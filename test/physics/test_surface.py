@@ -137,7 +137,7 @@ def test_a_step_through_the_disc_is_seen(before, after, found):
 
 
 def test_a_detachment_with_its_rebounds_is_one_event():
-    events = record(np.array([(0, 1, 0, 0.0)], EVENTS))
+    events = record(np.array([(0, 1, 0, 0.0, 0.0)], EVENTS))
     pressed = [True, False, True, True, False] + 30 * [True] + [False, True]
     off = [latch(on, events, 1_000_000 * t, 20_000_000) for t, on in enumerate(pressed)]
     assert off == [False] + 24 * [True] + 10 * [False] + 2 * [True]

@@ -75,7 +75,8 @@ def test_a_factor_that_does_not_say_of_what_is_said_with_what_hangs_on_it():
 
 def test_reynolds_numbers_above_those_of_the_source():
     """A cable of 30 mm at 5 m/s in water of a twelfth of the viscosity."""
-    fast = {"diameter": 0.03, "mass_per_length": 1.5, "water__viscosity": 1e-4, "ship__tow_speed": 5.0}
+    cable = {"diameter": 0.03, "mass_per_length": 1.5, "drag_amplification": 2.2}
+    fast = cable | {"water__viscosity": 1e-4, "ship__tow_speed": 5.0}
     (text,) = warned(**fast)
     found = re.fullmatch(
         r"drag_law = driscoll_nahon is used outside its range \(Westin \(2018\), \(60\)-\(61\)\): in the "
@@ -92,7 +93,8 @@ def test_reynolds_numbers_above_those_of_the_source():
 def test_the_current_at_depth_counts():
     """Slow at the surface, fast along the lower half of the cable."""
     table = {"depth": [0.0, 20.0, 40.0], "east": [0.0, 0.0, -3.0], "north": [0.0, 0.0, 0.0]}
-    fast = {"diameter": 0.03, "mass_per_length": 3.0, "water__viscosity": 1e-4, "ship__tow_speed": 0.1}
+    cable = {"diameter": 0.03, "mass_per_length": 3.0, "drag_amplification": 2.2}
+    fast = cable | {"water__viscosity": 1e-4, "ship__tow_speed": 0.1}
     assert warned(**fast) == []
     (text,) = warned(**fast, water__current_table=table)
     assert "Re of the flow across the cable is " in text

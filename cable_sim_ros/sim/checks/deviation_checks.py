@@ -57,7 +57,7 @@ def drifting(scene: Scene, seconds: float, payout: np.ndarray) -> tuple[Reason, 
     _, *quarters = np.array_split(payout, 4)
     before, after = np.diff([quarter.mean() for quarter in quarters])
     place = np.linspace(-1.0, 1.0, len(quarters[-1]))
-    swings = np.std(quarters[-1] - place * (place @ quarters[-1]) / (place @ place))
+    swings = np.std(quarters[-1] - place * ((place * quarters[-1]).sum() / (place * place).sum()))
     if before * after <= 0.0 or abs(after) < abs(before) or abs(after) <= max(DRIFT, SWINGS * swings):
         return ()
     way = "paid out" if after > 0.0 else "hauled in"
