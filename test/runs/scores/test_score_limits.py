@@ -68,7 +68,7 @@ def test_every_problem_of_a_file_is_told_at_once(tmp_path):
 
 
 def test_a_file_that_is_not_there_or_a_folder(tmp_path):
-    for path, why in ((tmp_path / "none.yaml", "No such file"), (tmp_path, "Is a directory")):
+    for path, why in ((tmp_path / "none.yaml", "No such file"), (tmp_path, "it is a folder")):
         with pytest.raises(LimitsError, match=why):
             load_limits(path)
 
