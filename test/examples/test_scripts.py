@@ -58,7 +58,7 @@ def folder(tmp_path_factory):
 
 
 def test_every_script_has_its_section_and_its_row():
-    assert sorted(SECTIONS) == NAMES and len(NAMES) == 5
+    assert sorted(SECTIONS) == NAMES and len(NAMES) == 4
     assert re.findall(r"^\| \[(\w+)\.py\]\(#\1\) \|", PAGE, re.M) == list(SECTIONS)
 
 
