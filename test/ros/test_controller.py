@@ -68,7 +68,7 @@ def test_the_controller_of_the_page_brings_the_body_to_its_depth_and_its_end_is_
     assert winch[-1].position[0] - winch[0].position[0] == pytest.approx(1.5, abs=0.3)
     values = ears.diagnostics()["command"][2]
     assert values["newest"].startswith("rate") and values["stale"] == "false" and values["lag_clock"] == "motion"
-    assert abs(float(values["lag_ms"])) < 500.0 and values["data_clock_lead_ms"] == "30.000"
+    assert abs(float(values["lag_ms"])) < 500.0 and float(values["data_clock_lead_ms"]) >= 30.0
     assert float(values["remaining_out_m"]) == pytest.approx(50.0 - 1.5, abs=0.5)
 
     controller.kill()

@@ -44,7 +44,7 @@ def silenced(ears, ship, names, task, level, allowed):
         found = ears.first(task, lambda at, *_: at == level, stopped, 10.0, f"level {level} of {task}")
         ship.silent = set()
         for name in ("inputs", "motion"):
-            ears.first(name, lambda at, *_: at == 0, time.monotonic(), 10.0, f"{name} OK again")
+            ears.first(name, lambda at, *_: at == 0, time.monotonic(), 30.0, f"{name} OK again")
         late = found.at - stopped
         if late < allowed:
             return found

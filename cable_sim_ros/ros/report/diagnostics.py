@@ -206,7 +206,8 @@ class Watch:
 
     def _mixture(self, blended: float) -> str:
         """ "" or that the tow cannot follow the motion as it comes; blended: fraction of the last ticks."""
-        session, said = self.session, self.session.distance.text()
+        session, far = self.session, self.session.distance
+        said = far.text() if far.delay - far.least > LAGGING * 1e9 else ""
         since = 0 if session.loop is None else session.loop.count - session.first_tick
         if blended > MIXTURE and since * session.scene.solver.tick > session.scene.ship.start_blend + 10.0:
             said += f"; {100.0 * blended:.0f} % of the last ticks mix late or changed motion into that of the ship"
