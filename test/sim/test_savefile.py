@@ -190,7 +190,7 @@ def test_only_a_regular_file_is_read(tmp_path):
     (tmp_path / "to a device").symlink_to("/dev/zero")
     for name, what in (("pipe", "it is a named pipe"), ("to a device", "it is a device"), (".", "it is a folder")):
         path = tmp_path / name
-        with pytest.raises(SaveError, match=rf"cannot be read \({what}, .*\); nothing was loaded. "):
+        with pytest.raises(SaveError, match=rf"cannot be read \({what}, .*\); nothing was loaded. Check the path"):
             Simulator.load(path)
     with open(tmp_path / "giant", "wb") as file:
         file.truncate(300_000_000)
