@@ -36,6 +36,7 @@ LATE = 1.0  # s of wall time without one more tick output, after a step
 LOOK = 0.5  # s between two looks at who else is in the domain
 PATIENCE = 5.0  # s, lockstep.wait where what is waited for is known to come: a busy machine may need more than 1 s
 SPEAK = 3.0  # s of wall time for the first command of a controller, which may also come when the clock moves
+ANSWERED = 2  # commands of a controller from which on the node knows when the next is due, and waits for it
 CONNECT = 5.0  # s that the nodes of a chain may take to be heard
 
 
@@ -69,6 +70,8 @@ class Link:
         self.now: int | None = None  # what /clock said last, ns
         self.clock_came = threading.Event()
         self.spoken = threading.Event()  # has a command been heard since the last controller was started?
+        self._commands = 0  # heard since then
+        self._unpaced = 0.0  # s of wall time that may still be spent on the first commands of one that came later
         self._controlled = False  # does a process of the test publish commands?
         self._stamped: int | None = None  # stamp of our newest command that has one, ns
         self._awaited = False  # may its first command come before the next step?
@@ -85,7 +88,7 @@ class Link:
             self.client.hear(Clock, "/clock", self._on_clock, reliable=False)
             for kind, made in inputs_there()[0].items():
                 if kind in COMMANDS:
-                    self.client.hear(made, KINDS[kind][1], lambda data: self.spoken.set(), reliable=False)
+                    self.client.hear(made, KINDS[kind][1], self._on_command, reliable=False)
 
     def connected(self) -> bool:
         """Do both ends know of each other, on every topic that is used?"""
@@ -112,6 +115,10 @@ class Link:
         self.now = int.from_bytes(data[4:8], "little") * SECOND + int.from_bytes(data[8:12], "little")
         self.feeder.clock(self.now)
         self.clock_came.set()
+
+    def _on_command(self, data: bytes) -> None:
+        self._commands += 1
+        self.spoken.set()
 
     def _send(self, message: Event) -> None:
         self._publishers[message.kind].publish(message.data)
@@ -149,7 +156,7 @@ class Link:
         while self.box.count < target:
             left = target - self.box.count
             sent = 0 if self.now is None or self.feeder.end is None else (self.feeder.end - self.now) // self.tick
-            piece = min(left, PIECE, sent if sent > 0 else PIECE)
+            piece = min(left, PIECE, sent if sent > 0 else PIECE) if self._paced() else 1
             if tried and self.box.missing:
                 raise TowError(f"{self.box.missing} ticks were not heard: the machine stood still; nothing counts now")
             if tried > 3:
@@ -157,7 +164,7 @@ class Link:
             self._sent()
             self._closed_chain(check)
             self._first_command(check)
-            received = self.box.count + piece
+            received, fed, commands = self.box.count + piece, self.feeder.sent, self._commands
             self._be_patient(sent > 0)
             self._put("lockstep.steps", piece)
             self.call("step", None, STALLED, self._progress(check))
@@ -169,6 +176,8 @@ class Link:
                     if self.box.count > before:  # a machine that is slow: they are on their way
                         deadline = time.monotonic() + LATE
             tried = 0 if self.box.count >= received else tried + 1
+            if not self._paced() and self.feeder.sent > fed:
+                self._answer(commands, check)
 
     def _progress(self, check: Callable[[], None]) -> Callable[[], bool]:
         seen = self.box.count
@@ -226,6 +235,22 @@ class Link:
             check()
         self._awaited = False
 
+    def _paced(self) -> bool:
+        """Does the node wait for the controller by itself?"""
+        return self._unpaced <= 0.0 or self._commands >= ANSWERED
+
+    def _answer(self, before: int, check: Callable[[], None]) -> None:
+        """After a tick with new motion, until a controller that came later has answered it, at most LOOK: its first
+        commands are due at no time that the node knows, and a busy machine would go on without them."""
+        limit = min(LOOK, self._unpaced)
+        deadline = time.monotonic() + limit
+        while self._commands <= before:
+            check()
+            if time.monotonic() > deadline:
+                self._unpaced -= limit
+                return
+            time.sleep(0.002)
+
     def command(self, payout: float | None, rate: float | None) -> None:
         """Publish a command, stamped with the clock of the motion; a second one while the clock stands has no stamp:
         one of the same stamp would be refused as sent twice, and the newest is to win."""
@@ -236,13 +261,14 @@ class Link:
     def comes(self, topics: Sequence[str]) -> None:
         """A process is about to start that publishes these topics: what was commanded before is not its answer."""
         self.spoken.clear()
+        self._commands = 0
         self.chain.comes(topics)
 
     def came(self, name: str, within: float, check: Callable[[], None]) -> None:
         """It publishes them: let it, the node and our motion learn of each other."""
         self.chain.came(name, within, check)
         self._controlled = self._awaited = True
-        self._fed = False
+        self._fed, self._unpaced = False, SPEAK if self.box.count else 0.0
 
     def set(self, name: str, value: Any) -> None:
         """Set a parameter; TowError where there is none of that name, or with the node's reason where it refuses."""

@@ -159,6 +159,29 @@ def test_a_controller_that_came_after_the_motion_is_not_given_the_patience_of_a_
     assert sum(waits) == pytest.approx(patience, abs=0.02)
 
 
+def test_the_first_commands_of_a_controller_that_came_later_are_awaited_tick_by_tick(monkeypatch):
+    """The node knows from the second on when the next is due: before, a busy machine would go on without it."""
+    link, looks = link_without_a_node(spoken=False), []
+    link._commands, link._unpaced = 0, 60.0
+
+    def command():
+        looks.append(0)
+        if len(looks) == 5:
+            link._commands += 1
+
+    monkeypatch.setattr("cable_sim_ros.testing.node_topics.LOOK", 60.0)
+    link._answer(0, command)
+    assert len(looks) == 5 and link._unpaced == 60.0 and not link._paced()
+    link._commands += 1
+    assert link._paced(), "the node waits by itself"
+    link._commands, link._unpaced = 0, 0.2
+    monkeypatch.setattr("cable_sim_ros.testing.node_topics.LOOK", 0.1)
+    for _ in range(2):
+        assert not link._paced()
+        link._answer(0, lambda: None)
+    assert link._paced(), "one that says nothing is waited for so long and no longer"
+
+
 def test_the_node_waits_longer_for_what_is_known_to_come():
     link, sent = link_without_a_node(spoken=True), []
     link._publishers, link.processes, link._given, link._patience = {}, [SimpleNamespace(code=None)], False, 1.0
