@@ -8,6 +8,7 @@ from bench_cable import record
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from cable_sim_ros.compiler.jit import NO
 from cable_sim_ros.physics.contact import EVENTS, latch, law, loads, touch
 from cable_sim_ros.physics.contact_detection import _detect_contact
 from cable_sim_ros.physics.contact_surface import (
@@ -19,7 +20,6 @@ from cable_sim_ros.physics.contact_surface import (
     solid,
     surface_row,
 )
-from cable_sim_ros.physics.jit import NO
 from cable_sim_ros.physics.state import NOW, STEP, Q, make_state
 from cable_sim_ros.verification.stress.sheave_depth import depth
 

@@ -14,13 +14,13 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ...compiler.jit import LANES
 from ...io.scenes.load import load_scene, override
 from ...physics import drag
 from ...physics.ancf import ADDED_MASS, BUOYANCY, RE_FACTOR, ROWS
 from ...physics.cable_assembly import Cable
 from ...physics.drag_laws import DragLaw, element_rows
 from ...physics.fairing import dressed
-from ...physics.jit import LANES
 from ...physics.section import Section
 from ...physics.water import Water
 from ...sim.layout import layout_of

@@ -37,7 +37,8 @@ RESULTS = {"float": types.float64, "int": types.int64, "bool": types.boolean, "N
 def foreign_folder() -> Path:
     """Folder of what numba itself keeps of functions of others: named by the physics sources, which these may call."""
     digest = hashlib.sha256(numba.__version__.encode())
-    for source in sorted(Path(__file__).parent.glob("**/*.py")):
+    rooms = (Path(__file__).parents[1] / name for name in ("compiler", "physics"))
+    for source in sorted(path for room in rooms for path in room.glob("**/*.py")):
         digest.update(source.read_bytes())
     return files.first().parent / digest.hexdigest()[:16]
 
