@@ -23,7 +23,15 @@ from .sweep_file import Method, Range, Samples, ShipMotion, Spread, Steps, Sweep
 
 RNG = "rng" if tuple(map(int, scipy.__version__.split(".")[:2])) >= (1, 15) else "seed"  # its name in qmc
 CODE = Path(__file__).resolve().parents[1]
-DECIDES = ("compiler", "physics", "sim", "io", "runs", "sweeps/worker", "sweeps/figures")  # what of the code decides a row
+DECIDES = (
+    "compiler",
+    "physics",
+    "sim",
+    "io",
+    "runs",
+    "sweeps/worker",
+    "sweeps/figures",
+)  # what of the code decides a row
 
 
 class Case(NamedTuple):

@@ -65,7 +65,9 @@ def found(source: str) -> set[str]:
 
 def test_a_run_takes_nothing_that_is_chosen_by_the_processor():
     used = {}
-    for path in (path for floor in ("compiler", "physics", "sim", "io") for path in sorted((PACKAGE / floor).rglob("*.py"))):
+    for path in (
+        path for floor in ("compiler", "physics", "sim", "io") for path in sorted((PACKAGE / floor).rglob("*.py"))
+    ):
         if names := found(path.read_text("utf-8")):
             used[path.relative_to(PACKAGE).as_posix()] = names
     wrong = {name: names for name, names in used.items() if name not in BESIDE}

@@ -9,12 +9,12 @@ from typing import Any
 
 import click
 
-from ..cli.number import Count
-from ..cli.out_folder import ready
-from ..cli.progress import progress_bar
-from ..cli.report_option import report_option, said, typed
-from ..files import read_text, write_text
-from ..terminal import plain_console, say
+from ...cli.number import Count
+from ...cli.out_folder import ready
+from ...cli.progress import progress_bar
+from ...cli.report_option import report_option, said, typed
+from ...files import read_text, write_text
+from ...terminal import plain_console, say
 
 FAILED = 1  # exit code where a re-run is not the leaderboard
 FILE = click.Path(dir_okay=False, path_type=Path)
@@ -177,7 +177,7 @@ def tell(done, out, as_json, quiet=False):
 
     rows, text = done["rows"], json.dumps(done, indent=1)
     if out is not None:
-        from ..plots.ahc import draw
+        from .picture import draw
         from .tables import by_class
 
         write_text(out / "ahc.json", text + "\n")
@@ -205,7 +205,7 @@ def tables_of(board, page):
     if page is None:
         say(results(rows), lines=True)
         return
-    from ..plots.ahc import draw
+    from .picture import draw
 
     text = made(read_text(page), rows)
     write_text(page, text)

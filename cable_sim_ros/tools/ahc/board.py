@@ -9,8 +9,8 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from ..files import open_file, read_text
-from ..terminal import clean
+from ...files import open_file, read_text
+from ...terminal import clean
 from . import definition
 from .benchmark import Row, twin_cell
 from .definition import TOLERANCE, TWIN, VERSION, Cell

@@ -7,8 +7,8 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from .canvas import canvas
-from .run import BLUE, FAINT, INK, ORANGE, PORT, PURPLE, STARBOARD
+from ...plots.canvas import canvas
+from ...plots.run import BLUE, FAINT, INK, ORANGE, PORT, PURPLE, STARBOARD
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

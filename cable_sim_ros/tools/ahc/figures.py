@@ -12,9 +12,9 @@ from typing import NamedTuple
 import numpy as np
 from scipy.stats import chi2
 
-from ..physics.tick_output import Flag
-from ..runs.summary import FLAT, FRACTION, after_start, since_first, tick_length, tow_axes
-from ..sim.tables.elementary import principal, product
+from ...physics.tick_output import Flag
+from ...runs.summary import FLAT, FRACTION, after_start, since_first, tick_length, tow_axes
+from ...sim.tables.elementary import principal, product
 
 # name, unit, meaning
 FIGURES = (

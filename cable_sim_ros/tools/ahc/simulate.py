@@ -9,21 +9,21 @@ from typing import Any
 
 import numpy as np
 
-from ..errors import CableSimError
-from ..io.scenes.load import SceneError, SceneWarning, load_scene, override
-from ..io.sources.motion_table import MotionWarning
-from ..io.sources.recorded_tow import RecordedTow
-from ..runs import verdict
-from ..runs.controller import Controller, ControlLoop
-from ..runs.message_run import MessageRun
-from ..runs.step_choice import stepped
-from ..sim.compensation_setup import setpoint_warnings
-from ..sim.inputs import WinchCommand
-from ..sim.layout import layout_of
-from ..sim.live_parameters import set_live
-from ..sim.scene import Scene
-from ..sim.simulator import Simulator
-from ..sim.verdict import FAILED, OK, verdict_of
+from ...errors import CableSimError
+from ...io.scenes.load import SceneError, SceneWarning, load_scene, override
+from ...io.sources.motion_table import MotionWarning
+from ...io.sources.recorded_tow import RecordedTow
+from ...runs import verdict
+from ...runs.controller import Controller, ControlLoop
+from ...runs.message_run import MessageRun
+from ...runs.step_choice import stepped
+from ...sim.compensation_setup import setpoint_warnings
+from ...sim.inputs import WinchCommand
+from ...sim.layout import layout_of
+from ...sim.live_parameters import set_live
+from ...sim.scene import Scene
+from ...sim.simulator import Simulator
+from ...sim.verdict import FAILED, OK, verdict_of
 from .definition import CONTROL, TWIN, Cell, Class, Place, condition, motion, place, scaled, scene_file
 from .entrants import CALLABLE, LAW, PROGRAM, Entrant, controller_of
 from .motions import motion_for, with_gaps

@@ -9,12 +9,12 @@ from pathlib import Path
 
 import numpy as np
 
-from ..io.messages.messages import Event, decode_odometry
-from ..io.sources.motion_table import SECOND, Samples, mean_track, odometry_events
-from ..io.sources.recorded_tow import RecordedTow, read_tow
-from ..io.sources.sea_motion import sea_motion
-from ..sim.scene import Scene
-from ..sim.tables.attitude import angle_rates, to_world
+from ...io.messages.messages import Event, decode_odometry
+from ...io.sources.motion_table import SECOND, Samples, mean_track, odometry_events
+from ...io.sources.recorded_tow import RecordedTow, read_tow
+from ...io.sources.sea_motion import sea_motion
+from ...sim.scene import Scene
+from ...sim.tables.attitude import angle_rates, to_world
 from .definition import HULL, Motion, Place, bag_of
 
 MORE = 2.0  # s of motion beyond the run

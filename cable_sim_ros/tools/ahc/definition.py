@@ -14,9 +14,9 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any, NamedTuple
 
-from ..files import read_text
-from ..io.scenes.resources import share_folder
-from ..io.scenes.yaml12 import parse
+from ...files import read_text
+from ...io.scenes.resources import share_folder
+from ...io.scenes.yaml12 import parse
 
 VERSION = "ahc-1"
 DURATION, START_UP = 120.0, 20.0  # s simulated, and of it left out of the figures

@@ -7,14 +7,14 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
-from ..errors import NEEDS_ROS
-from ..io.bags.bag_writer import BagWriter
-from ..io.messages.messages import KINDS
-from ..io.scenes.load import dump_scene
-from ..io.sources.recorded_tow import RecordedTow
-from ..runs import verdict
-from ..sim.scene import Scene
-from ..sim.verdict import FAILED, OK, verdict_of
+from ...errors import NEEDS_ROS
+from ...io.bags.bag_writer import BagWriter
+from ...io.messages.messages import KINDS
+from ...io.scenes.load import dump_scene
+from ...io.sources.recorded_tow import RecordedTow
+from ...runs import verdict
+from ...sim.scene import Scene
+from ...sim.verdict import FAILED, OK, verdict_of
 from .entrants import AhcError, Entrant, words_of
 from .outcome import Done
 
@@ -36,7 +36,7 @@ def through_topics(
     """
     if find_spec("rclpy") is None:
         raise AhcError(f"--command {NEEDS_ROS.format(error='it is not installed')}")
-    from ..testing import tow as node
+    from ...testing import tow as node
 
     with tempfile.TemporaryDirectory(prefix="ahc_") as folder:
         at = Path(folder)

@@ -8,11 +8,11 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from ..errors import CableSimError
-from ..files import regular
-from ..physics.heave_compensation import SetpointLaw
-from ..runs.controller import Controller
-from ..sim.scene import Scene
+from ...errors import CableSimError
+from ...files import regular
+from ...physics.heave_compensation import SetpointLaw
+from ...runs.controller import Controller
+from ...sim.scene import Scene
 
 LAW, CALLABLE, PROGRAM = "law", "callable", "program"
 BUILT_IN, EXTERNAL = "built-in", "external"

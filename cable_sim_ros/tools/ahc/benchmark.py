@@ -8,9 +8,9 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from ..processes import ForkServer, Workers
-from ..runs.stepping import Progress, silent
-from ..version import __version__
+from ...processes import ForkServer, Workers
+from ...runs.stepping import Progress, silent
+from ...version import __version__
 from . import definition
 from .definition import BAND, DIGITS, SLACK, TWIN, VERSION, Cell, condition, place
 from .entrants import LAW, PROGRAM, Entrant
