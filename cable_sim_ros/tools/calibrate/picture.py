@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from ..runs.calibration.result import Calibration
-from ..sim.flag_rules import OK
-from .canvas import canvas
-from .heading import STAMP
-from .run import BLUE, FAINT, INK, ORANGE
+from ...plots.canvas import canvas
+from ...plots.heading import STAMP
+from ...plots.run import BLUE, FAINT, INK, ORANGE
+from ...sim.flag_rules import OK
+from .result import Calibration
 
 POINTS = 4000  # of a line
 

@@ -10,15 +10,15 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from ..limits import LONGEST_RUN
-from ..runs.calibration.limits import HOLD_OUT, MAX_LAG
-from ..terminal import in_lines, plain_console, say
-from .number import Number
-from .options import SET_HELP, Heave
-from .progress import progress_bar
+from ...cli.number import Number
+from ...cli.options import SET_HELP, Heave
+from ...cli.progress import progress_bar
+from ...limits import LONGEST_RUN
+from ...terminal import in_lines, plain_console, say
+from .limits import HOLD_OUT, MAX_LAG
 
 if TYPE_CHECKING:
-    from ..runs.calibration.result import Calibration, Left, Parameter
+    from .result import Calibration, Left, Parameter
 
 PICTURES = (".png", ".pdf", ".svg", ".jpg", ".jpeg")
 OF_ONE = "NAME[~SD]"
@@ -100,18 +100,18 @@ def calibrate(bag, scene, free, mapping, motion, heave, winch, duration, signals
         )
     if heave is not None and motion is not None:
         raise click.UsageError("--heave and --motion contradict each other; nothing was simulated. Leave one out")
-    from ..io.scenes.document import SceneError
-    from ..io.scenes.load import load_scene
-    from ..io.scenes.winch_plan import WinchPlan
-    from ..io.sources.imported_bag import provenance
-    from ..runs.calibration.calibrate import Options
-    from ..runs.calibration.calibrate import calibrate as fitted
-    from ..runs.calibration.free import CalibrateError
-    from ..runs.scores.recordings import read_recording
-    from ..runs.settings import apply_to_scene, of_intake, settings_of
-    from ..runs.sources import motion_of, notes_of, sea_motion_kept
-    from ..runs.step_choice import overwritten, stepped
-    from ..sim.verdict import check
+    from ...io.scenes.document import SceneError
+    from ...io.scenes.load import load_scene
+    from ...io.scenes.winch_plan import WinchPlan
+    from ...io.sources.imported_bag import provenance
+    from ...runs.scores.recordings import read_recording
+    from ...runs.settings import apply_to_scene, of_intake, settings_of
+    from ...runs.sources import motion_of, notes_of, sea_motion_kept
+    from ...runs.step_choice import overwritten, stepped
+    from ...sim.verdict import check
+    from .calibrate import Options
+    from .calibrate import calibrate as fitted
+    from .free import CalibrateError
 
     given = settings_of(settings)
     asked = Options(
@@ -164,8 +164,8 @@ def calibrate(bag, scene, free, mapping, motion, heave, winch, duration, signals
 
 def _named(option: str, texts: tuple[str, ...]) -> dict[str, float | None]:
     """Deviation (or None) by name, of texts NAME[~SD]."""
-    from ..runs.calibration.free import CalibrateError, number_of
-    from ..runs.calibration.observed import USABLE
+    from .free import CalibrateError, number_of
+    from .observed import USABLE
 
     found: dict[str, float | None] = {}
     for text in texts:
@@ -188,15 +188,15 @@ def finish(
     as_json: bool,
 ) -> None:  # fmt: skip
     """Write, print, and leave with the code of the verdict."""
-    from .compare import lines_of
+    from ...cli.compare import lines_of
 
     if as_json:
         say(json.dumps(_plain(result.as_dict()), indent=1, allow_nan=False), lines=True)
     else:
         tell(result)
     if out is not None and result.converged:
-        from ..io.scenes.load import override
-        from ..runs.calibration.write_scene import rounded, write_scene
+        from ...io.scenes.load import override
+        from .write_scene import rounded, write_scene
 
         values = {**settings, **{key: rounded(value) for key, value in result.values.items()}}
         head = _head(result) + [
@@ -208,7 +208,7 @@ def finish(
         say(f"scene:     {out} was not written: the fit has not converged", err=True)
     if picture is not None:
         try:
-            from ..plots.calibrate import draw_calibration
+            from .picture import draw_calibration
 
             say(f"picture:   {draw_calibration(result, picture)}", err=as_json)
         except RuntimeError as error:  # matplotlib is an extra
