@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import click
 
-from .compare import junit_option, limits_option, load_limits, score_replay, tell_limits
+from ..tools.compare.command import junit_option, limits_option, load_limits, score_replay, tell_limits
 from .options import json_option, markers_option, needs_out, out_option, settings_options
 from .progress import progress_bar
 from .report import tell

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from made_tow import NUMBERS, TRUE, log, tow
 
-from cable_sim_ros.runs.scores.pairing import Cleaned
 from cable_sim_ros.tools.calibrate import confidence as confidence_module
 from cable_sim_ros.tools.calibrate.confidence import QUANTILE, Surface, confidence, linear_intervals, profile
 from cable_sim_ros.tools.calibrate.free import CalibrateError
@@ -16,6 +15,7 @@ from cable_sim_ros.tools.calibrate.observed import _slower
 from cable_sim_ros.tools.calibrate.result import Calibration
 from cable_sim_ros.tools.calibrate.systematic import SHARE, _faster, systematic
 from cable_sim_ros.tools.calibrate.tow_model import Curve, TrialError
+from cable_sim_ros.tools.compare.pairing import Cleaned
 
 LAG = Nuisance("lag", "tension", None, -2.0, 2.0)
 BIAS = Nuisance("bias", "tension", None, -500.0, 500.0)

@@ -11,8 +11,8 @@ import numpy as np
 from ...io.logs.signals import Signal
 from ...io.scenes.winch_plan import WinchPlan
 from ...io.sources.recorded_tow import RecordedTow
-from ...runs.scores.pairing import SECOND
 from ...sim.scene import Scene
+from ..compare.pairing import SECOND
 from .confidence import Confidence, Interval, confidence, linear_intervals, minuit, profile
 from .free import CONSEQUENCE, CalibrateError, flat, free_of
 from .lags import first_lags

@@ -104,11 +104,11 @@ def calibrate(bag, scene, free, mapping, motion, heave, winch, duration, signals
     from ...io.scenes.load import load_scene
     from ...io.scenes.winch_plan import WinchPlan
     from ...io.sources.imported_bag import provenance
-    from ...runs.scores.recordings import read_recording
     from ...runs.settings import apply_to_scene, of_intake, settings_of
     from ...runs.sources import motion_of, notes_of, sea_motion_kept
     from ...runs.step_choice import overwritten, stepped
     from ...sim.verdict import check
+    from ..compare.recordings import read_recording
     from .calibrate import Options
     from .calibrate import calibrate as fitted
     from .free import CalibrateError
@@ -188,7 +188,7 @@ def finish(
     as_json: bool,
 ) -> None:  # fmt: skip
     """Write, print, and leave with the code of the verdict."""
-    from ...cli.compare import lines_of
+    from ..compare.command import lines_of
 
     if as_json:
         say(json.dumps(_plain(result.as_dict()), indent=1, allow_nan=False), lines=True)

@@ -7,8 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from ...io.logs.signals import Signal
-from ...runs.scores.pairing import GAP, clean
 from ...sim.verdict import Reason
+from ..compare.pairing import GAP, clean
 from .confidence import APART, Confidence, Interval
 from .lags import repeats
 from .least_squares import Fit, Problem

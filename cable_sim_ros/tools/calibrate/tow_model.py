@@ -21,13 +21,13 @@ from ...io.scenes.load import SceneError, scene_from_dict
 from ...io.scenes.winch_plan import WinchPlan
 from ...io.sources.recorded_tow import RecordedTow
 from ...runs.message_run import MessageRun
-from ...runs.scores.pairing import SECOND
 from ...runs.transient import start_up
 from ...runs.verdict import judge
 from ...sim.layout import layout_of
 from ...sim.scene import Scene
 from ...sim.simulator import Simulator
 from ...sim.verdict import Reason, Verdict
+from ..compare.pairing import SECOND
 from .free import CalibrateError, Free, data_with
 from .observed import USABLE
 

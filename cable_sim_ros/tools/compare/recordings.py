@@ -18,7 +18,7 @@ from ...io.scenes.resources import find_bag
 from ...io.sources.imported_bag import LOST as MARK
 from ...io.sources.imported_bag import provenance
 from ...io.sources.recorded_tow import RecordedTow, read_tow, recorded_frames
-from ..sources import notes_of, sea_motion_kept
+from ...runs.sources import notes_of, sea_motion_kept
 
 LOST = 0.01  # share of the records: a log that lost more counts as damaged
 

@@ -9,18 +9,18 @@ from typing import TYPE_CHECKING
 
 import click
 
-from ..errors import CODE_FAILED
-from ..files import write_text
-from ..terminal import in_lines, plain_console, say
-from .number import Number
-from .out_folder import ready
+from ...cli.number import Number
+from ...cli.out_folder import ready
+from ...errors import CODE_FAILED
+from ...files import write_text
+from ...terminal import in_lines, plain_console, say
 
 if TYPE_CHECKING:
-    from ..runs.result import Run
-    from ..runs.scores.comparison import Comparison
-    from ..runs.scores.limits import Limits
-    from ..runs.scores.score import Score
-    from ..sim.verdict import Verdict
+    from ...runs.result import Run
+    from ...sim.verdict import Verdict
+    from .comparison import Comparison
+    from .limits import Limits
+    from .score import Score
 
 LONGEST = 1e7  # s
 limits_option = click.option(
@@ -89,8 +89,8 @@ def compare(a, b, mapping, mapping_b, limits, junit, align, search, begin, end, 
             f"--band {band[0]:g} {band[1]:g}: the upper end must be twice the lower one or more; nothing was compared"
         )
     ready(out)
-    from ..runs.scores.comparison import compare_recordings
-    from ..runs.scores.recordings import read_recording
+    from .comparison import compare_recordings
+    from .recordings import read_recording
 
     asked = None if limits is None else load_limits(limits)
     result = compare_recordings(
@@ -108,7 +108,7 @@ def compare(a, b, mapping, mapping_b, limits, junit, align, search, begin, end, 
 
 def finish(result: Comparison, out: Path | None, junit: Path | None, as_json: bool) -> None:
     """Write, print, and leave with the code of the verdict."""
-    from ..runs.scores.junit import write_junit
+    from .junit import write_junit
 
     report = result.as_dict()
     if junit is not None:
@@ -117,7 +117,7 @@ def finish(result: Comparison, out: Path | None, junit: Path | None, as_json: bo
     if out is not None:
         write_text(out / "compare.json", json.dumps(report, indent=1) + "\n")
         try:
-            from ..plots.compare import draw_comparison
+            from .picture import draw_comparison
 
             pictures.append(draw_comparison(result, out / "compare.png"))
         except RuntimeError as error:  # matplotlib is an extra
@@ -138,17 +138,17 @@ def finish(result: Comparison, out: Path | None, junit: Path | None, as_json: bo
 
 def load_limits(path: Path) -> Limits:
     """Limits of a file, before anything is run."""
-    from ..runs.scores.limits import load_limits
+    from .limits import load_limits
 
     return load_limits(path)
 
 
 def score_replay(result: Run, bag: str, limits: Limits | None, out: Path | None) -> Comparison:
     """What a bag recorded (A) against its replay (B); into the figures of the replay too."""
-    from ..io.logs.own_signals import signals_of_frames
-    from ..runs.result import write_summary
-    from ..runs.scores.comparison import compare_recordings
-    from ..runs.scores.recordings import Recording, read_recording
+    from ...io.logs.own_signals import signals_of_frames
+    from ...runs.result import write_summary
+    from .comparison import compare_recordings
+    from .recordings import Recording, read_recording
 
     ours = Recording("replay", signals_of_frames(result.frames, "replay"), result.frames)
     scores = compare_recordings(read_recording(bag), ours, limits=limits)
@@ -162,7 +162,7 @@ def tell_limits(scores: Comparison | None, junit: Path | None, as_json: bool) ->
     if scores is None:
         return
     if junit is not None:
-        from ..runs.scores.junit import write_junit
+        from .junit import write_junit
 
         write_junit(scores, junit)
     for one in scores.judged:

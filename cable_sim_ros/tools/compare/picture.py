@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from ..runs.scores.comparison import Comparison
-from ..sim.flag_rules import OK
-from .canvas import canvas
-from .heading import STAMP
-from .run import BLUE, FAINT, INK, ORANGE, PURPLE
+from ...plots.canvas import canvas
+from ...plots.heading import STAMP
+from ...plots.run import BLUE, FAINT, INK, ORANGE, PURPLE
+from ...sim.flag_rules import OK
+from .comparison import Comparison
 
 MOST = 8  # rows
 POINTS = 4000  # of a line
