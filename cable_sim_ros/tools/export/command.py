@@ -7,8 +7,8 @@ from pathlib import Path
 
 import click
 
-from ..terminal import say
-from .number import Number
+from ...cli.number import Number
+from ...terminal import say
 
 
 def _names(values: tuple[str, ...]) -> list[str]:
@@ -38,7 +38,7 @@ def _names(values: tuple[str, ...]) -> list[str]:
 @click.option("--json", "as_json", is_flag=True, help="Print what was written as JSON, nothing else.")
 def export(bag, out, form, fields, every, tables, force, as_json) -> None:
     """Write the recorded RUN, a recording or the folder of a run, as CSV, NetCDF, Parquet or MATLAB file."""
-    from ..runs.exports.export import export as write
+    from .export import export as write
 
     done = write(bag, out, form, _names(fields), every, _names(tables), force)
     if as_json:

@@ -20,11 +20,11 @@ from ...io.recordings.recorded_run import RecordedRun, load_run
 from ...io.scenes.load import scene_from_text
 from ...io.scenes.resources import find_bag
 from ...physics.tick_output import CONTACT_COLUMNS, FIELDS, SHAPE_COLUMNS, STRUM_COLUMNS, Flag
+from ...runs.field_manual import MEANING
+from ...runs.summary import tick_length
+from ...runs.verdict import judge
 from ...sim.scene import Scene
 from ...version import __version__
-from ..field_manual import MEANING
-from ..summary import tick_length
-from ..verdict import judge
 
 TABLES = {"shape": SHAPE_COLUMNS, "contact": CONTACT_COLUMNS, "strum": STRUM_COLUMNS}
 TABLE_MEANING = {
