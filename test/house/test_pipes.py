@@ -152,8 +152,8 @@ def test_what_is_no_regular_file_is_said(pipes, path, kind):
 OWN = {  # module: calls that open what the program made or brought itself, or what came or goes through files.py
     "tools/ahc/lockstep.py": 1,
     "files.py": 1,
-    "fmu/build.py": 2,
-    "fmu/tow.py": 4,
+    "tools/fmu/build.py": 2,
+    "tools/fmu/tow.py": 4,
     "io/bags/bag.py": 2,
     "io/bags/bag_writer.py": 2,
     "io/logs/containers/bag_files.py": 1,

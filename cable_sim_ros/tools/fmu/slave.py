@@ -7,8 +7,8 @@ import re
 from typing import Any
 from uuid import UUID, uuid5
 
-from ..physics.parameter import declared
-from ..sim.scene import Scene
+from ...physics.parameter import declared
+from ...sim.scene import Scene
 from .tow import Tow
 from .variables import INPUTS, OUTPUTS, PARAMETERS, REAL, Variable
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import click
 
-from ..terminal import say
+from ...terminal import say
 
 
 @click.command()
@@ -32,7 +32,7 @@ from ..terminal import say
 @click.option("--json", "as_json", is_flag=True, help="Print what was written as JSON, nothing else.")
 def fmu(scene, out, fmi, settings, parameters, force, as_json) -> None:
     """Write SCENE as an FMU for co-simulation: ship motion and winch command in, pull on the ship and towbody out."""
-    from ..runs.settings import settings_of
+    from ...runs.settings import settings_of
     from .build import build
 
     built = build(scene, out, int(fmi), settings_of(settings), parameters, force)

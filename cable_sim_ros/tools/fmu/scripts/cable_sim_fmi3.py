@@ -18,9 +18,9 @@ from pythonfmu3 import (
 )
 
 from cable_sim_ros.errors import CableSimError
-from cable_sim_ros.fmu.slave import described, guid_of, limits_of, rows
-from cable_sim_ros.fmu.tow import Tow
-from cable_sim_ros.fmu.variables import UNITS
+from cable_sim_ros.tools.fmu.slave import described, guid_of, limits_of, rows
+from cable_sim_ros.tools.fmu.tow import Tow
+from cable_sim_ros.tools.fmu.variables import UNITS
 
 KINDS = {"Real": Float64, "Integer": Int32, "Boolean": Boolean, "String": String}
 ROLES = {

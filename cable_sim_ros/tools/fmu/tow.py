@@ -12,15 +12,15 @@ from typing import Any
 
 import numpy as np
 
-from ..errors import CableSimError, RunError
-from ..io.scenes.load import override, scene_from_text
-from ..runs.settings import apply_to_scene, refuse_without_bag, settings_of
-from ..sim.inputs import ShipMotion, WinchCommand
-from ..sim.saved import savefile
-from ..sim.scene import Scene
-from ..sim.simulator import Simulator
-from ..sim.verdict import judge_counts, overload
-from ..version import __version__
+from ...errors import CableSimError, RunError
+from ...io.scenes.load import override, scene_from_text
+from ...runs.settings import apply_to_scene, refuse_without_bag, settings_of
+from ...sim.inputs import ShipMotion, WinchCommand
+from ...sim.saved import savefile
+from ...sim.scene import Scene
+from ...sim.simulator import Simulator
+from ...sim.verdict import judge_counts, overload
+from ...version import __version__
 from .variables import DOUBTFUL, FAILED, LENGTH, NO_COMMAND, OK, RATE
 
 SCENE_FILE, ABOUT_FILE = "scene.yaml", "about.json"  # in the resources of the FMU

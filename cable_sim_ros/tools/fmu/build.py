@@ -17,9 +17,9 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from ..io.scenes.load import dump_scene, load_scene
-from ..runs.settings import apply_to_scene, refuse_without_bag
-from ..version import __version__
+from ...io.scenes.load import dump_scene, load_scene
+from ...runs.settings import apply_to_scene, refuse_without_bag
+from ...version import __version__
 from .tow import ABOUT_FILE, SCENE_FILE, FmuError, number_of
 from .variables import INPUTS, OUTPUTS, PARAMETERS
 
