@@ -319,7 +319,7 @@ def fields_text() -> str:
 
 def mapping_text() -> str:
     """The reference of the mapping file: keys, words, units, ready mappings."""
-    from ..runs.imports import mapping_manual
+    from ..tools.logs.imports import mapping_manual
 
     return mapping_manual.text()
 

@@ -15,9 +15,9 @@ import click
 
 from ..errors import CODE_DOUBTFUL, CODE_FAILED, CODE_OK, CableSimError
 from ..files import open_file, write_text
-from ..io.logs.mapping.units import UNITS, named, units_of
 from ..sim.flag_rules import DOUBTFUL, FAILED
 from ..terminal import in_lines, plain_console, say
+from ..tools.logs.mapping.units import UNITS, named, units_of
 from .command import WORKERS, replaced_by, replacing, stoppable
 
 if TYPE_CHECKING:

@@ -10,8 +10,6 @@ import pytest
 from click.testing import CliRunner
 
 from cable_sim_ros.cli import commands
-from cable_sim_ros.io.logs.own_signals import signals_of_frames
-from cable_sim_ros.io.logs.signals import Signal
 from cable_sim_ros.io.scenes.load import load_scene, override
 from cable_sim_ros.runs import offline
 from cable_sim_ros.runs.sources import motion_of
@@ -23,6 +21,8 @@ from cable_sim_ros.tools.calibrate.calibrate import Options, calibrate
 from cable_sim_ros.tools.calibrate.free import free_of, keys_of, value_of
 from cable_sim_ros.tools.calibrate.tow_model import TowModel
 from cable_sim_ros.tools.calibrate.write_scene import text_with
+from cable_sim_ros.tools.logs.own_signals import signals_of_frames
+from cable_sim_ros.tools.logs.signals import Signal
 
 DRAG = "cable.sections.armoured.drag_amplification"
 TRUE = 2.0

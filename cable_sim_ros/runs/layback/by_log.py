@@ -10,7 +10,6 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from ...errors import RunError
-from ...io.logs.log import LogError
 from ...io.scenes.load import SceneWarning, override
 from ...io.sources.csv_table import CONSEQUENCE
 from ...limits import MAX_TOW_SPEED
@@ -23,6 +22,7 @@ from ...sim.scene import Scene
 from ...sim.simulator import Simulator, SolverError
 from ...sim.statics.route import DRUM_RESERVE
 from ...sim.tables.sensor_tables import aboard
+from ...tools.logs.log import LogError
 from .. import offline
 from ..result import Run
 from ..step_choice import longest_tick, metrics_of_steps, stepped

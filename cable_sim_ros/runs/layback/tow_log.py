@@ -19,9 +19,9 @@ import numpy as np
 from scipy.ndimage import gaussian_filter1d
 
 from ...io.geodesy import FARTHEST, on_plane
-from ...io.logs.log import LogError
 from ...io.sources.csv_table import CONSEQUENCE, head_of, numbers_of
 from ...limits import MAX_TOW_SPEED
+from ...tools.logs.log import LogError
 
 STEP = 1.0  # s between samples
 SMOOTH = 5.0  # s, of the Gaussian that smooths the way of the ship
@@ -36,7 +36,7 @@ MOVING = 0.2  # m/s, under which a course says nothing
 
 
 class Column(NamedTuple):
-    """Bounds of a column, its unit, and the quantity of io/logs/signals.py with the factor to the column."""
+    """Bounds of a column, its unit, and the quantity of tools/logs/signals.py with the factor to the column."""
 
     low: float
     high: float
@@ -115,7 +115,7 @@ def _of_signals(
 ) -> tuple[np.ndarray, dict[str, np.ndarray], list[str], list[str]]:
     """The same from the signals of any log that is known, at the times of the pay-out; and what was assumed."""
     try:
-        reader = import_module("cable_sim_ros.io.logs.read_signals")
+        reader = import_module("cable_sim_ros.tools.logs.read_signals")
     except ImportError:
         raise LogError(
             f"{path}: only CSV with the columns {EXAMPLE} is read here; {CONSEQUENCE}. Save the log as such a table"

@@ -7,9 +7,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...io.logs.signals import QUANTITIES, Signal
 from ...io.sources.rounding import resolution
 from ..compare.pairing import GAP, SECOND, Cleaned, clean, sampled
+from ..logs.signals import QUANTITIES, Signal
 from .free import CONSEQUENCE, CalibrateError
 
 # one of each row: the others of a row say the same again, which would make intervals too small

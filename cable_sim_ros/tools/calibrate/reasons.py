@@ -6,9 +6,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ...io.logs.signals import Signal
 from ...sim.verdict import Reason
 from ..compare.pairing import GAP, clean
+from ..logs.signals import Signal
 from .confidence import APART, Confidence, Interval
 from .lags import repeats
 from .least_squares import Fit, Problem

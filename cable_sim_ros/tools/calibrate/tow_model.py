@@ -16,7 +16,6 @@ from pydantic import ValidationError
 from scipy.interpolate import CubicSpline
 
 from ...errors import CableSimError, RunError
-from ...io.logs.own_signals import signals_of_frames
 from ...io.scenes.load import SceneError, scene_from_dict
 from ...io.scenes.winch_plan import WinchPlan
 from ...io.sources.recorded_tow import RecordedTow
@@ -28,6 +27,7 @@ from ...sim.scene import Scene
 from ...sim.simulator import Simulator
 from ...sim.verdict import Reason, Verdict
 from ..compare.pairing import SECOND
+from ..logs.own_signals import signals_of_frames
 from .free import CalibrateError, Free, data_with
 from .observed import USABLE
 

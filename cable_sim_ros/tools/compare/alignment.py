@@ -8,7 +8,7 @@ import numpy as np
 from scipy.fft import irfft, next_fast_len, rfft
 from scipy.stats import t as student
 
-from ...io.logs.signals import Signal
+from ..logs.signals import Signal
 from .intervals import LEVEL, Interval, correlation_time
 from .pairing import MAX_GRID, Cleaned, NotPaired, Pair, clean, paired
 from .spectra import BAND, LEAST_LAG, band_of, fitted_lag, lag_of, spectra

@@ -145,8 +145,8 @@ def load_limits(path: Path) -> Limits:
 
 def score_replay(result: Run, bag: str, limits: Limits | None, out: Path | None) -> Comparison:
     """What a bag recorded (A) against its replay (B); into the figures of the replay too."""
-    from ...io.logs.own_signals import signals_of_frames
     from ...runs.result import write_summary
+    from ..logs.own_signals import signals_of_frames
     from .comparison import compare_recordings
     from .recordings import Recording, read_recording
 

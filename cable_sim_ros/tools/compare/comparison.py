@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 
 from ...errors import CableSimError
-from ...io.logs.signals import QUANTITIES, Signal
 from ...sim.flag_rules import DOUBTFUL, FAILED, OK
 from ...sim.verdict import Reason, Verdict, check
+from ..logs.signals import QUANTITIES, Signal
 from .alignment import SEARCH, Clock, clock_of
 from .exact import Exact
 from .exact import exact as exact_of

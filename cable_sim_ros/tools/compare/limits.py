@@ -6,10 +6,10 @@ import os
 from pathlib import Path
 from typing import NamedTuple
 
-from ...io.logs.signals import QUANTITIES
 from ...io.scenes.document import Document, SceneError
 from ...physics.parameter import REQUIRED, Block, quantity
 from ...sim.problem import Problem
+from ..logs.signals import QUANTITIES
 from .score import FIGURES, Score
 
 EXAMPLE = "limits: my tow"

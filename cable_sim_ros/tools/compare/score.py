@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...io.logs.signals import QUANTITIES, Signal
+from ..logs.signals import QUANTITIES, Signal
 from .alignment import wave_part
 from .intervals import Interval, blocks, correlation_time, jackknife, left_out
 from .pairing import NotPaired, Pair, clean, paired

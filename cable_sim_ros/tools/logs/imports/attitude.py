@@ -10,9 +10,9 @@ from importlib import import_module
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from ...io.logs.log import SECOND, LogError
-from ...io.logs.signals import Signal
-from ...sim.tables.attitude import angles_of, body_rates
+from ....sim.tables.attitude import angles_of, body_rates
+from ..log import SECOND, LogError
+from ..signals import Signal
 from .regular import BRIDGED, PERIODS
 
 RATES = ("roll_rate", "pitch_rate", "yaw_rate")

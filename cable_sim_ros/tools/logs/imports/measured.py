@@ -11,11 +11,11 @@ from typing import Any
 
 import numpy as np
 
-from ...io.bags.bag_writer import BagWriter
-from ...io.bags.typestore import STORE
-from ...io.logs.log import SECOND
-from ...io.logs.own_signals import SIGNALS_TOPIC
-from ...io.logs.signals import Signal
+from ....io.bags.bag_writer import BagWriter
+from ....io.bags.typestore import STORE
+from ..log import SECOND
+from ..own_signals import SIGNALS_TOPIC
+from ..signals import Signal
 
 JOINT = "sensor_msgs/msg/JointState"
 WRENCH = "geometry_msgs/msg/WrenchStamped"

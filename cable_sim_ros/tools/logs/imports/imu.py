@@ -6,10 +6,10 @@ from collections.abc import Iterator, Mapping
 
 import numpy as np
 
-from ...io.bags.typestore import STORE
-from ...io.logs.log import SECOND, LogError
-from ...io.logs.signals import Signal
-from ...sim.tables.attitude import quaternion
+from ....io.bags.typestore import STORE
+from ....sim.tables.attitude import quaternion
+from ..log import SECOND, LogError
+from ..signals import Signal
 from .attitude import FORCES, RATES
 
 

@@ -8,8 +8,8 @@ from pathlib import Path
 
 import click
 
-from ..terminal import say
-from .number import Number
+from ...cli.number import Number
+from ...terminal import say
 
 
 @click.command("import")
@@ -43,8 +43,8 @@ from .number import Number
 @click.option("--json", "as_json", is_flag=True, help="Print the figures as JSON, nothing else.")
 def import_command(files, mapping, kind, out, track, speed, heading, height, force, as_json) -> None:
     """Make a BAG that run, replay and live take of foreign logs: ship motion, and what was measured of the tow."""
-    from ..runs.imports.choice import Choice
-    from ..runs.imports.import_logs import import_logs
+    from .imports.choice import Choice
+    from .imports.import_logs import import_logs
 
     way = None if heading is None else radians(90.0 - heading)
     done = import_logs(files, out, mapping, format=kind, choice=Choice(track, speed, way, height), force=force)

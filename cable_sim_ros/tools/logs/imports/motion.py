@@ -12,12 +12,12 @@ from dataclasses import dataclass, field
 import numpy as np
 from scipy.signal import butter, sosfiltfilt
 
-from ...io.logs.log import SECOND, LogError
-from ...io.logs.signals import Signal
-from ...io.sources.motion_curves import Curve, Given, Rounding, through
-from ...io.sources.motion_table import STEP, Samples
-from ...sim.inputs import MAX_POSITION
-from ..make_bags import CUTOFF
+from ....io.sources.motion_curves import Curve, Given, Rounding, through
+from ....io.sources.motion_table import STEP, Samples
+from ....runs.make_bags import CUTOFF
+from ....sim.inputs import MAX_POSITION
+from ..log import SECOND, LogError
+from ..signals import Signal
 from .choice import Choice
 from .regular import Regular, regular
 from .track import EDGE, Track, around_mean, measured

@@ -15,7 +15,7 @@ from tempfile import TemporaryDirectory
 import zstandard
 
 from ....files import open_file
-from ...bags.bag import BagError, read_metadata
+from ....io.bags.bag import BagError, read_metadata
 from ..log import Log, LogError, Losses
 from .bag_files import MCAP, ROS1, SQLITE, Item, Topic, messages_of
 from .collector import MAX_NUMBERS, Collector

@@ -15,18 +15,18 @@ from typing import Any
 
 import numpy as np
 
-from ...files import open_file, read_text
-from ...io.bags.bag_writer import BagError, BagWriter
-from ...io.logs.log import LogError
-from ...io.logs.mapping.mapping_file import find_mapping
-from ...io.logs.own_signals import IMPORT
-from ...io.logs.read_signals import Reading, read
-from ...io.logs.several import Paths
-from ...io.logs.signals import QUANTITIES, Signal
-from ...io.sources.imported_bag import ALONG
-from ...io.sources.motion_curves import Rounding
-from ...io.sources.motion_table import MotionError, stream_odometry
-from ...version import __version__
+from ....files import open_file, read_text
+from ....io.bags.bag_writer import BagError, BagWriter
+from ....io.sources.imported_bag import ALONG
+from ....io.sources.motion_curves import Rounding
+from ....io.sources.motion_table import MotionError, stream_odometry
+from ....version import __version__
+from ..log import LogError
+from ..mapping.mapping_file import find_mapping
+from ..own_signals import IMPORT
+from ..read_signals import Reading, read
+from ..several import Paths
+from ..signals import QUANTITIES, Signal
 from . import attitude
 from .choice import Choice
 from .imu import imu_messages

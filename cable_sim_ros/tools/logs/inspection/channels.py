@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ...sources.rounding import resolution
+from ....io.sources.rounding import resolution
 from ..log import SECOND, Source
 from ..mapping.units import UNITS, named
 from .finding import EXAMPLES, Finding

@@ -26,7 +26,7 @@ MEMORY, PER_BYTE = 512_000_000, 100  # bytes beside those of the library, and fo
 SECONDS, PER_SECOND = 60, 1_000_000  # s for a file, and bytes of it that add another
 START = (
     "import json, sys; sys.path[:] = json.loads(sys.argv[1]); "
-    "from cable_sim_ros.io.logs.containers.bounded import child; child(*sys.argv[2:])"
+    "from cable_sim_ros.tools.logs.containers.bounded import child; child(*sys.argv[2:])"
 )
 
 

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import click
 
-from ..files import write_text
-from ..terminal import say
+from ...files import write_text
+from ...terminal import say
 
 SHOWN = 12  # sources and findings of a log, without --all
 
@@ -23,10 +23,10 @@ SHOWN = 12  # sources and findings of a log, without --all
 @click.option("--json", "as_json", is_flag=True, help="Print the figures as JSON, nothing else.")
 def inspect(files, kind, mapping_out, everything, as_json) -> None:
     """What is in FILE...: sources, rates, gaps, clocks, and what is probably wrong, each with its evidence."""
-    from ..io.logs.inspection.first_mapping import first_mapping
-    from ..io.logs.inspection.inspect_log import inspect_log
-    from ..io.logs.log import LogError
-    from ..io.logs.several import paths_of, read_each
+    from .inspection.first_mapping import first_mapping
+    from .inspection.inspect_log import inspect_log
+    from .log import LogError
+    from .several import paths_of, read_each
 
     skipped: list[str] = []
     told, first = [], None

@@ -6,9 +6,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...io.logs.log import SECOND, LogError
-from ...io.logs.signals import Signal
-from ...io.sources.rounding import even
+from ....io.sources.rounding import even
+from ..log import SECOND, LogError
+from ..signals import Signal
 
 JITTER = 0.45  # of the period: stamps further off their line are no jitter
 BRIDGED = 1.5  # s, and so many periods: shorter gaps are interpolated

@@ -16,7 +16,7 @@ from rosbags.interfaces import Nodetype
 from rosbags.typesys import Stores, get_types_from_idl, get_types_from_msg, get_typestore
 from rosbags.typesys.store import Typestore
 
-from ...bags.typestore import STORE
+from ....io.bags.typestore import STORE
 
 MAX_ELEMENTS = 64  # of an array that become columns; a longer one is an image, a cloud or a table
 MAX_COLUMNS = 512  # of one source

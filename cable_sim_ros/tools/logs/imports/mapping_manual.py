@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from enum import Enum
 
-from ...io.logs.mapping.mapping_file import Entry, Mapping, dimension_of, load_mapping
-from ...io.logs.mapping.units import UNITS
-from ...io.logs.mapping.words import VECTORS, WORDS
-from ...io.scenes.resources import shipped_mappings
-from ...physics.parameter import Block, interval
+from ....io.scenes.resources import shipped_mappings
+from ....physics.parameter import Block, interval
+from ..mapping.mapping_file import Entry, Mapping, dimension_of, load_mapping
+from ..mapping.units import UNITS
+from ..mapping.words import VECTORS, WORDS
 
 TITLE = """# Keys of a mapping
 

@@ -8,11 +8,11 @@ from dataclasses import dataclass, field
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from ...io.geodesy import on_plane
-from ...io.logs.log import LogError
-from ...io.sources.motion_curves import Given, Rounding, through
-from ..make_bags import EDGE as EDGE
-from ..make_bags import derive
+from ....io.geodesy import on_plane
+from ....io.sources.motion_curves import Given, Rounding, through
+from ....runs.make_bags import EDGE as EDGE
+from ....runs.make_bags import derive
+from ..log import LogError
 from .choice import Choice
 from .regular import Regular
 

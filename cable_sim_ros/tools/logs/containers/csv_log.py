@@ -16,7 +16,7 @@ from typing import NamedTuple, TextIO
 import numpy as np
 
 from ....files import open_file
-from ...sources.csv_table import COMMA, PLAIN, decimal_comma, grouped, pointed
+from ....io.sources.csv_table import COMMA, PLAIN, decimal_comma, grouped, pointed
 from ..log import Log, LogError, Losses, Source
 from .table_times import Clock, clocks_of
 

@@ -19,7 +19,7 @@ from typing import Any
 import lz4.frame
 
 from ....files import open_file
-from ...bags.mcap_file import MAX_RECORD, McapFile, Unreadable
+from ....io.bags.mcap_file import MAX_RECORD, McapFile, Unreadable
 from ..log import LogError, Losses
 
 MCAP, SQLITE, ROS1 = b"\x89MCAP0\r\n", b"SQLite format 3\0", b"#ROSBAG V"

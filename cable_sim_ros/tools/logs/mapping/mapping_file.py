@@ -9,11 +9,11 @@ import difflib
 import enum
 import os
 
+from ....io.scenes.document import Document, SceneError
+from ....io.scenes.resources import find_mapping, shipped_mappings
 from ....physics.parameter import REQUIRED, Block
 from ....physics.parameter import quantity as key
 from ....sim.problem import Problem
-from ...scenes.document import Document, SceneError
-from ...scenes.resources import find_mapping, shipped_mappings
 from .units import UNITS, named, nearest
 from .words import VECTORS, WORDS
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import re
 
 from ....files import read_text
-from ...scenes.resources import find_mapping, shipped_mappings
-from ...scenes.yaml12 import dump
+from ....io.scenes.resources import find_mapping, shipped_mappings
+from ....io.scenes.yaml12 import dump
 from ..log import Log
 from ..mapping.find import find_sources
 from ..mapping.mapping_file import load_mapping

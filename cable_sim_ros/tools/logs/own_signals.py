@@ -8,13 +8,13 @@ from typing import Any
 
 import numpy as np
 
+from ...io.bags.bag import BagError, BagReader
+from ...io.bags.typestore import STORE
+from ...io.messages.cdr import header_time
+from ...io.messages.channels import CHANNELS, decode
+from ...io.sources.recorded_tow import RecordedTow, odometry_of, read_tow, recorded_frames
 from ...physics.tick_output import TICK_OUTPUT
 from ...sim.tables.attitude import angles_of
-from ..bags.bag import BagError, BagReader
-from ..bags.typestore import STORE
-from ..messages.cdr import header_time
-from ..messages.channels import CHANNELS, decode
-from ..sources.recorded_tow import RecordedTow, odometry_of, read_tow, recorded_frames
 from .signals import QUANTITIES, Signal
 
 ODOMETRY = ("x", "y", "z", "roll", "pitch", "yaw")
