@@ -135,7 +135,7 @@ def of_copies(scene: Scene, texts: list[str]) -> list[str]:
 def assumed(plan: EnsemblePlan) -> list[str]:
     """A line for each range, with its size."""
     from ..physics.parameter import declared
-    from ..sim.layback.ranges import Ranges
+    from ..tools.layback.ranges import Ranges
 
     lines = []
     for row in declared(Ranges):

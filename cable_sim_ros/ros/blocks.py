@@ -7,8 +7,8 @@ from enum import Enum
 from ..io.messages.markers import MAX_RATE
 from ..physics.heave_filter import Heave, MotionInput
 from ..physics.parameter import Block, quantity
+from ..tools.layback.node_part import Fix
 from .telegrams.blocks import Telegrams
-from .towbody_fix import Fix
 
 
 class TimeMode(str, Enum):

@@ -29,6 +29,7 @@ from ..sim.flag_rules import FAILED
 from ..sim.live_parameters import changed, unfit, ways
 from ..sim.tables.material import body_places
 from ..terminal import clean, say
+from ..tools.layback.node_part import TowbodyFix
 from . import discovery
 from .arrival import Arrivals, StampArrivals
 from .declare_parameters import declare, overrides_of
@@ -53,7 +54,6 @@ from .statistics import write_json
 from .stepped import SteppedSession, session_of
 from .telegrams.sender import Sender
 from .topics import diagnostic_array, inputs_there, message_class, publishers_of, rows_of
-from .towbody_fix import TowbodyFix
 
 NAME, NAMESPACE = "cable_sim", "/tow_sim"
 INPUT_DEPTH = {False: 200, True: 5000}  # deep: a static start takes a second; in lockstep a bag may come at once

@@ -19,11 +19,11 @@ from ..io.scenes.load import SceneError, SceneWarning, load_scene, override
 from ..io.scenes.resources import find_scene
 from ..physics.parameter import Block
 from ..sim.scene import Scene
+from ..tools.layback.node_part import fix_problem
 from .blocks import NodeBlock, TimeMode
 from .fault_schedule import schedule_of
 from .lockstep import rate_problem
 from .telegrams.blocks import telegram_problem
-from .towbody_fix import fix_problem
 
 FOREIGN = ("use_sim_time", "start_type_description_service")  # declared by rclpy itself
 # what stands for "none" in a parameter that may be none

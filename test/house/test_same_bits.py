@@ -24,7 +24,7 @@ BESIDE = {  # no number of a run comes from them: what they are for
     "io/messages/fault_hypotheses.py": "matrices of 0 and 1, to be compared with bounds",
     "io/messages/markers.py": "what RViz draws",
     "io/geodesy.py": "latitude and longitude of a layback",
-    "sim/layback/ways.py": "ways of the trade, beside a run",
+    "tools/layback/ways.py": "ways of the trade, beside a run",
     "tools/logs/inspection/axes.py": "findings on a log",
     "tools/logs/inspection/times.py": "the same",
     "tools/logs/mapping/apply.py": "an import: a run has the numbers of the bag that it made",

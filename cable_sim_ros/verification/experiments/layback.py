@@ -15,11 +15,11 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ...io.scenes.load import SceneWarning, load_scene, override
-from ...runs.layback.by_log import simulated
-from ...runs.layback.laid import WAYS, Laid, laid, samples_of
-from ...runs.layback.tow_log import STEP, TowLog
-from ...sim.layback.ranges import Ranges
 from ...sim.scene import Scene
+from ...tools.layback.by_log import simulated
+from ...tools.layback.laid import WAYS, Laid, laid, samples_of
+from ...tools.layback.ranges import Ranges
+from ...tools.layback.tow_log import STEP, TowLog
 from . import Comparison, Result
 
 WRONG = 0.2  # of the drag
@@ -128,7 +128,7 @@ def experiment(duration: float | None, progress: Any = lambda *_: None, quick: b
     ]
 
     def plot(folder: Path) -> Path:
-        from ...plots.layback import plot as draw
+        from ...tools.layback.picture import plot as draw
 
         shown = next(one for one in found if one.situation == "turn")
         return draw(shown.shown, folder / "layback.png", f"side_scan, {shown.tow}: turn of 90 deg", False)

@@ -14,20 +14,20 @@ from ...io.scenes.load import SceneWarning, override
 from ...io.sources.csv_table import CONSEQUENCE
 from ...limits import MAX_TOW_SPEED
 from ...physics.winch import DrumModel
+from ...runs import offline
+from ...runs.result import Run
+from ...runs.step_choice import longest_tick, metrics_of_steps, stepped
+from ...runs.stepping import Progress, silent
 from ...sim.inputs import ShipMotion, WinchCommand
-from ...sim.layback.ranges import Ranges, with_drag
-from ...sim.layback.static_place import NoShape, Tow, static_place
 from ...sim.layout import layout_of
 from ...sim.scene import Scene
 from ...sim.simulator import Simulator, SolverError
 from ...sim.statics.route import DRUM_RESERVE
 from ...sim.tables.sensor_tables import aboard
-from ...tools.logs.log import LogError
-from .. import offline
-from ..result import Run
-from ..step_choice import longest_tick, metrics_of_steps, stepped
-from ..stepping import Progress, silent
+from ..logs.log import LogError
 from .laid import Samples, courses, samples_of, spread
+from .ranges import Ranges, with_drag
+from .static_place import NoShape, Tow, static_place
 from .tow_log import STEP, TowLog
 
 SECOND = 1_000_000_000  # ns

@@ -9,19 +9,19 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from ..errors import CableSimError
-from ..files import write_text
-from ..terminal import plain_console, say
-from .number import Number
-from .out_folder import ready
-from .progress import progress_bar
+from ...cli.number import Number
+from ...cli.out_folder import ready
+from ...cli.progress import progress_bar
+from ...errors import CableSimError
+from ...files import write_text
+from ...terminal import plain_console, say
 
 if TYPE_CHECKING:
-    from ..runs.layback.laid import Laid
-    from ..runs.layback.report import Place
-    from ..sim.layback.ranges import Ranges
-    from ..sim.scene import Scene
-    from ..sim.verdict import Verdict
+    from ...sim.scene import Scene
+    from ...sim.verdict import Verdict
+    from .laid import Laid
+    from .ranges import Ranges
+    from .report import Place
 
 
 class LaybackError(CableSimError, ValueError):
@@ -105,7 +105,7 @@ def layback(source, scene, mapping, ranges, out, as_json, **asked) -> None:
     """
     ready(out)
     known, lines = _ranges(ranges)
-    from ..io.scenes.resources import find_bag
+    from ...io.scenes.resources import find_bag
 
     source = find_bag(source) if source.is_dir() else source
     if (source / "metadata.yaml").is_file() or source.suffix.lower() == ".mcap":
@@ -132,8 +132,8 @@ def layback(source, scene, mapping, ranges, out, as_json, **asked) -> None:
 def _ranges(words: tuple[str, ...]) -> tuple[Ranges, list[str]]:
     from pydantic import ValidationError
 
-    from ..physics.parameter import declared
-    from ..sim.layback.ranges import Ranges, assumed
+    from ...physics.parameter import declared
+    from .ranges import Ranges, assumed
 
     rows, values = {row.key: row for row in declared(Ranges)}, {}
     for word in words:
@@ -159,7 +159,7 @@ Found = tuple["Scene", "Laid", "Place", bool, "Verdict", dict[str, Any], list[st
 
 
 def _factor(asked: dict[str, Any], lines: list[str]) -> float:
-    from ..sim.layback.ways import FACTOR
+    from .ways import FACTOR
 
     if asked["factor"] is None:
         lines.append(f"assumed: the factor on the cable out is {FACTOR:g}; --factor")
@@ -169,14 +169,14 @@ def _factor(asked: dict[str, Any], lines: list[str]) -> float:
 
 def _of_recording(source: Path, scene: str | None, ranges: Ranges, asked: dict[str, Any]) -> Found:
     """Of a run that is recorded: its towbody is the simulated one, its depth stands for the measured one."""
-    from ..io.bags.bag_writer import BagError
-    from ..io.recordings.recorded_run import load_run
-    from ..io.scenes.load import load_scene, scene_from_text
-    from ..runs.layback.laid import laid, samples_of
-    from ..runs.layback.report import Place
-    from ..runs.layback.tow_log import EPOCH, STEP
-    from ..runs.offline import judged
-    from ..runs.result import Run
+    from ...io.bags.bag_writer import BagError
+    from ...io.recordings.recorded_run import load_run
+    from ...io.scenes.load import load_scene, scene_from_text
+    from ...runs.offline import judged
+    from ...runs.result import Run
+    from .laid import laid, samples_of
+    from .report import Place
+    from .tow_log import EPOCH, STEP
 
     recorded = load_run(source)
     text = recorded.custom_data.get("scene_yaml")
@@ -200,11 +200,11 @@ def _of_log(
     source: Path, scene: str, mapping: Path | None, ranges: Ranges, asked: dict[str, Any], progress: Any
 ) -> Found:
     """Of a log, under which the tow is simulated."""
-    from ..io.scenes.load import load_scene
-    from ..runs.layback import by_log
-    from ..runs.layback.laid import laid
-    from ..runs.layback.report import Place
-    from ..runs.layback.tow_log import moment_of, read_log
+    from ...io.scenes.load import load_scene
+    from . import by_log
+    from .laid import laid
+    from .report import Place
+    from .tow_log import moment_of, read_log
 
     began = None if asked["began"] is None else moment_of(asked["began"])
     tow, log = load_scene(scene), read_log(source, mapping)
@@ -251,7 +251,7 @@ def _tell(
     out: Path | None,
     as_json: bool,
 ) -> None:
-    from ..runs.layback.report import figures, verdict_on, write_table
+    from .report import figures, verdict_on, write_table
 
     found = figures(one, measured)
     verdict = verdict_on(verdict, found, one.notes)
@@ -264,7 +264,7 @@ def _tell(
         write_text(out / "layback.json", json.dumps(report, indent=1) + "\n")
         paths = [("table", out / "layback.csv"), ("figures", out / "layback.json")]
         try:
-            from ..plots.layback import plot
+            from .picture import plot
 
             paths.append(("picture", plot(one, out / "layback.png", f"{tow.name}, {source.name}", measured)))
         except RuntimeError as error:

@@ -21,7 +21,7 @@ from scipy.ndimage import gaussian_filter1d
 from ...io.geodesy import FARTHEST, on_plane
 from ...io.sources.csv_table import CONSEQUENCE, head_of, numbers_of
 from ...limits import MAX_TOW_SPEED
-from ...tools.logs.log import LogError
+from ..logs.log import LogError
 
 STEP = 1.0  # s between samples
 SMOOTH = 5.0  # s, of the Gaussian that smooths the way of the ship

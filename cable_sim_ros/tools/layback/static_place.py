@@ -12,10 +12,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..layout import layout_of
-from ..scene import Scene
-from ..statics.static_shape import tow_shape
-from ..tables.current import flow_of
+from ...sim.layout import layout_of
+from ...sim.scene import Scene
+from ...sim.statics.static_shape import tow_shape
+from ...sim.tables.current import flow_of
 from .ranges import Ranges, with_drag
 
 STILL = 1e-6  # m/s

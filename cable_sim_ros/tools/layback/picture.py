@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .canvas import canvas
+from ...plots.canvas import canvas
 
 if TYPE_CHECKING:
-    from ..runs.layback.laid import Laid
+    from .laid import Laid
 
 NAMES = {
     "pythagoras": ("Pythagoras", "#e08214", "-"),

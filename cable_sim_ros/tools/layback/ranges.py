@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from ...physics.parameter import Block, declared, quantity
-from ..scene import Scene
+from ...sim.scene import Scene
 
 LEAST_FACTOR, MOST_FACTOR = 0.1, 10.0  # of cable.sections.<name>.drag_amplification
 

@@ -11,12 +11,12 @@ from typing import Any
 
 import numpy as np
 
-from ..io.geodesy import FARTHEST, on_earth
-from ..physics.parameter import Block, quantity
-from ..sim.layback.band_table import BandTable
-from ..sim.layback.ranges import Ranges
-from ..sim.tables.attitude import angles_of
-from ..terminal import clean
+from ...io.geodesy import FARTHEST, on_earth
+from ...physics.parameter import Block, quantity
+from ...sim.tables.attitude import angles_of
+from ...terminal import clean
+from .band_table import BandTable
+from .ranges import Ranges
 
 TOPIC, MSGTYPE = "towbody/fix", "sensor_msgs/msg/NavSatFix"
 CALM = 20.0  # s, over which the ship's velocity is averaged

@@ -7,8 +7,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..scene import Scene
-from ..tables.current import flow_of
+from ...sim.scene import Scene
+from ...sim.tables.current import flow_of
 from .ranges import Ranges
 from .static_place import COVERAGE, NoShape, Tow, band_of
 

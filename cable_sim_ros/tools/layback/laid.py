@@ -11,11 +11,11 @@ import numpy as np
 from scipy.ndimage import uniform_filter1d
 
 from ...physics.section import material_of
-from ...sim.layback import ways
-from ...sim.layback.ranges import Ranges
-from ...sim.layback.static_place import NoShape, Tow, band_of
 from ...sim.scene import Scene
 from ...sim.tables.current import flow_of
+from . import ways
+from .ranges import Ranges
+from .static_place import NoShape, Tow, band_of
 
 MOVING = 0.2  # m/s, under which the ship has no course of its own
 POINTS = 8  # static tows with an interval over a run, at most
