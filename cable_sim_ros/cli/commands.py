@@ -15,6 +15,7 @@ from ..errors import CODE_DAMAGED, CODE_INPUT, NEEDS_ROS
 from ..files import write_text
 from ..limits import LONGEST_RUN, MAX_TOW_SPEED
 from ..terminal import clean, say
+from ..tools.plan.command import plan as plan_command
 from ..version import __version__
 from . import expected_errors
 from .bags import make_bags as make_bags_command
@@ -24,7 +25,6 @@ from .motion_options import SHIPPED_BAG, motion_options, simulated
 from .number import Number
 from .options import bag_options, json_option, markers_option, needs_out, out_option, settings_options
 from .out_folder import ready
-from .plan import plan as plan_command
 from .report import tell
 from .report_option import ARGUMENTS, report_option, reporting, unrecorded
 from .span import span as span_command

@@ -8,7 +8,7 @@ from pathlib import Path
 import click
 
 from ..terminal import say
-from .plan import recorded
+from ..tools.plan.command import recorded
 from .report_option import _checked, said, typed
 
 

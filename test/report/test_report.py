@@ -20,10 +20,10 @@ from cable_sim_ros.report.subject import shortened, typed
 from cable_sim_ros.report.verdict import LONG, cut
 from cable_sim_ros.report.write import ReportError, check_place, write_report
 from cable_sim_ros.runs import offline
-from cable_sim_ros.runs.plan import plan_of
 from cable_sim_ros.runs.result import Run
 from cable_sim_ros.runs.summary import format_value
 from cable_sim_ros.sim.verdict import check, verdict_of
+from cable_sim_ros.tools.plan.plan import plan_of
 
 pytest.importorskip("matplotlib")
 pytest.importorskip("jinja2")

@@ -11,19 +11,19 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from ..errors import RunError
-from ..files import write_text
-from ..sim.flag_rules import FAILED
-from ..terminal import plain_console, say
-from .faults import tell_faults
-from .motion_options import motion_options, simulated
-from .options import settings_options
-from .report_option import Reporter, report_option, reporting
-from .rules import tell_rules
+from ...cli.faults import tell_faults
+from ...cli.motion_options import motion_options, simulated
+from ...cli.options import settings_options
+from ...cli.report_option import Reporter, report_option, reporting
+from ...cli.rules import tell_rules
+from ...errors import RunError
+from ...files import write_text
+from ...sim.flag_rules import FAILED
+from ...terminal import plain_console, say
 
 if TYPE_CHECKING:
-    from ..runs.result import Run
-    from ..sim.verdict import Verdict
+    from ...runs.result import Run
+    from ...sim.verdict import Verdict
 
 SIMULATES = (  # options of a run that a recording has made already
     "motion",
@@ -105,8 +105,8 @@ def plan(scene, out, smallest, as_json, report, **asked) -> None:
 
 def _smallest(scene: str, seeds: int, asked: dict[str, Any], result: Run) -> dict[str, Any]:
     """The smallest winch for the job of a run, in so many seeds."""
-    from ..physics.water import WaveKind
-    from ..runs.winch_size import SEED, smallest
+    from ...physics.water import WaveKind
+    from .winch_size import SEED, smallest
 
     assert result.scene is not None
     if seeds > 1 and result.scene.water.waves.kind is not WaveKind.JONSWAP:
@@ -128,8 +128,8 @@ def _planned(
     if verdict.state == FAILED or not len(frames) or tow is None:
         reasons = "; ".join(str(reason) for reason in verdict.reasons) or "no tick was simulated"
         raise NoPlan(f"{scene}: no plan is made of a run that failed: {reasons}", verdict, result)
-    from ..runs.plan import plan_of
-    from ..sim.verdict import check, verdict_of
+    from ...sim.verdict import check, verdict_of
+    from .plan import plan_of
 
     needs = plan_of(frames, tow, result.metrics)
     if size is not None:
@@ -186,18 +186,18 @@ def _tell(report: dict[str, Any]) -> None:
 
 def recorded(path: Path, nothing: str = "no plan is made", instead: str = "cable-sim plan SCENE") -> Run:
     """The recorded run, judged. BagError where it keeps no scene: then ``nothing`` is done, and what to do instead."""
-    from ..io.bags.bag_writer import BagError
-    from ..io.recordings.journal import read_journal
-    from ..io.recordings.recorded_run import load_run
-    from ..io.scenes.load import scene_from_text
-    from ..io.sources.imported_bag import provenance
-    from ..io.sources.recorded_tow import read_tow
-    from ..runs.offline import judged
-    from ..runs.result import Run
-    from ..runs.sources import in_the_sea, sea_motion_kept
-    from ..runs.summary import summarize
-    from ..runs.transient import start_up
-    from ..sim.rules.watch import watched
+    from ...io.bags.bag_writer import BagError
+    from ...io.recordings.journal import read_journal
+    from ...io.recordings.recorded_run import load_run
+    from ...io.scenes.load import scene_from_text
+    from ...io.sources.imported_bag import provenance
+    from ...io.sources.recorded_tow import read_tow
+    from ...runs.offline import judged
+    from ...runs.result import Run
+    from ...runs.sources import in_the_sea, sea_motion_kept
+    from ...runs.summary import summarize
+    from ...runs.transient import start_up
+    from ...sim.rules.watch import watched
 
     recorded = load_run(path)
     text = recorded.custom_data.get("scene_yaml")

@@ -7,12 +7,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..physics.winch_drive import DriveModel
-from ..sim.layout import layout_of
-from ..sim.rules.watch import breaking_load, working_load
-from ..sim.scene import Scene
-from ..sim.statics.route import DRUM_RESERVE
-from .summary import since_first, tick_length
+from ...physics.winch_drive import DriveModel
+from ...runs.summary import since_first, tick_length
+from ...sim.layout import layout_of
+from ...sim.rules.watch import breaking_load, working_load
+from ...sim.scene import Scene
+from ...sim.statics.route import DRUM_RESERVE
 
 
 class Need(NamedTuple):

@@ -7,11 +7,11 @@ from typing import Any
 
 import numpy as np
 
-from ..errors import RunError
-from ..physics.winch_drive import DriveModel
-from ..sim.scene import Scene
+from ...errors import RunError
+from ...physics.winch_drive import DriveModel
+from ...runs.result import Run
+from ...sim.scene import Scene
 from .plan import Need, lay_gear, needs_of
-from .result import Run
 
 SEED = "water.waves.seed"
 ROUNDS = 6  # of raised limits
