@@ -22,7 +22,7 @@ ARGUMENTS = "cable_sim_ros.arguments"  # of click's context: the command line as
 def _checked(context: click.Context, param: click.Parameter, value: Path | None) -> Path | None:
     """Refuse a report that cannot be made, before anything is run."""
     if value is not None:
-        from ..report.write import check_place, check_tools
+        from ..tools.report.write import check_place, check_tools
 
         check_tools()
         check_place(value)
@@ -47,7 +47,7 @@ class Reporter:
     def write(self, result: Run, plan: Mapping[str, Any] | None = None) -> None:
         """Write the report of a run, where one was asked for."""
         if self.path is not None:
-            from ..report.write import write_report
+            from ..tools.report.write import write_report
 
             write_report(result, self.path, command=typed(), plan=plan)
             said(self.path)

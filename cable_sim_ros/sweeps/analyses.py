@@ -53,7 +53,7 @@ def envelope(file, out, workers, cluster, report, as_json) -> None:
     write_text(folder / "envelope.json", json.dumps(figures, indent=1) + "\n")
     picture = cells_of.draw(plan.sweep, cells, folder / "envelope.png")
     if report is not None:
-        from ..report.parts import Table
+        from ..tools.report.parts import Table
         from .reported import write_report
 
         found = Table(cells_of.CAPTION, *cells_of.rows_of(cells))
@@ -109,7 +109,7 @@ def sensitivity(file, out, workers, cluster, report, as_json) -> None:
     }
     write_text(folder / "sensitivity.json", json.dumps(figures, indent=1) + "\n")
     if report is not None:
-        from ..report.parts import Table
+        from ..tools.report.parts import Table
         from .reported import write_report
 
         shown = Table(indices.CAPTION, indices.HEAD, indices.rows_of(found))

@@ -159,7 +159,7 @@ def stoppable(folder: Path | None) -> Iterator[None]:
     try:
         yield
     except KeyboardInterrupt:
-        from ..report.parts import counted
+        from ..tools.report.parts import counted
         from .store import Store
 
         if folder is None:

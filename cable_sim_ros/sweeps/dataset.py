@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..report.sweep_page import declared_as
+from ..tools.report.sweep_page import declared_as
 from ..version import __version__
 from .figures import FIGURES, MEANINGS, RULE, unit_of
 from .store import EXTRA, StoreError

@@ -19,8 +19,8 @@ from scipy.stats import binomtest
 from scipy.stats import t as student
 
 from ..errors import CableSimError
-from ..report.sweep_page import named
 from ..terminal import in_lines, plain_console, say
+from ..tools.report.sweep_page import named
 from .dataset import names_of
 from .figures import BROKEN, RULE, refuse_texts, significant
 from .sweep import Swept

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from ..report.parts import Table
-from ..report.sweep_page import Many, write_sweep_page
+from ..tools.report.parts import Table
+from ..tools.report.sweep_page import Many, write_sweep_page
 from ..version import __version__
 from .dataset import names_of, rule_units
 from .figures import MEANINGS, RULE, unit_of

@@ -175,8 +175,8 @@ def _axis(figures: list[dict[str, Any]], key: str) -> list[float]:
 
 def _named(key: str, value: float) -> str:
     """A value of a key in words: scope 100 m, towbody.mass = 30 kg."""
-    from ..report.parts import unit
-    from ..report.sweep_page import declared_as
+    from ..tools.report.parts import unit
+    from ..tools.report.sweep_page import declared_as
 
     item = declared_as(key)
     what = f" {unit(item.unit)}".rstrip() if item is not None else ""
@@ -207,8 +207,8 @@ def _draw(title: str, figures: list[dict[str, Any]], path: Path) -> None:
     """Each figure over the first key that varies, a line for each value of the second, a row of panels for each
     combination of the others, LINES at most. The heading says what is the same, what is left out and what failed."""
     from ..plots.canvas import canvas
-    from ..report.parts import unit
-    from ..report.sweep_page import named
+    from ..tools.report.parts import unit
+    from ..tools.report.sweep_page import named
 
     varied = [key for key in _keys(figures) if len(_axis(figures, key)) > 1]
     x, by, rest = (varied or [SCOPE])[0], (varied[1:2] or [""])[0], varied[2:]

@@ -10,8 +10,6 @@ from click.testing import CliRunner
 from cable_sim_ros.cli import commands
 from cable_sim_ros.io.scenes.load import load_scene
 from cable_sim_ros.physics.tick_output import TICK_OUTPUT
-from cable_sim_ros.report.sweep_page import MOST_RUNS, Many, write_sweep_page
-from cable_sim_ros.report.write import write_report
 from cable_sim_ros.runs import offline
 from cable_sim_ros.runs.result import Run
 from cable_sim_ros.sweeps.reported import write_report as write_sweep
@@ -19,6 +17,8 @@ from cable_sim_ros.sweeps.sweep import sweep
 from cable_sim_ros.sweeps.sweep_file import checked
 from cable_sim_ros.tools.ahc.figures import NAMES
 from cable_sim_ros.tools.ahc.report import write_report as write_ahc
+from cable_sim_ros.tools.report.sweep_page import MOST_RUNS, Many, write_sweep_page
+from cable_sim_ros.tools.report.write import write_report
 from cable_sim_ros.verification.experiments import Comparison, Result, together
 from cable_sim_ros.verification.experiments import report as of_experiments
 

@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING, Any
 from ...files import write_text
 from ...plots.strips import WIDTH
 from ...plots.vector import svg
-from ...report.parts import Figure, Section, Table, Text, counted, number, unit
-from ...report.subject import typed
-from ...report.write import check_place, page
 from ...sim.flag_rules import DOUBTFUL, FAILED, OK
+from ..report.parts import Figure, Section, Table, Text, counted, number, unit
+from ..report.subject import typed
+from ..report.write import check_place, page
 from . import picture as plots
 from .benchmark import Row
 from .figures import FIGURES

@@ -6,10 +6,10 @@ import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 
-from ...report.parts import Card, Picture, Section, Table, Text, counted, unit
-from ...report.subject import typed
-from ...report.write import write_page
 from ...sim.flag_rules import FAILED, OK
+from ...tools.report.parts import Card, Picture, Section, Table, Text, counted, unit
+from ...tools.report.subject import typed
+from ...tools.report.write import write_page
 from . import KEPT, MISSED, OPEN, Result, verdict_of
 from .table import text
 

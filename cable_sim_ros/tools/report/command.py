@@ -7,9 +7,9 @@ from pathlib import Path
 
 import click
 
-from ..terminal import say
-from ..tools.plan.command import recorded
-from .report_option import _checked, said, typed
+from ...cli.report_option import _checked, said, typed
+from ...terminal import say
+from ..plan.command import recorded
 
 
 @click.command()
@@ -28,8 +28,8 @@ def report(bag, out) -> None:
     BAG is a recording of the node or of an offline run. The figures are made from it again; how fast it was and what a
     replay found is not in it: ask for --report where it is run.
     """
-    from ..io.scenes.resources import find_bag
-    from ..report.write import write_report
+    from ...io.scenes.resources import find_bag
+    from .write import write_report
 
     result = recorded(find_bag(bag), "no report is made", "cable-sim run SCENE --report FILE.html")
     said(write_report(result, out, command=typed()))

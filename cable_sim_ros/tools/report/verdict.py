@@ -5,8 +5,8 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 
-from ..sim.flag_rules import DOUBTFUL, FAILED, OK
-from ..sim.verdict import Verdict
+from ...sim.flag_rules import DOUBTFUL, FAILED, OK
+from ...sim.verdict import Verdict
 from .parts import Card, Section, Table, Text, counted, number, share, unit
 from .subject import Subject, without_paths
 

@@ -9,11 +9,11 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from ..errors import CableSimError
-from ..files import place, write_text
-from ..plots.heading import date_of
-from ..runs.result import Run
-from ..sim.flag_rules import FAILED
+from ...errors import CableSimError
+from ...files import place, write_text
+from ...plots.heading import date_of
+from ...runs.result import Run
+from ...sim.flag_rules import FAILED
 from . import compared, health, inputs, outcome, simulated, spectrum, verdict
 from .glossary import WORDS
 from .parts import Card, Section

@@ -7,9 +7,9 @@ from typing import NamedTuple
 import numpy as np
 from scipy.signal import welch
 
-from ..plots.heading import force_unit
-from ..plots.strips import WIDTH, Spectrum, spectra
-from ..plots.vector import svg
+from ...plots.heading import force_unit
+from ...plots.strips import WIDTH, Spectrum, spectra
+from ...plots.vector import svg
 from .parts import Figure, Section, Table, Text, counted, number
 from .subject import Subject
 

@@ -11,13 +11,13 @@ from typing import Any
 
 import numpy as np
 
-from ..io.bags.bag import BagReader
-from ..io.recordings.recorded_run import RecordedRun, load_run
-from ..io.scenes.load import dump_scene
-from ..plots.run import seconds
-from ..runs.result import Run
-from ..runs.summary import after_start, tick_length
-from ..sim.scene import Scene
+from ...io.bags.bag import BagReader
+from ...io.recordings.recorded_run import RecordedRun, load_run
+from ...io.scenes.load import dump_scene
+from ...plots.run import seconds
+from ...runs.result import Run
+from ...runs.summary import after_start, tick_length
+from ...sim.scene import Scene
 
 TAKEN_IN = ("imu/data", "odom", "winch/command", "joint_command/position", "joint_command/velocity")
 LEFT_OUT = ("--out", "--report")  # where files go says nothing of the run

@@ -8,16 +8,16 @@ from typing import Any
 
 import numpy as np
 
-from ..physics.heave_compensation import SetpointLaw
-from ..physics.parameter import REQUIRED, declared
-from ..physics.section import material_of
-from ..physics.winch_drive import DriveModel
-from ..plots.heading import date_of, force_unit
-from ..plots.side import side_view
-from ..plots.strips import WIDTH
-from ..plots.vector import svg
-from ..sim.scene import Scene
-from ..version import __version__
+from ...physics.heave_compensation import SetpointLaw
+from ...physics.parameter import REQUIRED, declared
+from ...physics.section import material_of
+from ...physics.winch_drive import DriveModel
+from ...plots.heading import date_of, force_unit
+from ...plots.side import side_view
+from ...plots.strips import WIDTH
+from ...plots.vector import svg
+from ...sim.scene import Scene
+from ...version import __version__
 from .parts import Figure, Section, Table, Text, number, unit
 from .subject import Subject
 

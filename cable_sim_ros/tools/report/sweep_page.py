@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from ..physics.parameter import Declared
-from ..plots.strips import LOOKS, WIDTH
-from ..plots.vector import svg
-from ..sim.flag_rules import DOUBTFUL, FAILED, OK
+from ...physics.parameter import Declared
+from ...plots.strips import LOOKS, WIDTH
+from ...plots.vector import svg
+from ...sim.flag_rules import DOUBTFUL, FAILED, OK
 from .parts import Card, Figure, Part, Section, Table, Text, counted, number, share, unit
 from .simulated import ITEMS, TABLES
 from .subject import typed

@@ -7,12 +7,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..physics.winch_drive import MODES, DriveModel
-from ..plots.heading import force_unit
-from ..plots.run import contact, contact_bands
-from ..plots.strips import WIDTH, Line, Strip, strips
-from ..plots.vector import svg
-from ..runs.summary import WINCH_LIMITS, WINCH_PEAKS
+from ...physics.winch_drive import MODES, DriveModel
+from ...plots.heading import force_unit
+from ...plots.run import contact, contact_bands
+from ...plots.strips import WIDTH, Line, Strip, strips
+from ...plots.vector import svg
+from ...runs.summary import WINCH_LIMITS, WINCH_PEAKS
 from .parts import Figure, Section, Table, Text, number, unit
 from .subject import Subject
 

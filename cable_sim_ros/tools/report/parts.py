@@ -8,7 +8,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
-from ..runs.summary import format_value
+from ...runs.summary import format_value
 
 MOST = 1e9  # written without an exponent up to here
 UNITS = {"1": "", "-": "", "deg": "°"}
