@@ -64,7 +64,7 @@ if TYPE_CHECKING:
     from .runs.sources import motion_of_bag
     from .sim.inputs import ShipMotion, WinchCommand
     from .sim.rig.rig import Rig
-    from .spans.in_time.wake_run import run_span
+    from .tools.spans.in_time.wake_run import run_span
 
 
 def __getattr__(name: str) -> object:

@@ -32,10 +32,10 @@ __all__ = [
 ]
 
 if TYPE_CHECKING:
-    from .spans.in_frequency.files import SpanError, SpanWarning, load_span, span_from_dict, warnings
-    from .spans.in_frequency.response import Vibration, vibration
-    from .spans.in_frequency.span import Span
-    from .spans.to_frequency import FrequencyCase, load_cases
+    from .tools.spans.in_frequency.files import SpanError, SpanWarning, load_span, span_from_dict, warnings
+    from .tools.spans.in_frequency.response import Vibration, vibration
+    from .tools.spans.in_frequency.span import Span
+    from .tools.spans.to_frequency import FrequencyCase, load_cases
 
 
 def __getattr__(name: str) -> object:

@@ -14,7 +14,7 @@ import yaml
 import cable_sim_ros
 from cable_sim_ros.io.scenes import resources
 from cable_sim_ros.io.scenes.load import load_scene
-from cable_sim_ros.spans.load import load_span
+from cable_sim_ros.tools.spans.load import load_span
 
 ROOT = Path(__file__).resolve().parents[2]
 CITATION = yaml.safe_load((ROOT / "CITATION.cff").read_text("utf-8"))

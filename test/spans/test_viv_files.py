@@ -15,11 +15,11 @@ from cable_sim_ros.cli import commands
 from cable_sim_ros.io.scenes import yaml12
 from cable_sim_ros.io.scenes.load import SceneError, load_scene
 from cable_sim_ros.io.scenes.resources import find_viv, shipped_viv
-from cable_sim_ros.plots.span_in_frequency import compose
 from cable_sim_ros.runs.manual import tables
-from cable_sim_ros.spans.in_frequency import checks, files, report, sensitivity
-from cable_sim_ros.spans.in_frequency.response import leading, vibration
-from cable_sim_ros.spans.in_frequency.span import Span
+from cable_sim_ros.tools.spans.in_frequency import checks, files, report, sensitivity
+from cable_sim_ros.tools.spans.in_frequency.response import leading, vibration
+from cable_sim_ros.tools.spans.in_frequency.span import Span
+from cable_sim_ros.tools.spans.picture_in_frequency import compose
 from cable_sim_ros.verification.experiments import run as run_experiment
 
 DOCS = Path(__file__).resolve().parents[2] / "docs"

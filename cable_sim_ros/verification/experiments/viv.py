@@ -12,13 +12,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...spans.in_frequency import sensitivity
-from ...spans.in_frequency.files import changed, load_span
-from ...spans.in_frequency.green import green
-from ...spans.in_frequency.line import Line
-from ...spans.in_frequency.modes import frequencies
-from ...spans.in_frequency.response import Vibration, vibration
-from ...spans.in_frequency.span import Reading, Span
+from ...tools.spans.in_frequency import sensitivity
+from ...tools.spans.in_frequency.files import changed, load_span
+from ...tools.spans.in_frequency.green import green
+from ...tools.spans.in_frequency.line import Line
+from ...tools.spans.in_frequency.modes import frequencies
+from ...tools.spans.in_frequency.response import Vibration, vibration
+from ...tools.spans.in_frequency.span import Reading, Span
 from . import Comparison, Result
 from .table import markdown
 

@@ -13,9 +13,9 @@ from typing import NamedTuple
 import numpy as np
 
 from ...physics.wake_oscillator import SATURATION, Wake, WakeLaw, WakePhase
-from ...spans.in_time.wake_run import SpanRow, held_frequency, run_span
-from ...spans.load import load_span
-from ...spans.span_file import Span, SpanCase, SpanEnds, SpanFluid, mass_in_fluid, natural_frequency
+from ...tools.spans.in_time.wake_run import SpanRow, held_frequency, run_span
+from ...tools.spans.load import load_span
+from ...tools.spans.span_file import Span, SpanCase, SpanEnds, SpanFluid, mass_in_fluid, natural_frequency
 from . import Comparison, Result
 
 SOURCE = "Westin (2018) Table A3"

@@ -6,9 +6,9 @@ import os
 from collections.abc import Callable, Collection
 from typing import Any
 
-from ..io.scenes import resources
-from ..io.scenes.document import Document, SceneError
-from ..sim.problem import Problem
+from ...io.scenes import resources
+from ...io.scenes.document import Document, SceneError
+from ...sim.problem import Problem
 from .span_checks import span_problems
 from .span_file import Span, SpanFile
 

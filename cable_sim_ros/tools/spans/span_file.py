@@ -12,11 +12,11 @@ from typing import Any
 
 from pydantic import field_validator, model_validator
 
-from ..physics.drag_laws import DragLaw
-from ..physics.fluid import Fluid
-from ..physics.parameter import REQUIRED, Block, again, quantity
-from ..physics.section import Material
-from ..physics.wake_oscillator import MIN_RE, Wake, WakeLaw
+from ...physics.drag_laws import DragLaw
+from ...physics.fluid import Fluid
+from ...physics.parameter import REQUIRED, Block, again, quantity
+from ...physics.section import Material
+from ...physics.wake_oscillator import MIN_RE, Wake, WakeLaw
 from .in_frequency.span import Correlation, LiftBlock, Reading, ResponseBlock
 
 LEAD_ELEMENTS = 2

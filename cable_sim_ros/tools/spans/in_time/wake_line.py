@@ -10,12 +10,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...physics.contact_surface import surface_row
-from ...physics.drag_laws import DragLaw
-from ...physics.fluid import Fluid
-from ...physics.integrate import Solver
-from ...sim.build import lock
-from ...sim.rig.rig import Rig, cable_of, load_of
+from ....physics.contact_surface import surface_row
+from ....physics.drag_laws import DragLaw
+from ....physics.fluid import Fluid
+from ....physics.integrate import Solver
+from ....sim.build import lock
+from ....sim.rig.rig import Rig, cable_of, load_of
 from ..span_file import LEAD_ELEMENTS, Span, SpanCase, SpanEnds, natural_frequency, seat_of, wet_lengths
 
 # largest residual over the tension, for the vibration of a span in air moves forces of a millionth of it; and over EA,

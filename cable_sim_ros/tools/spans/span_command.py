@@ -9,19 +9,19 @@ from typing import TYPE_CHECKING
 
 import click
 
-from ..files import write_text
-from ..physics.parameter import Block
-from ..terminal import plain_console, say
-from .keys import keys_option
-from .out_folder import ready
-from .progress import progress_bar
+from ...cli.keys import keys_option
+from ...cli.out_folder import ready
+from ...cli.progress import progress_bar
+from ...files import write_text
+from ...physics.parameter import Block
+from ...terminal import plain_console, say
 
 if TYPE_CHECKING:
-    from ..spans.in_time.wake_run import SpanRun
+    from .in_time.wake_run import SpanRun
 
 
 def _kind() -> type[Block]:
-    from ..spans.span_file import SpanFile
+    from .span_file import SpanFile
 
     return SpanFile
 
@@ -41,14 +41,14 @@ def span(file: str, cases: tuple[str, ...], out: Path | None, as_json: bool) -> 
 
     A wake oscillator on every node, see docs/wake.md; `cable-sim viv` takes the same file in the frequency domain.
     """
-    from ..spans.in_time import wake_run
+    from .in_time import wake_run
 
     ready(out)
     with progress_bar(as_json) as progress:
         run = wake_run.run_span(file, list(cases) or None, progress)
     report = run.as_data()
     if out is not None:
-        from ..plots.span_in_time import draw_span
+        from .picture_in_time import draw_span
 
         write_text(out / "span.json", json.dumps(report, indent=1) + "\n")
         say(f"picture:   {draw_span(run, out / 'span.png')}", err=True)

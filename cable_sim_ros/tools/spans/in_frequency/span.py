@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from enum import Enum
 
-from ...physics.parameter import REQUIRED, Block, quantity
+from ....physics.parameter import REQUIRED, Block, quantity
 
 SOURCE = "Capozucca (1988)"
 MAX_SEGMENTS = 5000

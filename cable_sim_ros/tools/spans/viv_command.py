@@ -10,15 +10,15 @@ from typing import TYPE_CHECKING
 
 import click
 
-from ..files import write_text
-from ..physics.parameter import Block
-from ..terminal import say
-from .keys import keys_option
-from .out_folder import ready
-from .progress import progress_bar
+from ...cli.keys import keys_option
+from ...cli.out_folder import ready
+from ...cli.progress import progress_bar
+from ...files import write_text
+from ...physics.parameter import Block
+from ...terminal import say
 
 if TYPE_CHECKING:
-    from ..spans.to_frequency import FrequencyCase
+    from .to_frequency import FrequencyCase
 
 HEADING = """# Keys of a span file
 
@@ -31,7 +31,7 @@ Made by `cable-sim viv any --keys > docs/viv_keys.md`; do not edit. The command:
 
 
 def _kind() -> type[Block]:
-    from ..spans.in_frequency.span import Span
+    from .in_frequency.span import Span
 
     return Span
 
@@ -52,7 +52,7 @@ def viv(file: str, sensitivity: bool, names: tuple[str, ...], out: Path | None, 
 
     In the frequency domain, after Capozucca (1988). FILE may be one for `cable-sim span`: each of its cases.
     """
-    from ..spans.to_frequency import load_cases
+    from .to_frequency import load_cases
 
     cases = load_cases(file, names)
     ready(out)
@@ -70,8 +70,8 @@ def viv(file: str, sensitivity: bool, names: tuple[str, ...], out: Path | None, 
 
 def _computed(file: str, case: FrequencyCase, out: Path | None, as_json: bool) -> dict:
     """Compute one span, warn, draw and print it; its figures."""
-    from ..spans.in_frequency import files, report
-    from ..spans.in_frequency.response import vibration
+    from .in_frequency import files, report
+    from .in_frequency.response import vibration
 
     with progress_bar(as_json, "frequencies") as progress:
         result = vibration(case.span, progress)
@@ -79,7 +79,7 @@ def _computed(file: str, case: FrequencyCase, out: Path | None, as_json: bool) -
     for doubt in doubts:
         warnings.warn(f"{file}: {doubt}", files.SpanWarning, stacklevel=3)
     if out is not None:
-        from ..plots.span_in_frequency import draw
+        from .picture_in_frequency import draw
 
         picture = "_".join(["viv", *re.findall(r"[\w.-]+", case.case)]) + ".png"
         say(f"picture:   {draw(case.span, result, out / picture)}", err=True)
@@ -91,8 +91,8 @@ def _computed(file: str, case: FrequencyCase, out: Path | None, as_json: bool) -
 
 
 def _sensitivity(file: str, cases: dict[str, FrequencyCase], out: Path | None, as_json: bool) -> None:
-    from ..spans.in_frequency import files, report
-    from ..spans.in_frequency import sensitivity as study
+    from .in_frequency import files, report
+    from .in_frequency import sensitivity as study
 
     if len(cases) > 1:
         text = f"{file}: has {len(cases)} cases, and --sensitivity is of one; nothing was computed. Name it: --case "

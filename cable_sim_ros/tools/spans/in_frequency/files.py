@@ -6,9 +6,9 @@ import os
 from collections.abc import Mapping
 from typing import Any, NamedTuple
 
-from ...io.scenes import resources
-from ...io.scenes.document import Document, SceneError
-from ...sim.problem import Problem
+from ....io.scenes import resources
+from ....io.scenes.document import Document, SceneError
+from ....sim.problem import Problem
 from . import checks
 from .response import Vibration
 from .span import Span

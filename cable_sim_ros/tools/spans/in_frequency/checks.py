@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...sim.problem import Problem
+from ....sim.problem import Problem
 from .grid import MAX_STEPS, even_steps, lift_range, uneven
 from .line import Line
 from .response import Vibration, correlation_length, count_modes, modes_shed

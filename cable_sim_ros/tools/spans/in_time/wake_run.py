@@ -14,12 +14,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...errors import RunError
-from ...physics.state import NOW, WAKE
-from ...physics.wake_oscillator import MIN_RE, WAKE_Q, WakeLaw
-from ...sim.flag_rules import FAILED
-from ...sim.rig.rig import HALVED, RigError
-from ...sim.verdict import Reason, Verdict, verdict_of
+from ....errors import RunError
+from ....physics.state import NOW, WAKE
+from ....physics.wake_oscillator import MIN_RE, WAKE_Q, WakeLaw
+from ....sim.flag_rules import FAILED
+from ....sim.rig.rig import HALVED, RigError
+from ....sim.verdict import Reason, Verdict, verdict_of
 from ..load import checked_span, known_cases, load_span
 from ..span_file import Span, SpanCase, natural_frequency, reynolds, shedding_frequency, sheds
 from .wake_line import SpanLine, span_line

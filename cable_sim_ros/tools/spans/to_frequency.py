@@ -16,12 +16,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..files import read_text
-from ..io.scenes import resources, yaml12
-from ..physics.drag_laws import CHOO_CASARELLA, LAWS, DragLaw, choo_casarella, fitted, smooth
-from ..physics.parameter import Block
-from ..physics.wake_oscillator import MIN_RE, RE_FULL, SATURATION, WakeLaw
-from ..sim.problem import Problem
+from ...files import read_text
+from ...io.scenes import resources, yaml12
+from ...physics.drag_laws import CHOO_CASARELLA, LAWS, DragLaw, choo_casarella, fitted, smooth
+from ...physics.parameter import Block
+from ...physics.wake_oscillator import MIN_RE, RE_FULL, SATURATION, WakeLaw
+from ...sim.problem import Problem
 from . import load
 from .in_frequency import checks, damping, files, modes
 from .in_frequency import span as frequency

@@ -6,9 +6,9 @@ from pathlib import Path
 
 import numpy as np
 
-from ..spans.in_time.wake_run import SpanRun
-from .canvas import canvas
-from .run import BLUE, FAINT, ORANGE
+from ...plots.canvas import canvas
+from ...plots.run import BLUE, FAINT, ORANGE
+from .in_time.wake_run import SpanRun
 
 SWINGS = 1.3  # of a piece of the envelope: each has a whole one
 

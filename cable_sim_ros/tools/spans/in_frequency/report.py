@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from rich.table import Table
 
-from ...terminal import plain_console
+from ....terminal import plain_console
 from .response import Vibration, leading
 from .sensitivity import COLUMNS, Change
 from .span import Span

@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..spans.in_frequency.report import MAX_MODES
-from ..spans.in_frequency.response import Vibration, leading
-from ..spans.in_frequency.span import Span
-from .run import BLUE, FAINT, INK, ORANGE, STYLE, WATER
-from .saved import save
+from ...plots.run import BLUE, FAINT, INK, ORANGE, STYLE, WATER
+from ...plots.saved import save
+from .in_frequency.report import MAX_MODES
+from .in_frequency.response import Vibration, leading
+from .in_frequency.span import Span
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

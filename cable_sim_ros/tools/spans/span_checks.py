@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from math import ceil
 
-from ..physics.wake_oscillator import WakeLaw
-from ..sim.problem import Problem, apart
-from ..sim.wake_tables import ELEMENTS, wave_length
+from ...physics.wake_oscillator import WakeLaw
+from ...sim.problem import Problem, apart
+from ...sim.wake_tables import ELEMENTS, wave_length
 from .span_file import LEAD_ELEMENTS, MAX_ELEMENTS, Span, SpanCase, SpanEnds, seat_of, shedding_frequency, wet_lengths
 
 # of the radius that the cable may be pressed into the groove: found by trial, at 0.45 no rest is found any more
