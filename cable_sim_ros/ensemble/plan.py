@@ -23,9 +23,9 @@ from ..physics.water import CurrentFrame, CurrentTable, Water
 from ..runs.settings import apply_to_scene, of_intake
 from ..sim.problem import Problem
 from ..sim.scene import Scene
-from ..sweeps.cases import within
-from ..sweeps.sweep_file import Range, Spread
 from ..tools.layback.ranges import LEAST_FACTOR, MOST_FACTOR, Ranges, with_drag
+from ..tools.sweeps.cases import within
+from ..tools.sweeps.sweep_file import Range, Spread
 from .limits import COPIES, LEAST_COPIES, MAX_COPIES, MAX_SEED, SEED
 
 SIGMAS = 1.959964  # half a 95 % interval of a normal distribution, in standard deviations

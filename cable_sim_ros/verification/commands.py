@@ -14,8 +14,8 @@ from ..cli.out_folder import ready
 from ..cli.progress import progress_bar
 from ..cli.report_option import report_option, said, typed
 from ..limits import LONGEST_RUN
-from ..sweeps.command import WORKERS
 from ..terminal import plain_console, say
+from ..tools.sweeps.command import WORKERS
 from .experiments import EXPERIMENTS
 
 FAILED = 1  # exit code where a value is missing or a limit is not kept
@@ -75,7 +75,7 @@ def validate(names, duration, quick, workers, out, report, as_json) -> None:
     Figures are the same for any number of workers, but for CPU times.
     """
     ready(out)
-    from ..sweeps.engine import workers_of
+    from ..tools.sweeps.engine import workers_of
     from .experiments.table import as_data, page, print_result
     from .experiments.together import repeat
 

@@ -172,8 +172,8 @@ OWN = {  # module: calls that open what the program made or brought itself, or w
     "ros/statistics.py": 1,
     "sim/saved/npz_bytes.py": 2,
     "start.py": 1,
-    "sweeps/cases.py": 1,
-    "sweeps/store.py": 1,
+    "tools/sweeps/cases.py": 1,
+    "tools/sweeps/store.py": 1,
     "testing/domain.py": 1,
     "testing/tow_sim.py": 1,
 }

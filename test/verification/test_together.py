@@ -41,7 +41,7 @@ def test_a_process_that_ends_is_said_with_a_remedy():
 
 def test_workers_take_one_thread_before_anything_is_loaded():
     """OpenBLAS looks at its environment once, when numpy loads it: what the worker begins with must not load it."""
-    code = "import sys, cable_sim_ros.sweeps.threads; sys.exit('numpy' in sys.modules)"
+    code = "import sys, cable_sim_ros.tools.sweeps.threads; sys.exit('numpy' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
 
 

@@ -13,11 +13,11 @@ from collections.abc import Callable
 from functools import partial
 from typing import NamedTuple
 
-from ...sweeps.cases import Case, cases_of
-from ...sweeps.engine import processes, rows_of, workers_of
-from ...sweeps.sweep import compiled
-from ...sweeps.sweep_file import checked
-from ...sweeps.worker import simulate
+from ...tools.sweeps.cases import Case, cases_of
+from ...tools.sweeps.engine import processes, rows_of, workers_of
+from ...tools.sweeps.sweep import compiled
+from ...tools.sweeps.sweep_file import checked
+from ...tools.sweeps.worker import simulate
 from .turns import in_turn
 
 CASES, SECONDS, TURNS = 24, 30.0, 3

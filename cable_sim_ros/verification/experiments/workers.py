@@ -29,7 +29,7 @@ def workers(count: int) -> Iterator[Over]:
     if count == 1:
         yield here
         return
-    from ...sweeps.engine import processes
+    from ...tools.sweeps.engine import processes
 
     executor = processes(count)
     try:

@@ -18,9 +18,9 @@ import numpy as np
 from scipy.stats import binomtest
 from scipy.stats import t as student
 
-from ..errors import CableSimError
-from ..terminal import in_lines, plain_console, say
-from ..tools.report.sweep_page import named
+from ...errors import CableSimError
+from ...terminal import in_lines, plain_console, say
+from ..report.sweep_page import named
 from .dataset import names_of
 from .figures import BROKEN, RULE, refuse_texts, significant
 from .sweep import Swept
@@ -296,7 +296,7 @@ def draw(title: str, cells: list[Cell], path: Path) -> Path:
     nothing ran."""
     from matplotlib.patches import Patch
 
-    from ..plots.canvas import canvas
+    from ...plots.canvas import canvas
 
     keys = [key for key in cells[0].varied if len({str(cell.varied[key]) for cell in cells}) > 1]
     x, y, third = (*keys[:3], "", "", "")[:3]

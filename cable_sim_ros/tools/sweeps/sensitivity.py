@@ -12,8 +12,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy.stats import qmc, sobol_indices
 
-from ..errors import CableSimError
-from ..terminal import plain_console, say
+from ...errors import CableSimError
+from ...terminal import plain_console, say
 from .cases import RNG, within
 from .figures import refuse_texts
 from .sweep import Progress, Swept, sweep

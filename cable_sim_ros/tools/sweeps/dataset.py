@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..tools.report.sweep_page import declared_as
-from ..version import __version__
+from ...version import __version__
+from ..report.sweep_page import declared_as
 from .figures import FIGURES, MEANINGS, RULE, unit_of
 from .store import EXTRA, StoreError
 from .sweep import Swept

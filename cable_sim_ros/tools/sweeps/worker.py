@@ -11,15 +11,15 @@ import warnings
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
-from ..errors import CableSimError
-from ..io.scenes.document import SceneError
-from ..sim.flag_rules import FAILED
+from ...errors import CableSimError
+from ...io.scenes.document import SceneError
+from ...sim.flag_rules import FAILED
 from .cases import Case, contents
 from .figures import OWN, RULE, numbers_of, unwatched
 from .sweep_file import seeds_of
 
 if TYPE_CHECKING:
-    from ..runs.result import Run
+    from ...runs.result import Run
 
 CUT = 2.5  # ticks; a motion that is shorter than duration by more ended the run
 AGAIN = "again"  # column of a row that failed by the machine: the next start runs its case again
@@ -76,11 +76,11 @@ def _unchanged(case: Case) -> None:
 
 
 def _run(case: Case) -> dict[str, Any]:
-    from ..runs import offline
-    from ..runs.settings import apply_to_scene
-    from ..runs.sources import in_the_sea
-    from ..runs.step_choice import overwritten
-    from ..runs.summary import after_start
+    from ...runs import offline
+    from ...runs.settings import apply_to_scene
+    from ...runs.sources import in_the_sea
+    from ...runs.step_choice import overwritten
+    from ...runs.summary import after_start
 
     with in_the_sea(case.motion.rao is not None):
         scene = apply_to_scene(_scene(case.scene, case.files[0]), case.settings)
@@ -131,6 +131,6 @@ def _tick(result: Run) -> float:
 @lru_cache(maxsize=8)
 def _scene(name: str, content: str) -> Any:
     """The scene of a file with this content."""
-    from ..io.scenes.load import load_scene
+    from ...io.scenes.load import load_scene
 
     return load_scene(name)

@@ -15,10 +15,10 @@ import numpy as np
 import scipy
 from scipy.stats import qmc
 
-from ..files import read_bytes
-from ..io.scenes.resources import ResourceError, find_bag, find_scene
-from ..io.scenes.winch_plan import WinchPlan
-from ..version import __version__
+from ...files import read_bytes
+from ...io.scenes.resources import ResourceError, find_bag, find_scene
+from ...io.scenes.winch_plan import WinchPlan
+from ...version import __version__
 from .sweep_file import Method, Range, Samples, ShipMotion, Spread, Steps, SweepPlan
 
 RNG = "rng" if tuple(map(int, scipy.__version__.split(".")[:2])) >= (1, 15) else "seed"  # its name in qmc

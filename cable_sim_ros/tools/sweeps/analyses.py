@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING
 
 import click
 
-from ..cli.report_option import said, typed
-from ..errors import CODE_DOUBTFUL, CODE_FAILED, CODE_OK
-from ..files import write_text
-from ..sim.flag_rules import OK
-from ..terminal import say
+from ...cli.report_option import said, typed
+from ...errors import CODE_DOUBTFUL, CODE_FAILED, CODE_OK
+from ...files import write_text
+from ...sim.flag_rules import OK
+from ...terminal import say
 from .command import bar, of_a_file, place_of, replaced_by, replacing, stoppable, summary, tell_rows
 
 if TYPE_CHECKING:
@@ -53,7 +53,7 @@ def envelope(file, out, workers, cluster, report, as_json) -> None:
     write_text(folder / "envelope.json", json.dumps(figures, indent=1) + "\n")
     picture = cells_of.draw(plan.sweep, cells, folder / "envelope.png")
     if report is not None:
-        from ..tools.report.parts import Table
+        from ..report.parts import Table
         from .reported import write_report
 
         found = Table(cells_of.CAPTION, *cells_of.rows_of(cells))
@@ -109,7 +109,7 @@ def sensitivity(file, out, workers, cluster, report, as_json) -> None:
     }
     write_text(folder / "sensitivity.json", json.dumps(figures, indent=1) + "\n")
     if report is not None:
-        from ..tools.report.parts import Table
+        from ..report.parts import Table
         from .reported import write_report
 
         shown = Table(indices.CAPTION, indices.HEAD, indices.rows_of(found))

@@ -71,9 +71,9 @@ def sweep(
 
 def compiled() -> None:
     """Compile the kernels once, before workers would each do it."""
-    from ..io.scenes.load import load_scene
-    from ..sim.rig.rig import warm_up
-    from ..sim.simulator import Simulator
+    from ...io.scenes.load import load_scene
+    from ...sim.rig.rig import warm_up
+    from ...sim.simulator import Simulator
 
     Simulator(load_scene("flume")).warm_up()
     warm_up()

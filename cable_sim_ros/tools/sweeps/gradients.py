@@ -10,13 +10,13 @@ from typing import TYPE_CHECKING, Any
 import click
 from pydantic import BaseModel
 
-from ..errors import CODE_DOUBTFUL, CODE_OK, CableSimError
-from ..sim.flag_rules import OK
-from ..terminal import plain_console, say
+from ...errors import CODE_DOUBTFUL, CODE_OK, CableSimError
+from ...sim.flag_rules import OK
+from ...terminal import plain_console, say
 
 if TYPE_CHECKING:
-    from ..sim.scene import Scene
-    from ..sim.static_gradients import Gradient, Slope, StaticGradients
+    from ...sim.scene import Scene
+    from ...sim.static_gradients import Gradient, Slope, StaticGradients
 
 KEYS = (  # what is asked for where no key is given, as far as the scene gives a number
     "ship.tow_speed",
@@ -67,10 +67,10 @@ def gradients(scene, keys, settings, as_json) -> None:
     By the tangent of its balance, on its mesh; each is held against static tows to either side. Leaves with code 4
     where the tow itself is doubtful, or a key that was given has no gradient.
     """
-    from ..io.scenes.load import load_scene
-    from ..runs.settings import apply_to_scene, settings_of
-    from ..runs.verdict import judge
-    from ..sim.static_gradients import StaticGradients
+    from ...io.scenes.load import load_scene
+    from ...runs.settings import apply_to_scene, settings_of
+    from ...runs.verdict import judge
+    from ...sim.static_gradients import StaticGradients
 
     tow = apply_to_scene(load_scene(scene), settings_of(settings))
     asked = [checked(tow, key) for key in dict.fromkeys(keys)] or usual(tow)
@@ -96,8 +96,8 @@ def gradients(scene, keys, settings, as_json) -> None:
 
 def checked(scene: Scene, key: str) -> str:
     """The key. Raises GradientError where it is not one component, SceneError where the scene has no such key."""
-    from ..io.scenes.load import check_key
-    from ..sim.static_gradients import number_at, split
+    from ...io.scenes.load import check_key
+    from ...sim.static_gradients import number_at, split
 
     plain, place = split(key)
     check_key(scene, plain, "--key")
@@ -114,7 +114,7 @@ def checked(scene: Scene, key: str) -> str:
 
 def usual(scene: Scene) -> list[str]:
     """KEYS of the scene that have a number other than 0."""
-    from ..sim.static_gradients import number_at
+    from ...sim.static_gradients import number_at
 
     found = [key.replace("*", name) for key in KEYS for name in (scene.cable.sections if "*" in key else [""])]
     found = [key for key in found if key not in ONLY_WITH or number_at(scene, ONLY_WITH[key]) is not None]
@@ -123,7 +123,7 @@ def usual(scene: Scene) -> list[str]:
 
 def as_dict(static: StaticGradients, found: list[Gradient]) -> dict[str, Any]:
     """For the JSON."""
-    from ..sim.static_gradients import FIGURES
+    from ...sim.static_gradients import FIGURES
 
     values = zip(FIGURES, static.values.tolist(), strict=True)
     return {
@@ -162,7 +162,7 @@ def agreement(slope: Slope) -> str:
 def _tell(static: StaticGradients, found: list[Gradient]) -> None:
     from rich.table import Table
 
-    from ..sim.static_gradients import FIGURES
+    from ...sim.static_gradients import FIGURES
 
     console = plain_console(120)
     there = any(one.slopes for one in found)

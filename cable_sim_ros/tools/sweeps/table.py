@@ -13,11 +13,11 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from ..errors import CODE_DOUBTFUL, CODE_FAILED, CODE_OK, CableSimError
-from ..files import open_file, write_text
-from ..sim.flag_rules import DOUBTFUL, FAILED
-from ..terminal import in_lines, plain_console, say
-from ..tools.logs.mapping.units import UNITS, named, units_of
+from ...errors import CODE_DOUBTFUL, CODE_FAILED, CODE_OK, CableSimError
+from ...files import open_file, write_text
+from ...sim.flag_rules import DOUBTFUL, FAILED
+from ...terminal import in_lines, plain_console, say
+from ..logs.mapping.units import UNITS, named, units_of
 from .command import WORKERS, replaced_by, replacing, stoppable
 
 if TYPE_CHECKING:
@@ -90,8 +90,8 @@ def values_of(text: str, what: str) -> list[float]:
 @click.option("--json", "as_json", is_flag=True, help="Print the figures as JSON, nothing else.")
 def table(scene, scope, speed, vary, settings, out, workers, as_json) -> None:
     """Depth, tension, departure angle and layback of SCENE for every scope and speed, as static tows."""
-    from ..io.scenes.load import load_scene
-    from ..runs.settings import apply_to_scene, settings_of
+    from ...io.scenes.load import load_scene
+    from ...runs.settings import apply_to_scene, settings_of
     from .sweep import sweep
     from .sweep_file import checked
 
@@ -175,8 +175,8 @@ def _axis(figures: list[dict[str, Any]], key: str) -> list[float]:
 
 def _named(key: str, value: float) -> str:
     """A value of a key in words: scope 100 m, towbody.mass = 30 kg."""
-    from ..tools.report.parts import unit
-    from ..tools.report.sweep_page import declared_as
+    from ..report.parts import unit
+    from ..report.sweep_page import declared_as
 
     item = declared_as(key)
     what = f" {unit(item.unit)}".rstrip() if item is not None else ""
@@ -206,9 +206,9 @@ def _write(swept: Swept, figures: list[dict[str, Any]], out: Path) -> None:
 def _draw(title: str, figures: list[dict[str, Any]], path: Path) -> None:
     """Each figure over the first key that varies, a line for each value of the second, a row of panels for each
     combination of the others, LINES at most. The heading says what is the same, what is left out and what failed."""
-    from ..plots.canvas import canvas
-    from ..tools.report.parts import unit
-    from ..tools.report.sweep_page import named
+    from ...plots.canvas import canvas
+    from ..report.parts import unit
+    from ..report.sweep_page import named
 
     varied = [key for key in _keys(figures) if len(_axis(figures, key)) > 1]
     x, by, rest = (varied or [SCOPE])[0], (varied[1:2] or [""])[0], varied[2:]

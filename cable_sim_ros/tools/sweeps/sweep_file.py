@@ -13,18 +13,18 @@ from typing import Annotated, Any
 
 from pydantic import BeforeValidator, ValidationError
 
-from ..errors import CableSimError
-from ..io.scenes.document import Document, SceneError
-from ..io.scenes.load import load_scene
-from ..io.scenes.winch_plan import PlanError, WinchPlan
-from ..limits import LONGEST_RUN
-from ..physics.heave_compensation import SetpointLaw
-from ..physics.parameter import REQUIRED, Block, quantity
-from ..runs.settings import apply_to_scene, of_intake
-from ..runs.sources import in_the_sea
-from ..runs.step_choice import overwritten
-from ..sim.problem import Problem
-from ..sim.scene import Scene
+from ...errors import CableSimError
+from ...io.scenes.document import Document, SceneError
+from ...io.scenes.load import load_scene
+from ...io.scenes.winch_plan import PlanError, WinchPlan
+from ...limits import LONGEST_RUN
+from ...physics.heave_compensation import SetpointLaw
+from ...physics.parameter import REQUIRED, Block, quantity
+from ...runs.settings import apply_to_scene, of_intake
+from ...runs.sources import in_the_sea
+from ...runs.step_choice import overwritten
+from ...sim.problem import Problem
+from ...sim.scene import Scene
 from .figures import FIGURES, IN_EVERY_ROW, NO_NUMBERS
 from .inputs_found import heave_problem, motion_problem, place_of, plan_problem
 

@@ -6,9 +6,9 @@ from collections.abc import Iterable, Mapping
 from types import MappingProxyType
 from typing import Any
 
-from ..errors import CableSimError
-from ..runs.metrics import METRICS
-from ..runs.summary import SUMMARY
+from ...errors import CableSimError
+from ...runs.metrics import METRICS
+from ...runs.summary import SUMMARY
 
 RULE, BROKEN = "rule.", ".broken"  # worst value of a rule on watch; 1 where it was broken
 OWN = ("contact_resultant_min_n", "N", "least resultant of the cable on the sheave at the end of a tick")  # of sweeps

@@ -6,16 +6,16 @@ import os
 import warnings
 from pathlib import Path
 
-from ..errors import CableSimError
-from ..io.scenes.resources import ResourceError, find_bag
-from ..io.scenes.winch_plan import PlanError, WinchPlan
-from ..io.sources.motion_table import HEAVE_PERIODS, read_table
-from ..io.sources.recorded_tow import read_tow
-from ..io.sources.sea_motion import response_of, sea_motion
-from ..physics.heave_filter import Heave
-from ..runs.live_changes import ChangeError
-from ..runs.message_run import MessageRun
-from ..sim.scene import Scene
+from ...errors import CableSimError
+from ...io.scenes.resources import ResourceError, find_bag
+from ...io.scenes.winch_plan import PlanError, WinchPlan
+from ...io.sources.motion_table import HEAVE_PERIODS, read_table
+from ...io.sources.recorded_tow import read_tow
+from ...io.sources.sea_motion import response_of, sea_motion
+from ...physics.heave_filter import Heave
+from ...runs.live_changes import ChangeError
+from ...runs.message_run import MessageRun
+from ...sim.scene import Scene
 
 TRIED = 1.0  # s of motion in the waves
 

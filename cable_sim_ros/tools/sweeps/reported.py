@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from ..tools.report.parts import Table
-from ..tools.report.sweep_page import Many, write_sweep_page
-from ..version import __version__
+from ...version import __version__
+from ..report.parts import Table
+from ..report.sweep_page import Many, write_sweep_page
 from .dataset import names_of, rule_units
 from .figures import MEANINGS, RULE, unit_of
 from .sweep import Swept

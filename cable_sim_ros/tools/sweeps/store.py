@@ -11,8 +11,8 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
-from ..errors import CableSimError
-from ..files import open_file
+from ...errors import CableSimError
+from ...files import open_file
 
 PART_ROWS, PART_SECONDS = 256, 5.0  # a part is written when it has so many rows, or is so old
 COUNT = b"rows"  # in the metadata of a part: checksums are of its pages alone

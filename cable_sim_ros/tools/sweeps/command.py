@@ -12,10 +12,10 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from ..cli.report_option import report_option, said, typed
-from ..errors import CODE_DOUBTFUL, CODE_FAILED, CODE_OK, RunError
-from ..files import read_text, write_text
-from ..terminal import plain_console, say
+from ...cli.report_option import report_option, said, typed
+from ...errors import CODE_DOUBTFUL, CODE_FAILED, CODE_OK, RunError
+from ...files import read_text, write_text
+from ...terminal import plain_console, say
 
 if TYPE_CHECKING:
     from .sweep import Swept
@@ -159,7 +159,7 @@ def stoppable(folder: Path | None) -> Iterator[None]:
     try:
         yield
     except KeyboardInterrupt:
-        from ..tools.report.parts import counted
+        from ..report.parts import counted
         from .store import Store
 
         if folder is None:

@@ -13,7 +13,7 @@ from contextlib import suppress
 from functools import partial
 from typing import Any, ParamSpec, TypeVar
 
-from ..errors import CableSimError
+from ...errors import CableSimError
 
 P = ParamSpec("P")
 T = TypeVar("T")

@@ -15,9 +15,9 @@ from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future
 from itertools import islice
 from typing import Any
 
-from ..errors import CableSimError
-from ..processes import Spawn, Workers
-from ..sim.flag_rules import FAILED
+from ...errors import CableSimError
+from ...processes import Spawn, Workers
+from ...sim.flag_rules import FAILED
 from .cases import Case
 from .threads import one_thread
 from .worker import AGAIN, simulate
