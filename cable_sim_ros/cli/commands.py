@@ -18,6 +18,7 @@ from ..terminal import clean, say
 from ..tools.plan.command import plan as plan_command
 from ..tools.spans.span_command import span as span_command
 from ..tools.spans.viv_command import viv as viv_command
+from ..tools.telegrams.command import telegrams as telegrams_command
 from ..version import __version__
 from . import expected_errors
 from .bags import make_bags as make_bags_command
@@ -29,7 +30,6 @@ from .options import bag_options, json_option, markers_option, needs_out, out_op
 from .out_folder import ready
 from .report import tell
 from .report_option import ARGUMENTS, report_option, reporting, unrecorded
-from .telegrams import telegrams as telegrams_command
 
 JSON = "cable_sim_ros.json"  # of click's context
 SHIPPED_SCENE = "full_scale"

@@ -8,7 +8,7 @@ from ..io.messages.markers import MAX_RATE
 from ..physics.heave_filter import Heave, MotionInput
 from ..physics.parameter import Block, quantity
 from ..tools.layback.node_part import Fix
-from .telegrams.blocks import Telegrams
+from ..tools.telegrams.blocks import Telegrams
 
 
 class TimeMode(str, Enum):

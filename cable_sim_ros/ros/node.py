@@ -23,13 +23,14 @@ from ..io.messages.channels import Context, Encoder
 from ..io.messages.markers import TOPIC as MARKERS
 from ..io.messages.messages import CAUSES, COMMANDS, JOINT_COMMAND, KINDS, Event, stamp_of
 from ..io.recordings.recording_place import name_problem, state_problem
-from ..io.telegrams.fields import TelegramError
 from ..sim.checks.friction_checks import slow
 from ..sim.flag_rules import FAILED
 from ..sim.live_parameters import changed, unfit, ways
 from ..sim.tables.material import body_places
 from ..terminal import clean, say
 from ..tools.layback.node_part import TowbodyFix
+from ..tools.telegrams.fields import TelegramError
+from ..tools.telegrams.sender import Sender
 from . import discovery
 from .arrival import Arrivals, StampArrivals
 from .declare_parameters import declare, overrides_of
@@ -52,7 +53,6 @@ from .services.control import SimulationControl
 from .services.recording_control import RecordingControl
 from .statistics import write_json
 from .stepped import SteppedSession, session_of
-from .telegrams.sender import Sender
 from .topics import diagnostic_array, inputs_there, message_class, publishers_of, rows_of
 
 NAME, NAMESPACE = "cable_sim", "/tow_sim"

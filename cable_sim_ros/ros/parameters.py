@@ -20,10 +20,10 @@ from ..io.scenes.resources import find_scene
 from ..physics.parameter import Block
 from ..sim.scene import Scene
 from ..tools.layback.node_part import fix_problem
+from ..tools.telegrams.blocks import telegram_problem
 from .blocks import NodeBlock, TimeMode
 from .fault_schedule import schedule_of
 from .lockstep import rate_problem
-from .telegrams.blocks import telegram_problem
 
 FOREIGN = ("use_sim_time", "start_type_description_service")  # declared by rclpy itself
 # what stands for "none" in a parameter that may be none

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-from ....io.telegrams import lci90i
+from ...telegrams import lci90i
 from ..log import Log
 from .lines import text_of
 from .telegrams import read_telegrams

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-from ....io.telegrams.fields import exclusive_or
+from ...telegrams.fields import exclusive_or
 from ..log import Log
 from .lines import text_of
 from .sentences import IDENTITY

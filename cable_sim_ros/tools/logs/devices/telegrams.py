@@ -12,9 +12,9 @@ from datetime import datetime
 from pathlib import Path
 from typing import NamedTuple
 
-from ....io.telegrams import lci90i, tss1
-from ....io.telegrams.fields import exclusive_or
-from ....io.telegrams.fields import nanoseconds as since_1970
+from ...telegrams import lci90i, tss1
+from ...telegrams.fields import exclusive_or
+from ...telegrams.fields import nanoseconds as since_1970
 from ..formats import extra
 from ..log import Log, Losses
 from ..stamps import stamp_of, within

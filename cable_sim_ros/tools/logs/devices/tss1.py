@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from ....io.telegrams import tss1
+from ...telegrams import tss1
 from ..log import Log
 from .lines import text_of
 from .telegrams import read_telegrams

@@ -7,12 +7,12 @@ from enum import Enum
 from ipaddress import IPv4Address, IPv6Address, ip_address
 from typing import Any
 
-from ...io.telegrams.lci90i import Form as WinchForm
-from ...io.telegrams.lci90i import TensionUnit, name_problem
-from ...io.telegrams.pashr import Form as PashrForm
-from ...io.telegrams.sources import FORMATS
-from ...io.telegrams.tss1 import Form as TssForm
 from ...physics.parameter import Block, quantity
+from .lci90i import Form as WinchForm
+from .lci90i import TensionUnit, name_problem
+from .pashr import Form as PashrForm
+from .sources import FORMATS
+from .tss1 import Form as TssForm
 
 RTPS, PORTS = 7400, 250  # UDP ports of ROS domain d: from 7400 + 250 d on. OMG DDSI-RTPS 9.6.2.3
 PRIVILEGED = 1024  # ports below belong to services of the machine

@@ -8,11 +8,11 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from ...io.telegrams.fields import TelegramError, Withheld
-from ...io.telegrams.sources import FORMATS, Reader, due
+from ...ros.status import OK, WARN, Status
 from ...sim.scene import Scene
-from ..status import OK, WARN, Status
 from .blocks import Telegrams, address_of, asked, form_of
+from .fields import TelegramError, Withheld
+from .sources import FORMATS, Reader, due
 
 RECENT = 1.05  # s that a telegram withheld is a warning
 

@@ -7,13 +7,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..files import write_bytes
-from ..io.bags.bag import BagError
-from ..io.recordings.recorded_run import load_run
-from ..io.scenes.load import load_scene, scene_from_text
-from ..io.scenes.resources import find_bag
-from ..io.telegrams.fields import SECOND, TelegramError, Withheld, moment
-from ..io.telegrams.sources import FORMATS, Reader, due
+from ...files import write_bytes
+from ...io.bags.bag import BagError
+from ...io.recordings.recorded_run import load_run
+from ...io.scenes.load import load_scene, scene_from_text
+from ...io.scenes.resources import find_bag
+from .fields import SECOND, TelegramError, Withheld, moment
+from .sources import FORMATS, Reader, due
 
 
 class Log(NamedTuple):

@@ -7,8 +7,8 @@ from pathlib import Path
 import click
 from click.core import ParameterSource
 
-from ..terminal import say
-from .number import Number
+from ...cli.number import Number
+from ...terminal import say
 
 OF_FORMAT = {"number": "lci90i", "name": "lci90i", "tension_unit": "lci90i", "heave_down": "pashr"}
 KINDS = ("lci90i", "psxn", "pashr", "tss1")
@@ -34,8 +34,8 @@ KINDS = ("lci90i", "psxn", "pashr", "tss1")
 def telegrams(bag, kind, out, rate, number, name, tension_unit, heave_down, scene) -> None:
     """The telegrams that the instruments of the recorded run BAG would have sent, as a log: a logger's stamp, a blank
     and a telegram a line."""
-    from ..io.telegrams import lci90i, pashr, tss1
-    from ..runs.telegram_log import write_log
+    from . import lci90i, pashr, tss1
+    from .telegram_log import write_log
 
     source = click.get_current_context().get_parameter_source
     for option, of in OF_FORMAT.items():
