@@ -20,7 +20,7 @@ from ..errors import CODE_FAILED, CODE_OK
 from ..ros.ensemble.ear import Ear
 from ..ros.ensemble.voice import NODE, Voice
 from ..ros.status import ERROR, OK, WARN, Status
-from ..ros.view.watcher import watching
+from ..ros.watcher import watching
 from ..terminal import say
 from .copies import BODY, FIGURES, Band, EnsembleEnded, Stopped, level_of
 from .follow import HEALTH, Follower, Heard

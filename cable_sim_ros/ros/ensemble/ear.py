@@ -10,7 +10,7 @@ from std_msgs.msg import String
 
 from ...io.messages.messages import KINDS
 from ..topics import inputs_there
-from ..view.watcher import HEALTH, Watcher
+from ..watcher import HEALTH, Watcher
 
 PLAN = "ensemble/plan"
 KEPT = 20_000  # messages that may wait: 200 s of 100 Hz

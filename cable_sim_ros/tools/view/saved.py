@@ -12,8 +12,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..files import write_text
-from ..version import __version__
+from ...files import write_text
+from ...version import __version__
 from . import words
 from .bag_run import BagRun
 from .cameras import FIELD, camera

@@ -7,8 +7,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..io.messages.markers import Colours
-from ..sim.scene import Scene
+from ...io.messages.markers import Colours
+from ...sim.scene import Scene
 
 POINTS = 240  # of a chart, at most twice so many where a swing is kept
 

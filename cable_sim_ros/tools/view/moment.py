@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..physics.tick_output import CONTACT_COLUMNS, SHAPE_COLUMNS
+from ...physics.tick_output import CONTACT_COLUMNS, SHAPE_COLUMNS
 
 COLUMN = {name: k for k, (name, _) in enumerate(CONTACT_COLUMNS)}
 ARC = [name for name, _ in SHAPE_COLUMNS].index("arc_length")

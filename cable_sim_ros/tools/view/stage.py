@@ -11,12 +11,12 @@ from typing import Any
 
 import numpy as np
 
-from ..io.messages import shapes
-from ..io.messages.markers import body_size, cable_points, colour_scale, colours
-from ..io.messages.rotation import rotate
-from ..physics.section import CableModel
-from ..plots.sea_surface import SeaSurface
-from ..sim.scene import Scene
+from ...io.messages import shapes
+from ...io.messages.markers import body_size, cable_points, colour_scale, colours
+from ...io.messages.rotation import rotate
+from ...physics.section import CableModel
+from ...plots.sea_surface import SeaSurface
+from ...sim.scene import Scene
 from .cameras import WHOLE, ahead, followed
 from .moment import ARC, COLUMN, Moment, parts_of, smooth_shape
 from .words import force

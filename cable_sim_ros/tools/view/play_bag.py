@@ -6,7 +6,7 @@ import time
 from collections.abc import Callable
 from typing import Any
 
-from ..plots.sea_surface import SeaSurface
+from ...plots.sea_surface import SeaSurface
 from . import words
 from .bag_run import BagRun
 from .cameras import WHOLE

@@ -8,15 +8,15 @@ from math import atan2
 
 import numpy as np
 
-from ..io.bags.bag import DamageWarning
-from ..io.recordings.recorded_run import RecordedRun, load_run, places_of
-from ..io.scenes.load import load_scene, scene_from_text
-from ..runs import mean_track
-from ..runs.summary import since_first
-from ..runs.verdict import judge
-from ..sim.flag_rules import DAMAGE
-from ..sim.scene import Scene
-from ..sim.verdict import Reason, Verdict, check
+from ...io.bags.bag import DamageWarning
+from ...io.recordings.recorded_run import RecordedRun, load_run, places_of
+from ...io.scenes.load import load_scene, scene_from_text
+from ...runs import mean_track
+from ...runs.summary import since_first
+from ...runs.verdict import judge
+from ...sim.flag_rules import DAMAGE
+from ...sim.scene import Scene
+from ...sim.verdict import Reason, Verdict, check
 from .errors import ViewError
 from .moment import NO_CONTACT, Moment
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from importlib import import_module
 from types import ModuleType
 
-from ..errors import CableSimError, RunError
+from ...errors import CableSimError, RunError
 
 
 class ViewError(CableSimError, ValueError):

@@ -9,10 +9,10 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from ..physics.tick_output import TICK_OUTPUT
-from ..plots.sea_surface import SeaSurface
-from ..sim.scene import Scene
-from ..sim.verdict import judge_counts, overload
+from ...physics.tick_output import TICK_OUTPUT
+from ...plots.sea_surface import SeaSurface
+from ...sim.scene import Scene
+from ...sim.verdict import judge_counts, overload
 from . import words
 from .moment import NO_CONTACT, Moment
 from .page import CHARTS, WINDOW, Pace, Page
@@ -24,7 +24,7 @@ SETTLE = 20.0  # tick outputs that are looked at for the waves
 
 
 class Watched(Protocol):
-    """What the page wants of ros/view/watcher.py."""
+    """What the page wants of ros/watcher.py."""
 
     namespace: str
     problem: str

@@ -21,13 +21,13 @@ from rcl_interfaces.srv import GetParameters
 from rclpy.serialization import deserialize_message
 from sensor_msgs.msg import JointState, PointCloud2
 
-from ...errors import CODE_INPUT, RunError, TowError
-from ...io.messages.channels import CHANNELS, decode, decode_frames
-from ...io.scenes.load import load_scene
-from ...sim.scene import Scene
-from .. import discovery
-from ..client import Client
-from ..parameters import rows, settle
+from ..errors import CODE_INPUT, RunError, TowError
+from ..io.messages.channels import CHANNELS, decode, decode_frames
+from ..io.scenes.load import load_scene
+from ..sim.scene import Scene
+from . import discovery
+from .client import Client
+from .parameters import rows, settle
 
 NAMED = {channel.name: channel for channel in CHANNELS}
 HEALTH, SHAPE, CONTACT = NAMED["sim_health"], NAMED["cable_shape"], NAMED["sheave_contact"]

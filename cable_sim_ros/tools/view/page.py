@@ -13,8 +13,8 @@ from typing import Any
 
 import numpy as np
 
-from ..io.messages.markers import SCALE
-from ..sim.scene import Scene
+from ...io.messages.markers import SCALE
+from ...sim.scene import Scene
 from . import words
 from .cameras import CAMERAS, FIELD, WHOLE, camera
 from .errors import PageError, need

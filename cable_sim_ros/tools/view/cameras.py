@@ -7,8 +7,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..io.messages.rotation import rotate
-from ..sim.scene import Scene
+from ...io.messages.rotation import rotate
+from ...sim.scene import Scene
 from .moment import Moment
 
 WHOLE, SHEAVE, FISH, DRUM = "whole", "sheave", "fish", "drum"

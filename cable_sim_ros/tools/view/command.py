@@ -7,9 +7,9 @@ from pathlib import Path
 
 import click
 
-from ..limits import LONGEST_RUN
-from ..terminal import say
-from .number import Count, Number
+from ...cli.number import Count, Number
+from ...limits import LONGEST_RUN
+from ...terminal import say
 
 
 class Alive:
@@ -68,26 +68,26 @@ def view(bag, scene, namespace, wait, open_, host, port, rate, top, save, start,
         raise click.UsageError("--seconds is of --save; nothing was started; give --save FILE.html or leave it out")
     if bag is not None and (open_ or namespace != "/tow_sim"):
         raise click.UsageError("--namespace and --open are of a node; nothing was started; leave them or BAG out")
-    from ..view import page
+    from . import page
 
     if bag is None:
-        from .commands import _need_ros
+        from ...cli.commands import _need_ros
 
         _need_ros()
         _beside_a_node(scene, namespace, wait, open_, host, port, rate, top, camera)
         return
-    from ..io.scenes.resources import find_bag
-    from ..view.bag_run import BagRun
+    from ...io.scenes.resources import find_bag
+    from .bag_run import BagRun
 
     if save is not None:
-        from ..view.saved import save_page
+        from .saved import save_page
 
         page.need("viser", "the page")
         run = BagRun(find_bag(bag), scene)
         made = save_page(run, save, rate, top, start, seconds, camera)
         say(f"page: {save} ({made.seconds:g} s in {made.pictures} pictures, {made.size / 1e6:.1f} MB)")
         return
-    from ..view.play_bag import play
+    from .play_bag import play
 
     page.need("viser", "the page")
     page.check_port(host, port or page.free_port(host))
@@ -108,9 +108,9 @@ def _say(lines) -> None:
 
 
 def _beside_a_node(scene, namespace, wait, open_, host, port, rate, top, camera) -> None:
-    from ..ros.view.watcher import Watcher, watching
-    from ..view import page
-    from ..view.beside_node import follow
+    from ...ros.watcher import Watcher, watching
+    from . import page
+    from .beside_node import follow
 
     page.need("viser", "the page")
     page.check_port(host, port or page.free_port(host))
@@ -172,9 +172,9 @@ def film(bag, out, scene, camera, start, seconds, speed, fps, size, top, as_json
     """Make a film of a recorded BAG for a slide: tow, sheave with its line loads, strip charts."""
     import json
 
-    from ..io.scenes.resources import find_bag
-    from ..view.bag_run import BagRun
-    from ..view.film import check_film, make_film
+    from ...io.scenes.resources import find_bag
+    from .bag_run import BagRun
+    from .film import check_film, make_film
 
     check_film(out)
     gif = out.suffix.lower() == ".gif"

@@ -6,9 +6,9 @@ from html import escape
 
 import numpy as np
 
-from ..physics.tick_output import Flag
-from ..sim.flag_rules import DOUBTFUL, FAILED, OK, RULES
-from ..sim.verdict import Verdict
+from ...physics.tick_output import Flag
+from ...sim.flag_rules import DOUBTFUL, FAILED, OK, RULES
+from ...sim.verdict import Verdict
 
 RULE = {rule.flag: rule for rule in RULES}
 GREEN, AMBER, RED, GREY = "#1f7a4d", "#b45f06", "#b3261e", "#5f6b76"

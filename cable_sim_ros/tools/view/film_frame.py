@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..io.messages import shapes
-from ..io.messages.markers import SCALE, cable_points, colour_scale, colours
-from ..io.messages.rotation import inverse, rotate
-from ..physics.section import CableModel
-from ..plots.run import STYLE
-from ..plots.sea_surface import SeaSurface
-from ..plots.side import FAINT, INK, ORANGE
+from ...io.messages import shapes
+from ...io.messages.markers import SCALE, cable_points, colour_scale, colours
+from ...io.messages.rotation import inverse, rotate
+from ...physics.section import CableModel
+from ...plots.run import STYLE
+from ...plots.sea_surface import SeaSurface
+from ...plots.side import FAINT, INK, ORANGE
 from .bag_run import BagRun
 from .cameras import SHEAVE, ahead
 from .moment import COLUMN, Moment, parts_of, smooth_shape
