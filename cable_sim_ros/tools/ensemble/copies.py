@@ -16,12 +16,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..errors import RunError
-from ..io.scenes.document import SceneError
-from ..physics.inputs import Inputs
-from ..sim.inputs import ShipMotion, WinchCommand, push
-from ..sim.scene import Scene
-from ..sim.simulator import Simulator, SolverError
+from ...errors import RunError
+from ...io.scenes.document import SceneError
+from ...physics.inputs import Inputs
+from ...sim.inputs import ShipMotion, WinchCommand, push
+from ...sim.scene import Scene
+from ...sim.simulator import Simulator, SolverError
 from .flagged import Seen, flagged
 from .plan import Draw, EnsemblePlan, draw_of, scene_of
 

@@ -16,16 +16,16 @@ from typing import Any
 
 import numpy as np
 
-from ..errors import CODE_FAILED, CODE_OK
-from ..ros.ensemble.ear import Ear
-from ..ros.ensemble.voice import NODE, Voice
-from ..ros.status import ERROR, OK, WARN, Status
-from ..ros.watcher import watching
-from ..terminal import say
+from ...errors import CODE_FAILED, CODE_OK
+from ...ros.status import ERROR, OK, WARN, Status
+from ...ros.watcher import watching
+from ...terminal import say
 from .copies import BODY, FIGURES, Band, EnsembleEnded, Stopped, level_of
+from .ear import Ear
 from .follow import HEALTH, Follower, Heard
 from .limits import LEAST_COPIES
 from .plan import load_plan
+from .voice import NODE, Voice
 
 NICE = 15
 LATE = 5.0  # s behind the node from which the band is flagged, and copies are let go

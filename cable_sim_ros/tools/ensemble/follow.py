@@ -15,14 +15,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..io.messages.channels import decode_frames
-from ..io.messages.messages import COMMANDS, Command, Refused
-from ..io.messages.rotation import inverse, rotate
-from ..io.scenes.winch_plan import REPEAT as PLAN_REPEAT
-from ..io.scenes.winch_plan import PlanError, WinchPlan
-from ..sim.inputs import InputError, ShipMotion, WinchCommand
-from ..sim.scene import Scene
-from ..sim.tables.attitude import angles_of
+from ...io.messages.channels import decode_frames
+from ...io.messages.messages import COMMANDS, Command, Refused
+from ...io.messages.rotation import inverse, rotate
+from ...io.scenes.winch_plan import REPEAT as PLAN_REPEAT
+from ...io.scenes.winch_plan import PlanError, WinchPlan
+from ...sim.inputs import InputError, ShipMotion, WinchCommand
+from ...sim.scene import Scene
+from ...sim.tables.attitude import angles_of
 from .copies import Band, Ensemble, EnsembleEnded
 from .flagged import Seen
 from .motion_ahead import motion_ahead

@@ -14,18 +14,18 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..io.scenes.document import Document, SceneError, SceneWarning
-from ..io.scenes.load import scene_from_dict
-from ..io.scenes.winch_plan import PlanError, WinchPlan
-from ..physics.parameter import Block, quantity
-from ..physics.viv_amplification import StrumLaw
-from ..physics.water import CurrentFrame, CurrentTable, Water
-from ..runs.settings import apply_to_scene, of_intake
-from ..sim.problem import Problem
-from ..sim.scene import Scene
-from ..tools.layback.ranges import LEAST_FACTOR, MOST_FACTOR, Ranges, with_drag
-from ..tools.sweeps.cases import within
-from ..tools.sweeps.sweep_file import Range, Spread
+from ...io.scenes.document import Document, SceneError, SceneWarning
+from ...io.scenes.load import scene_from_dict
+from ...io.scenes.winch_plan import PlanError, WinchPlan
+from ...physics.parameter import Block, quantity
+from ...physics.viv_amplification import StrumLaw
+from ...physics.water import CurrentFrame, CurrentTable, Water
+from ...runs.settings import apply_to_scene, of_intake
+from ...sim.problem import Problem
+from ...sim.scene import Scene
+from ..layback.ranges import LEAST_FACTOR, MOST_FACTOR, Ranges, with_drag
+from ..sweeps.cases import within
+from ..sweeps.sweep_file import Range, Spread
 from .limits import COPIES, LEAST_COPIES, MAX_COPIES, MAX_SEED, SEED
 
 SIGMAS = 1.959964  # half a 95 % interval of a normal distribution, in standard deviations

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ..sim.inputs import ShipMotion
+from ...sim.inputs import ShipMotion
 
 SECOND = 1_000_000_000
 MEAN_OVER = 60.0  # s of the past that say speed and heading
@@ -63,7 +63,7 @@ def _repeat(t: np.ndarray, swing: np.ndarray, seconds: float) -> float:
 
 
 def _sample(time: int, pose: np.ndarray, rates: np.ndarray) -> ShipMotion:
-    from ..sim.tables.attitude import body_rates
+    from ...sim.tables.attitude import body_rates
 
     x = [float(value) for value in pose]
     turn = body_rates(x[3], x[4], rates[3:])

@@ -8,10 +8,10 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from ..physics.tick_output import Flag
-from ..sim.flag_rules import OK, RULES
-from ..sim.scene import Scene
-from ..sim.verdict import Reason, compensates, judge_counts, overload
+from ...physics.tick_output import Flag
+from ...sim.flag_rules import OK, RULES
+from ...sim.scene import Scene
+from ...sim.verdict import Reason, compensates, judge_counts, overload
 
 
 @dataclass

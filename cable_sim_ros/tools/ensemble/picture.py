@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from .canvas import canvas
+from ...plots.canvas import canvas
 
 OURS, BAND, MIDDLE = "#0b3c5d", "#a6c8e0", "#5c6873"
 

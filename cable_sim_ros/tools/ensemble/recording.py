@@ -11,13 +11,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..files import open_file
-from ..io.bags.bag import BagError, BagReader, Damage, report
-from ..io.messages.channels import channel_of
-from ..io.messages.messages import KINDS
-from ..io.recordings.recorded_run import HEALTH as HEALTH_CHANNEL
-from ..io.scenes.load import load_scene, scene_from_text
-from ..sim.scene import Scene
+from ...files import open_file
+from ...io.bags.bag import BagError, BagReader, Damage, report
+from ...io.messages.channels import channel_of
+from ...io.messages.messages import KINDS
+from ...io.recordings.recorded_run import HEALTH as HEALTH_CHANNEL
+from ...io.scenes.load import load_scene, scene_from_text
+from ...sim.scene import Scene
 from .copies import FIGURES, Band, Ensemble, EnsembleEnded, Lost, figures_of, level_of
 from .flagged import of_recorded
 from .follow import HEALTH, Follower, Heard

@@ -14,15 +14,15 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from ..cli.number import Count, Number
-from ..cli.out_folder import ready
-from ..errors import CODE_DAMAGED, CODE_DOUBTFUL, CODE_OK
-from ..files import write_text
-from ..terminal import clean, plain_console, say
+from ...cli.number import Count, Number
+from ...cli.out_folder import ready
+from ...errors import CODE_DAMAGED, CODE_DOUBTFUL, CODE_OK
+from ...files import write_text
+from ...terminal import clean, plain_console, say
 from .limits import COPIES, LEAST_COPIES, MAX_COPIES, MAX_SEED, SEED
 
 if TYPE_CHECKING:
-    from ..sim.scene import Scene
+    from ...sim.scene import Scene
     from .plan import EnsemblePlan
     from .recording import Followed
 
@@ -76,8 +76,8 @@ def ensemble(bag, file, scene, copies, seed, out, twins, outside, namespace, wai
 
 
 def _over_a_bag(bag, file, changed, scene, out, twins, outside, as_json) -> None:
-    from ..io.scenes.load import SceneWarning
-    from ..io.scenes.resources import find_bag
+    from ...io.scenes.load import SceneWarning
+    from ...io.scenes.resources import find_bag
     from .coverage import covered, outside_of
     from .plan import load_plan
     from .recording import CSV_NAME, JSON_NAME, doubts_of, figures, follow_recording, scene_kept, write_table
@@ -116,7 +116,7 @@ def _over_a_bag(bag, file, changed, scene, out, twins, outside, as_json) -> None
 
 def of_copies(scene: Scene, texts: list[str]) -> list[str]:
     """Of the warnings of copies those that the scene itself does not have, one of a kind, with their number."""
-    from ..io.scenes.load import scene_from_dict
+    from ...io.scenes.load import scene_from_dict
 
     def kind(text: str) -> str:
         return re.sub(r"[-+]?\d[\d.e+-]*", "#", text.partition(": ")[2])
@@ -134,8 +134,8 @@ def of_copies(scene: Scene, texts: list[str]) -> list[str]:
 
 def assumed(plan: EnsemblePlan) -> list[str]:
     """A line for each range, with its size."""
-    from ..physics.parameter import declared
-    from ..tools.layback.ranges import Ranges
+    from ...physics.parameter import declared
+    from ..layback.ranges import Ranges
 
     lines = []
     for row in declared(Ranges):
@@ -147,8 +147,8 @@ def assumed(plan: EnsemblePlan) -> list[str]:
 
 
 def _picture(folder: Path, one: Followed, tow: Scene, report: dict[str, Any]) -> list[Path]:
-    from ..plots.ensemble import plot
     from .copies import FIGURES
+    from .picture import plot
     from .recording import PICTURE
 
     panels = []
@@ -215,7 +215,7 @@ def _bar(quiet: bool) -> Iterator[Any]:
 
 
 def _need_ros() -> None:
-    from ..errors import NEEDS_ROS
+    from ...errors import NEEDS_ROS
 
     try:
         import_module("rclpy")

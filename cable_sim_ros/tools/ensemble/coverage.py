@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy import stats
 
-from ..sim.scene import Scene
+from ...sim.scene import Scene
 from .copies import FIGURES, Band, Ensemble, EnsembleEnded, band_of, level_of
 from .limits import MAX_SEED
 from .plan import NOMINAL, OUTSIDE, EnsembleError, EnsemblePlan, draw_of

@@ -11,9 +11,9 @@ from geometry_msgs.msg import PoseWithCovarianceStamped
 from rclpy.qos import QoSProfile
 from sensor_msgs.msg import JointState, PointCloud2, PointField
 
-from ..client import Client
-from ..status import Status
-from ..topics import diagnostic_array
+from ...ros.client import Client
+from ...ros.status import Status
+from ...ros.topics import diagnostic_array
 
 BAND, TOWBODY, AHEAD = "ensemble/band", "ensemble/towbody", "ensemble/ahead"
 NODE = "cable_sim_ensemble"

@@ -9,8 +9,8 @@ from typing import Any, NamedTuple
 from std_msgs.msg import String
 
 from ...io.messages.messages import KINDS
-from ..topics import inputs_there
-from ..watcher import HEALTH, Watcher
+from ...ros.topics import inputs_there
+from ...ros.watcher import HEALTH, Watcher
 
 PLAN = "ensemble/plan"
 KEPT = 20_000  # messages that may wait: 200 s of 100 Hz
