@@ -26,7 +26,7 @@ _FACE = {  # name -> module
     "override": "io.scenes.load",
     "replay": "runs.offline",
     "run": "runs.offline",
-    "run_span": "spans.in_time.wake_run",
+    "run_span": "tools.spans.in_time.wake_run",
     "scene_from_dict": "io.scenes.load",
 }
 __all__ = [

@@ -21,7 +21,7 @@ from cable_sim_ros.physics.contact_surface import (
     surface_row,
 )
 from cable_sim_ros.physics.state import NOW, STEP, Q, make_state
-from cable_sim_ros.verification.stress.sheave_depth import depth
+from verification.stress.sheave_depth import depth
 
 STIFFNESS, SEAT = 1e9, 0.255
 ROW = record(surface_row((0, 0, 0), SEAT, np.pi / 3, 0.01, 0.008, STIFFNESS, 0.0))

@@ -19,8 +19,8 @@ from cable_sim_ros.tools.report.write import write_report
 from cable_sim_ros.tools.sweeps.reported import write_report as write_sweep
 from cable_sim_ros.tools.sweeps.sweep import sweep
 from cable_sim_ros.tools.sweeps.sweep_file import checked
-from cable_sim_ros.verification.experiments import Comparison, Result, together
-from cable_sim_ros.verification.experiments import report as of_experiments
+from verification.experiments import Comparison, Result, together
+from verification.experiments import report as of_experiments
 
 pytest.importorskip("matplotlib")
 pytest.importorskip("jinja2")

@@ -20,7 +20,7 @@ from cable_sim_ros.tools.spans.in_time.wake_run import run_span
 from cable_sim_ros.tools.spans.load import load_span, span_from_dict
 from cable_sim_ros.tools.spans.span_file import SpanFile, natural_frequency
 from cable_sim_ros.tools.spans.to_frequency import drag_coefficient, frequency_case, in_span_file, load_cases, problems
-from cable_sim_ros.verification.experiments.wake import WATER, changed
+from verification.experiments.wake import WATER, changed
 
 # of a file for `cable-sim viv`: of a span file, the same number
 SAME = {

@@ -20,7 +20,7 @@ from cable_sim_ros.tools.spans.in_frequency import checks, files, report, sensit
 from cable_sim_ros.tools.spans.in_frequency.response import leading, vibration
 from cable_sim_ros.tools.spans.in_frequency.span import Span
 from cable_sim_ros.tools.spans.picture_in_frequency import compose
-from cable_sim_ros.verification.experiments import run as run_experiment
+from verification.experiments import run as run_experiment
 
 DOCS = Path(__file__).resolve().parents[2] / "docs"
 PAGE = (DOCS / "viv.md").read_text("utf-8")

@@ -11,7 +11,7 @@ from click.testing import CliRunner
 
 from cable_sim_ros.cli import commands
 from cable_sim_ros.physics.drag_laws import LAWS, DragLaw
-from cable_sim_ros.verification.experiments import drag
+from verification.experiments import drag
 
 DOCS = Path(__file__).resolve().parents[2] / "docs"
 PAGE = (DOCS / "drag.md").read_text("utf-8")

@@ -19,7 +19,7 @@ from cable_sim_ros.tools.spans.in_time.wake_run import run_span
 from cable_sim_ros.tools.spans.load import load_span, span_from_dict
 from cable_sim_ros.tools.spans.span_file import SpanEnds, natural_frequency
 from cable_sim_ros.tools.spans.to_frequency import frequency_case
-from cable_sim_ros.verification.experiments.wake import PRINTED, WATER, changed, lock, modes, printed
+from verification.experiments.wake import PRINTED, WATER, changed, lock, modes, printed
 
 CASE = {"length": 2.0, "tension": 200.0, "wind": 0.302}
 

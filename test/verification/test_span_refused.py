@@ -18,7 +18,7 @@ from cable_sim_ros.tools.spans.in_time import wake_run as runs
 from cable_sim_ros.tools.spans.in_time.wake_run import FIELDS, SpanRow, fields_markdown, run_span
 from cable_sim_ros.tools.spans.load import load_span, span_from_dict
 from cable_sim_ros.tools.spans.span_file import SpanDragLaw
-from cable_sim_ros.verification.experiments.wake import changed
+from verification.experiments.wake import changed
 
 CASE = {"length": 2.0, "tension": 200.0, "wind": 0.302}
 DOCS = Path(__file__).parents[2] / "docs"

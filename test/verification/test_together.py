@@ -11,11 +11,11 @@ import numpy as np
 import pytest
 
 from cable_sim_ros.errors import RunError
-from cable_sim_ros.verification.experiments import EXPERIMENTS, module_of, run, together
-from cable_sim_ros.verification.experiments.flume import CHOSEN, trace
-from cable_sim_ros.verification.experiments.table import as_data, page
-from cable_sim_ros.verification.experiments.together import repeat, sendable
-from cable_sim_ros.verification.experiments.workers import here, workers
+from verification.experiments import EXPERIMENTS, module_of, run, together
+from verification.experiments.flume import CHOSEN, trace
+from verification.experiments.table import as_data, page
+from verification.experiments.together import repeat, sendable
+from verification.experiments.workers import here, workers
 
 
 def ended(code: int) -> None:

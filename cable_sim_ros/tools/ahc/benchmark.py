@@ -21,7 +21,7 @@ from .simulate import run_cell
 FULL = Span(definition.DURATION, definition.START_UP)
 SHORT = Span(definition.QUICK_DURATION, definition.QUICK_START_UP)
 Row = dict[str, Any]
-ROOT = Path(__file__).resolve().parents[2]
+ROOT = Path(__file__).resolve().parents[3]
 
 
 def rules_of(cell: Cell, span: Span) -> Rules:

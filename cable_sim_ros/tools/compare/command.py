@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import click
 
 from ...cli.number import Number
+from ...cli.options import junit_option, limits_option
 from ...cli.out_folder import ready
 from ...errors import CODE_FAILED
 from ...files import write_text
@@ -23,18 +24,6 @@ if TYPE_CHECKING:
     from .score import Score
 
 LONGEST = 1e7  # s
-limits_option = click.option(
-    "--limits",
-    type=click.Path(dir_okay=False, path_type=Path),
-    metavar="FILE",
-    help="YAML file of limits that the scores must keep: exit code 1 where one is violated or was not scored.",
-)
-junit_option = click.option(
-    "--junit",
-    type=click.Path(dir_okay=False, path_type=Path),
-    metavar="FILE",
-    help="Write limits and doubts as JUnit's XML to FILE.",
-)
 
 
 @click.command()

@@ -7,16 +7,21 @@ from __future__ import annotations
 
 import math
 import time
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ...io.geodesy import FARTHEST, on_earth
 from ...physics.parameter import Block, quantity
+from ...ros.parts import NodePart
+from ...sim.scene import Scene
 from ...sim.tables.attitude import angles_of
 from ...terminal import clean
 from .band_table import BandTable
 from .ranges import Ranges
+
+if TYPE_CHECKING:
+    from ...ros.node import CableSimNode
 
 TOPIC, MSGTYPE = "towbody/fix", "sensor_msgs/msg/NavSatFix"
 CALM = 20.0  # s, over which the ship's velocity is averaged
@@ -37,7 +42,7 @@ class Fix(Block):
 
 
 def fix_problem(fix: Fix) -> str:
-    """Why these parameters cannot be used, or nothing."""
+    """ "" or why these parameters cannot be used."""
     given = {"latitude": fix.latitude, "longitude": fix.longitude}
     if sum(value is not None for value in given.values()) == 1:
         name, other = ("latitude", "longitude") if fix.longitude is None else ("longitude", "latitude")
@@ -48,14 +53,17 @@ def fix_problem(fix: Fix) -> str:
     return ""
 
 
-class TowbodyFix:
-    """Publishes the fixes of a node, where they are asked for."""
+class TowbodyFix(NodePart):
+    """Publishes the fixes of a node."""
 
-    def __init__(self, node: Any, clock: Any, qos: Any) -> None:
-        """node: the CableSimNode; clock: of the timer."""
-        self.node, self.fix = node, node.settings.node.fix
-        if self.fix.latitude is None:
-            return
+    block, doc = Fix, "latitude and longitude of the towbody"
+
+    def __init__(self, node: CableSimNode, block: Fix) -> None:
+        from rclpy.clock import Clock, ClockType
+        from rclpy.qos import QoSProfile
+        from sensor_msgs.msg import NavSatFix
+
+        self.node, self.fix, self.origin = node, block, (block.latitude or 0.0, block.longitude or 0.0)  # asked for
         begun = time.monotonic()
         self.table = BandTable(node.settings.scene, self.fix.ranges)
         node.get_logger().info(
@@ -65,14 +73,22 @@ class TowbodyFix:
                 f"made in {time.monotonic() - begun:.1f} s"
             )
         )
-        from sensor_msgs.msg import NavSatFix
-
         self.made = NavSatFix
         self.topic = node.resolve_topic_name(TOPIC)
-        self._publisher = node.create_publisher(NavSatFix, TOPIC, qos)
+        self._publisher = node.create_publisher(NavSatFix, TOPIC, QoSProfile(depth=10))
         self._velocity = np.full(2, math.nan)
         self._last = -1
-        node.create_timer(1.0 / self.fix.rate, self._on_timer, clock=clock)
+        node.create_timer(1.0 / block.rate, self._on_timer, clock=Clock(clock_type=ClockType.STEADY_TIME))
+
+    @staticmethod
+    def asked(block: Fix) -> bool:
+        """Is it said where odom begins?"""
+        return block.latitude is not None
+
+    @staticmethod
+    def problem(block: Fix, scene: Scene) -> str:
+        """As fix_problem."""
+        return fix_problem(block)
 
     def _on_timer(self) -> None:
         publisher = self.node.publisher
@@ -83,7 +99,7 @@ class TowbodyFix:
 
         data = serialize_message(self.message(frame))
         self._publisher.publish(data)
-        self.node._record(self.topic, MSGTYPE, data)
+        self.node.record(self.topic, MSGTYPE, data)
 
     def message(self, frame: np.record) -> Any:
         """The fix of a tick output."""
@@ -95,7 +111,7 @@ class TowbodyFix:
         message, body = self.made(), frame["body_position"]
         message.header.stamp.sec, message.header.stamp.nanosec = divmod(now, 1_000_000_000)
         message.header.frame_id = self.node.settings.node.frame.towbody_link
-        latitude, longitude = on_earth((self.fix.latitude, self.fix.longitude), body[None, :2])
+        latitude, longitude = on_earth(self.origin, body[None, :2])
         message.latitude, message.longitude = float(latitude[0]), float(longitude[0])
         message.altitude = math.nan if self.fix.surface is None else self.fix.surface + float(body[2])
         yaw = angles_of(*frame["ship_quaternion"].tolist())[2]

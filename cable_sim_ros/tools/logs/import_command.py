@@ -68,6 +68,3 @@ def import_command(files, mapping, kind, out, track, speed, heading, height, for
     ):
         for line in lines:
             say(f"{word}: {line}")
-
-
-vars()["import"] = import_command  # by this name the command line looks it up; it is a keyword

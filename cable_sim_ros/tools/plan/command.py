@@ -83,6 +83,8 @@ def plan(scene, out, smallest, as_json, report, **asked) -> None:
                 f"{given[0]} is of a run, and {scene} is a recording of one; nothing was done; leave it out"
             )
         with reporting(report, path) as reporter:
+            from ...runs.recorded import recorded
+
             needs = _planned(scene, result := recorded(path), reporter)
     else:
         with reporting(report, out) as reporter:
@@ -182,39 +184,3 @@ def _tell(report: dict[str, Any]) -> None:
             say(f"  {row['key']}: {', '.join(f'{value:.4g}' for value in values)} (seed {row['seed']})")
     for note in report["notes"]:
         say(f"note: {note}")
-
-
-def recorded(path: Path, nothing: str = "no plan is made", instead: str = "cable-sim plan SCENE") -> Run:
-    """The recorded run, judged. BagError where it keeps no scene: then ``nothing`` is done, and what to do instead."""
-    from ...io.bags.bag_writer import BagError
-    from ...io.recordings.journal import read_journal
-    from ...io.recordings.recorded_run import load_run
-    from ...io.scenes.load import scene_from_text
-    from ...io.sources.imported_bag import provenance
-    from ...io.sources.recorded_tow import read_tow
-    from ...runs.offline import judged
-    from ...runs.result import Run
-    from ...runs.sources import in_the_sea, sea_motion_kept
-    from ...runs.summary import summarize
-    from ...runs.transient import start_up
-    from ...sim.rules.watch import watched
-
-    recorded = load_run(path)
-    text = recorded.custom_data.get("scene_yaml")
-    if not text:
-        raise BagError(
-            f"bag '{path}' keeps no scene, so what its winch has is not known: {nothing}; give a bag that the "
-            f"node or the offline run recorded, or {instead}"
-        )
-    tow, about = read_tow(path), recorded.custom_data
-    tow.sea_motion, tow.imported = sea_motion_kept(tow), provenance(tow.about)
-    with in_the_sea(bool(tow.sea_motion)):
-        scene = scene_from_text(text, f"scene kept in {path}")
-    metrics = summarize(recorded.frames, skip_s=start_up(scene, True))
-    metrics.update(scene=scene.name, motion=about.get("motion", "as recorded"), setpoint=scene.setpoint.algorithm.value)
-    metrics.update({"winch": about["winch_plan"]} if "winch_plan" in about else {}, **watched(scene, recorded.frames))
-    kept = {"rao": tow.sea_motion, "imported": tow.imported}
-    metrics.update({name: one for name, one in kept.items() if one})
-    segments = read_journal(tow.journal).segments
-    problem = "the solver gave up in the recorded run" if segments and segments[-1].halted else ""
-    return judged(Run(recorded.frames, metrics, problem, path, scene=scene), scene)

@@ -7,9 +7,9 @@ from pathlib import Path
 
 import click
 
-from ...cli.report_option import _checked, said, typed
+from ...cli.report_option import checked_place, said, typed
+from ...runs.recorded import recorded
 from ...terminal import say
-from ..plan.command import recorded
 
 
 @click.command()
@@ -19,7 +19,7 @@ from ..plan.command import recorded
     type=click.Path(path_type=Path),
     metavar="FILE.html",
     required=True,
-    callback=_checked,
+    callback=checked_place,
     help="The file to write.",
 )
 def report(bag, out) -> None:

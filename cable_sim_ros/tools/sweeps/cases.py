@@ -22,15 +22,15 @@ from ...version import __version__
 from .sweep_file import Method, Range, Samples, ShipMotion, Spread, Steps, SweepPlan
 
 RNG = "rng" if tuple(map(int, scipy.__version__.split(".")[:2])) >= (1, 15) else "seed"  # its name in qmc
-CODE = Path(__file__).resolve().parents[1]
+CODE = Path(__file__).resolve().parents[2]
 DECIDES = (
     "compiler",
     "physics",
     "sim",
     "io",
     "runs",
-    "sweeps/worker",
-    "sweeps/figures",
+    "tools/sweeps/worker",
+    "tools/sweeps/figures",
 )  # what of the code decides a row
 
 
