@@ -78,7 +78,7 @@ def validate(names, duration, quick, workers, out, report, as_json) -> None:
     ready(out)
     from cable_sim_ros.tools.sweeps.engine import workers_of
 
-    from .experiments.table import as_data, page, print_result
+    from .experiments.table import as_data, digest, page, print_result
     from .experiments.together import repeat
 
     drawn = out is not None or report is not None
@@ -92,6 +92,7 @@ def validate(names, duration, quick, workers, out, report, as_json) -> None:
     if out is not None:
         (out / "validate.json").write_text(json.dumps(data, indent=1) + "\n", "utf-8")
         (out / "validate.md").write_text(page(results), "utf-8")
+        (out / "experiments.md").write_text(digest(results), "utf-8")
         for result in results:
             say(f"plot:      {result.plot(out)}", err=True)
     if as_json:

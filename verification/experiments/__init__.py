@@ -43,6 +43,7 @@ class Result(NamedTuple):
     chosen: str = "chosen otherwise: what changes"  # heading of the choices
     tables: Callable[[], list[str]] | None = None  # Markdown in place of the table of all rows
     shortened: str = ""  # what --quick left out
+    shown: Callable[[], list[str]] | None = None  # Markdown of its own in docs/experiments.md
 
 
 # each a module of this folder with experiment(duration, progress); duration: s, None: its own. One that can be quick

@@ -228,28 +228,39 @@ def experiment(duration: float | None, progress) -> Result:
         ]
     progress("full_scale with other laws", 2, 3)
     return Result(
-        "drag", rows + _differences(), _otherwise(), lambda folder: draw(folder / "drag.png"), tables=page_tables
+        "drag",
+        rows + _differences(),
+        _otherwise(),
+        lambda folder: draw(folder / "drag.png"),
+        tables=lambda: [*printed_tables(), *page_tables()],
+        shown=page_tables,
     )
 
 
-def page_tables() -> list[str]:
-    """What docs/experiments.md has of the laws: the cases of the print, what differs and what a law changes."""
+def printed_tables() -> list[str]:
+    """The cases of the print as they are computed."""
     angles = [[m.name, *(f"{x:.2f}" for x in row)] for m, row in zip(MODELS, critical_angles(), strict=True)]
     functions = [
         [f"{eta:g}", *(f"{round(x, 4) + 0.0:.4f}" for x in row)]
         for eta, row in zip(ETA, loading_functions(), strict=True)
     ]
-    differences = [
-        [r.name, "-" if r.measured is None else f"{r.measured:.4g}", f"{r.ours:.4g}", r.source] for r in _differences()
-    ]
-    choices = _otherwise()
-    changes = [[c["choice"], *(f"{x:+.1f}" for name, x in c.items() if name != "choice")] for c in choices]
     return [
         "Critical angle [deg] of a long straight cable by total drag factor, `w cos h = G q C_N f_n(h)`:\n"
         "10 mm, 0.389 kg/m, 1026 kg/m3, 1.2e-3 Pa s, 2.2 m/s:",
         _table(["model", *(f"{g:g}" for g in FACTORS)], angles),
         "Loading functions; eta in deg, $f_t$ below 0 counts as zero:",
         _table(["eta", *(name for name, _, _ in LOADINGS)], functions),
+    ]
+
+
+def page_tables() -> list[str]:
+    """What docs/experiments.md has of the laws: what differs from the print and what a law changes."""
+    differences = [
+        [r.name, "-" if r.measured is None else f"{r.measured:.4g}", f"{r.ours:.4g}", r.source] for r in _differences()
+    ]
+    choices = _otherwise()
+    changes = [[c["choice"], *(f"{x:+.1f}" for name, x in c.items() if name != "choice")] for c in choices]
+    return [
         "What does not agree with the print, and why:",
         _table(["figure", "printed", "ours", "why"], differences),
         "What another law of the bare part changes in the static shape of `full_scale`:",

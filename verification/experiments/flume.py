@@ -25,7 +25,7 @@ from cable_sim_ros.sim.simulator import Simulator
 
 from . import Comparison, Result
 from .flume_line import EI, RANGE_EI, SOURCE, bend_rows, bent, parameter_rows, photograph
-from .turbulence import AXES, CENTRE, DEVIATION, LINE, TIME, TIME_SCALE
+from .turbulence import AXES, CENTRE, DEVIATION, LINE, STILL, TIME, TIME_SCALE
 from .workers import Over, here
 
 MEASURED_CENTRE = (CENTRE[0], -0.008, CENTRE[1])
@@ -41,7 +41,6 @@ CASES = {  # set-point; experiment's and Westin's volume [cm^3] and deviations [
     "rigorous": ("rigorous_sheave", (24.92, 2.42, 1.15, 0.28), (19.55, 2.42, 1.48, 0.10), 2.62),
 }
 TABLES = dict(zip(CASES, ("Table 4", "Table 5", "Table 6", "Table 7")))
-STILL = "how fast the turbulence changes is not printed, and all water moves alike"
 MOVED = "the winch motion of figure 27 is not printed"
 
 

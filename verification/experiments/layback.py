@@ -134,7 +134,10 @@ def experiment(duration: float | None, progress: Any = lambda *_: None, quick: b
         shown = next(one for one in found if one.situation == "turn")
         return draw(shown.shown, folder / "layback.png", f"side_scan, {shown.tow}: turn of 90 deg", False)
 
-    return Result("layback", rows, [], plot, tables=lambda: markdown(found))
+    def shown() -> list[str]:
+        return markdown([one for one in found if one.tow != found[0].tow])  # the first stands in docs/layback.md
+
+    return Result("layback", rows, [], plot, tables=lambda: markdown(found), shown=shown)
 
 
 def markdown(found: list[Studied]) -> list[str]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Iterable
 from math import ceil, isfinite, log10
 from typing import Any
@@ -10,7 +11,7 @@ from rich.table import Table
 
 from cable_sim_ros.terminal import plain_console
 
-from . import OPEN, Comparison, Result, verdict_of
+from . import KEPT, MISSED, OPEN, Comparison, Result, module_of, verdict_of
 
 COLUMNS = ("figure", "unit", "measured", "their simulation", "ours", "allowed", "verdict", "who", "why apart")
 NUMBERS = ("measured", "their simulation", "ours", "allowed")  # measured: or printed, of a computation
@@ -86,21 +87,71 @@ def markdown(result: Result) -> str:
     return "\n".join(lines)
 
 
+MEANT = """`measured` is what the source measured or printed, `their simulation` what its own model gave,
+`allowed` the largest difference that it reports for its own model. In `drive` `measured` is a
+closed form, and `allowed` a share of it. `-`: nobody measured it, or nobody says what is allowed."""
+NEAREST = ("who says so", "within", "missed", "nearest to its limit", "unit", "measured", "ours", "allowed")
+
+
 def page(results: Iterable[Result]) -> str:
-    """docs/experiments.md: the tables of every experiment."""
-    parts = [
-        "# Experiments: every figure",
-        "Made by `cable-sim validate --out DIR` as `DIR/validate.md`; do not edit. `measured` is what "
-        "the\nsource measured or printed, `their simulation` what its own model gave, `allowed` the largest\n"
-        "difference that it reports for its own model. In `drive` `measured` is a closed form, and `allowed`\n"
-        "a share of it. `-`: nobody measured it, or nobody says what is allowed.",
-    ]
+    """``validate.md``: the tables of every experiment."""
+    parts = ["# Experiments: every figure", f"Made by `cable-sim validate --out DIR` as `DIR/validate.md`.\n{MEANT}"]
     for result in results:
-        parts.append(f"## {result.experiment}")
-        if result.shortened:
-            parts.append(f"Shortened by `--quick`: {result.shortened}.")
+        parts += _heading(result)
         parts += result.tables() if result.tables else [markdown(result)]
     return "\n\n".join(parts) + "\n"
+
+
+def digest(results: Iterable[Result]) -> str:
+    """docs/experiments.md: of every experiment what each source says, all that is missed, and what stays unjudged."""
+    parts = [
+        "# Experiments: what is kept and what is missed",
+        "Made by `cable-sim validate --out DIR` as `DIR/experiments.md`; do not edit. Every row, and\n"
+        f"what other choices change: `DIR/validate.md`.\n\n{MEANT}",
+    ]
+    for result in results:
+        states = [verdict_of(row) for row in result.rows]
+        counts = ", ".join(f"{states.count(state)} {word}" for state, word in WORDS.items() if state in states)
+        about = " ".join((module_of(result.experiment).__doc__ or "").partition("\n\n")[0].split())
+        parts += [*_heading(result), textwrap.fill(f"{about} Figures: {counts}.", 100)]
+        parts += _nearest(result)
+        for rows in (
+            [row for row in result.rows if verdict_of(row) == MISSED],
+            [row for row in result.rows if verdict_of(row) == OPEN and row.measured is not None and row.why],
+        ):
+            if rows:
+                parts.append(markdown(result._replace(rows=rows, choices=[])))
+        parts += result.shown() if result.shown else []
+    return "\n\n".join(parts) + "\n"
+
+
+WORDS = {KEPT: "within what is allowed", MISSED: "missed", OPEN: "not judged"}
+
+
+def _heading(result: Result) -> list[str]:
+    shortened = [f"Shortened by `--quick`: {result.shortened}."] if result.shortened else []
+    return [f"## {result.experiment}", *shortened]
+
+
+def _nearest(result: Result) -> list[str]:
+    """A row for each source that judges: how many figures are kept, and the one nearest to its limit."""
+    judged: dict[str, list[Comparison]] = {}
+    for row in result.rows:
+        if verdict_of(row) != OPEN:
+            judged.setdefault(row.source, []).append(row)
+    lines = []
+    for source, rows in judged.items():
+        kept = [row for row in rows if verdict_of(row) == KEPT]
+        cells = [source, str(len(kept)), str(len(rows) - len(kept))]
+        if kept:
+            r = max(kept, key=lambda row: abs(row.ours - row.measured) / row.allowed)
+            cells += [r.name, r.unit, text(r.measured, r), text(r.ours, r), text(r.allowed)]
+        else:
+            cells += ["-"] * 5
+        lines.append("| " + " | ".join(cells) + " |")
+    if not lines:
+        return []
+    return ["\n".join(["| " + " | ".join(NEAREST) + " |", "|---" * len(NEAREST) + "|", *lines])]
 
 
 def print_result(result: Result) -> None:

@@ -42,11 +42,12 @@ def sendable(name: str, duration: float | None, quick: bool, drawn: bool) -> Res
     """An experiment as plain values, which one process can send to another: its picture is bytes, its page text."""
     result = run(name, duration, quick=quick)
     if not drawn:
-        return result._replace(plot=_undrawn, tables=None)
+        return result._replace(plot=_undrawn, tables=None, shown=None)
     with tempfile.TemporaryDirectory(prefix="cable_sim_plot_") as folder:
         path = result.plot(Path(folder))
         plot = partial(_put, path.name, path.read_bytes())
-    return result._replace(plot=plot, tables=partial(list, result.tables()) if result.tables else None)
+    pages = {key: partial(list, made()) for key in ("tables", "shown") if (made := getattr(result, key))}
+    return result._replace(plot=plot, **pages)
 
 
 def _put(name: str, picture: bytes, folder: Path) -> Path:

@@ -90,7 +90,7 @@ def experiment(duration: float | None, progress=lambda *_: None) -> Result:
         rows += _rms(case, span, printed, fine)
     rows += _green() + _stiffness()
     result = Result("viv", rows, [], lambda folder: draw(shown, folder / "viv_response.png"))
-    return result._replace(tables=lambda: [markdown(result), *_sensitivity()])
+    return result._replace(tables=lambda: [markdown(result), *_sensitivity()], shown=_sensitivity)
 
 
 def _sensitivity() -> list[str]:
