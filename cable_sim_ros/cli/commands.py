@@ -6,6 +6,7 @@ import json
 import sys
 import time
 import warnings
+from importlib.metadata import EntryPoint
 from pathlib import Path
 
 import click
@@ -46,7 +47,10 @@ class Commands(click.Group):
         """The command of this name; one of a tool is imported now."""
         point = extensions.found(extensions.COMMANDS).get(name)
         if name not in self.commands and point is not None:
-            self.add_command(extensions.load(point), name)
+            try:
+                self.add_command(extensions.load(point), name)
+            except extensions.ExtensionError as error:
+                self.add_command(_broken(name, point, error))
         return super().get_command(context, name)
 
     def resolve_command(self, context: click.Context, args: list[str]) -> tuple:
@@ -82,6 +86,16 @@ class Commands(click.Group):
             if code is None:
                 raise
             context.exit(expected_errors.report(error, code, context.meta[JSON]))
+
+
+def _broken(name: str, point: EntryPoint, error: extensions.ExtensionError) -> click.Command:
+    """Stands in for a command that cannot be loaded, so that the others can be listed."""
+
+    def end(**_: object) -> None:
+        raise error
+
+    word = f"Cannot be loaded: {extensions.package_of(point)}."
+    return click.Command(name, context_settings=PASS_ON, callback=end, short_help=word, help=f"{word} {error}")
 
 
 def _warn(message: str, category: type[Warning], said: set[str], damaged: list[str]) -> None:
