@@ -2,6 +2,7 @@
 
 import os
 import re
+import sys
 from pathlib import Path
 
 from setuptools import find_packages, setup
@@ -81,6 +82,47 @@ TEST = [
     "setuptools<80",  # colcon-core: `setup.py develop` and `install` as they were before 80
 ]
 
+CHECKOUT = bool({"editable_wheel", "develop"} & set(sys.argv))  # installed in place: what stands beside the product too
+COMMANDS = {  # what extensions.py finds; a package of its own adds to the same groups
+    "ahc": "ahc.command",
+    "calibrate": "calibrate.command",
+    "compare": "compare.command",
+    "ensemble": "ensemble.command",
+    "envelope": "sweeps.analyses",
+    "export": "export.command",
+    "film": "view.command",
+    "fmu": "fmu.command",
+    "gradients": "sweeps.gradients",
+    "import": "logs.import_command:import_command",
+    "inspect": "logs.inspect_command",
+    "layback": "layback.command",
+    "plan": "plan.command",
+    "report": "report.command",
+    "sensitivity": "sweeps.analyses",
+    "span": "spans.span_command",
+    "sweep": "sweeps.command",
+    "table": "sweeps.table",
+    "telegrams": "telegrams.command",
+    "view": "view.command",
+    "viv": "spans.viv_command",
+}
+OF_A_CHECKOUT = {
+    **dict.fromkeys(("bench", "case", "stress", "validate"), "verification.commands"),
+    "soak": "verification.soak.command",
+}
+EXTENSIONS = {
+    "cable_sim.commands": [
+        *(f"{name} = {NAME}.tools.{where if ':' in where else f'{where}:{name}'}" for name, where in COMMANDS.items()),
+        *(f"{name} = {where}:{name}" for name, where in OF_A_CHECKOUT.items() if CHECKOUT),
+    ],
+    "cable_sim.node_parts": [
+        f"fix = {NAME}.tools.layback.node_part:TowbodyFix",
+        f"telegrams = {NAME}.tools.telegrams.node_part:TelegramPart",
+    ],
+    "cable_sim.pages": [f"mapping_keys = {NAME}.tools.logs.imports.mapping_manual:text"],
+    "cable_sim.run_parts": [f"report = {NAME}.tools.report.write", f"scores = {NAME}.tools.compare.command"],
+}
+
 
 def shared(*folders):
     """Data files of the top-level folders, for share/<package>/<folder> in both worlds."""
@@ -101,10 +143,8 @@ setup(
     maintainer="cable_sim_ros maintainers",
     maintainer_email="maintainers@cable-sim.org",
     license="MIT",
-    packages=find_packages(include=[NAME, NAME + ".*"]),
-    package_data={
-        NAME: ["py.typed", "requirements.txt", "**/*.html", "**/*.c", "**/*.js", "**/*.css", "verification/reference/*"]
-    },
+    packages=find_packages(include=[NAME, NAME + ".*", *(["verification", "verification.*"] if CHECKOUT else [])]),
+    package_data={NAME: ["py.typed", "requirements.txt", "**/*.html", "**/*.c", "**/*.js", "**/*.css"]},
     data_files=[
         ("share/ament_index/resource_index/packages", ["resource/" + NAME]),
         ("share/" + NAME, ["package.xml"]),
@@ -135,6 +175,7 @@ setup(
             "cable-sim = cable_sim_ros.start:cable_sim",
             "node = cable_sim_ros.start:node",  # ros2 run cable_sim_ros node
         ],
+        **EXTENSIONS,
         # named as its module, so that `pytest -p cable_sim_ros.testing.plugin` without an install is the same plugin
         "pytest11": ["cable_sim_ros.testing.plugin = cable_sim_ros.testing.plugin"],
     },

@@ -26,7 +26,7 @@ _FACE = {  # name -> module
     "override": "io.scenes.load",
     "replay": "runs.offline",
     "run": "runs.offline",
-    "run_span": "spans.in_time.wake_run",
+    "run_span": "tools.spans.in_time.wake_run",
     "scene_from_dict": "io.scenes.load",
 }
 __all__ = [
@@ -64,7 +64,7 @@ if TYPE_CHECKING:
     from .runs.sources import motion_of_bag
     from .sim.inputs import ShipMotion, WinchCommand
     from .sim.rig.rig import Rig
-    from .spans.in_time.wake_run import run_span
+    from .tools.spans.in_time.wake_run import run_span
 
 
 def __getattr__(name: str) -> object:

@@ -91,7 +91,7 @@ def _run(load: Callable[[], Callable[[], object]]) -> int:
     try:
         check()
         main = load()
-    except NotInstalledError as error:
+    except CableSimError as error:
         say(f"error: {error}", err=True)
         return CODE_INPUT
     return main()  # type: ignore[return-value]

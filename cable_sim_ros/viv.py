@@ -7,16 +7,16 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 _FACE = {  # name -> module
-    "Span": "spans.in_frequency.span",
-    "SpanError": "spans.in_frequency.files",
-    "SpanWarning": "spans.in_frequency.files",
-    "Vibration": "spans.in_frequency.response",
-    "warnings": "spans.in_frequency.files",
-    "load_cases": "spans.to_frequency",
-    "load_span": "spans.in_frequency.files",
-    "span_from_dict": "spans.in_frequency.files",
-    "vibration": "spans.in_frequency.response",
-    "FrequencyCase": "spans.to_frequency",
+    "Span": "tools.spans.in_frequency.span",
+    "SpanError": "tools.spans.in_frequency.files",
+    "SpanWarning": "tools.spans.in_frequency.files",
+    "Vibration": "tools.spans.in_frequency.response",
+    "warnings": "tools.spans.in_frequency.files",
+    "load_cases": "tools.spans.to_frequency",
+    "load_span": "tools.spans.in_frequency.files",
+    "span_from_dict": "tools.spans.in_frequency.files",
+    "vibration": "tools.spans.in_frequency.response",
+    "FrequencyCase": "tools.spans.to_frequency",
 }
 __all__ = [
     "FrequencyCase",
@@ -32,10 +32,10 @@ __all__ = [
 ]
 
 if TYPE_CHECKING:
-    from .spans.in_frequency.files import SpanError, SpanWarning, load_span, span_from_dict, warnings
-    from .spans.in_frequency.response import Vibration, vibration
-    from .spans.in_frequency.span import Span
-    from .spans.to_frequency import FrequencyCase, load_cases
+    from .tools.spans.in_frequency.files import SpanError, SpanWarning, load_span, span_from_dict, warnings
+    from .tools.spans.in_frequency.response import Vibration, vibration
+    from .tools.spans.in_frequency.span import Span
+    from .tools.spans.to_frequency import FrequencyCase, load_cases
 
 
 def __getattr__(name: str) -> object:

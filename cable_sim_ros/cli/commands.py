@@ -6,11 +6,11 @@ import json
 import sys
 import time
 import warnings
-from importlib import import_module
 from pathlib import Path
 
 import click
 
+from .. import extensions
 from ..errors import CODE_DAMAGED, CODE_INPUT, NEEDS_ROS
 from ..files import write_text
 from ..limits import LONGEST_RUN, MAX_TOW_SPEED
@@ -24,58 +24,39 @@ from .motion_options import SHIPPED_BAG, motion_options, simulated
 from .number import Number
 from .options import bag_options, json_option, markers_option, needs_out, out_option, settings_options
 from .out_folder import ready
-from .plan import plan as plan_command
+from .replay import replay as replay_command
 from .report import tell
 from .report_option import ARGUMENTS, report_option, reporting, unrecorded
-from .span import span as span_command
-from .telegrams import telegrams as telegrams_command
-from .viv import viv as viv_command
 
 JSON = "cable_sim_ros.json"  # of click's context
 SHIPPED_SCENE = "full_scale"
 PASS_ON = {"ignore_unknown_options": True, "allow_extra_args": True}
 
-# commands that are loaded where they are asked for: nothing of the product imports verification or ahc
-LATER = {
-    "ahc": "ahc.command",
-    "calibrate": "cli.calibrate",
-    "replay": "cli.replay",
-    "report": "cli.report_command",
-    "bench": "verification.commands",
-    "case": "verification.commands",
-    "import": "cli.import_logs",
-    "inspect": "cli.inspect_logs",
-    "compare": "cli.compare",
-    "layback": "cli.layback",
-    "ensemble": "ensemble.command",
-    "export": "cli.export",
-    "fmu": "fmu.command",
-    "film": "cli.view",
-    "envelope": "sweeps.analyses",
-    "gradients": "sweeps.gradients",
-    "sensitivity": "sweeps.analyses",
-    "soak": "verification.soak.command",
-    "stress": "verification.commands",
-    "sweep": "sweeps.command",
-    "table": "sweeps.table",
-    "validate": "verification.commands",
-    "view": "cli.view",
-}
+OF_A_CHECKOUT = ("bench", "case", "soak", "stress", "validate")
 
 
 class Commands(click.Group):
     """Group that reports an expected error in one line and leaves with its code."""
 
     def list_commands(self, context: click.Context) -> list[str]:
-        """All names, those of LATER too."""
-        return sorted({*super().list_commands(context), *LATER})
+        """All names, those of tools too."""
+        return sorted({*super().list_commands(context), *extensions.found(extensions.COMMANDS)})
 
     def get_command(self, context: click.Context, name: str) -> click.Command | None:
-        """The command of this name, imported now where it is one of LATER."""
-        if name in LATER and name not in self.commands:
-            module, _, attribute = LATER[name].partition(":")
-            self.add_command(getattr(import_module(f"cable_sim_ros.{module}"), attribute or name), name)
+        """The command of this name; one of a tool is imported now."""
+        point = extensions.found(extensions.COMMANDS).get(name)
+        if name not in self.commands and point is not None:
+            self.add_command(extensions.load(point), name)
         return super().get_command(context, name)
+
+    def resolve_command(self, context: click.Context, args: list[str]) -> tuple:
+        """As click's, with what a checkout has beside the product named where it is not installed."""
+        if args and args[0] in OF_A_CHECKOUT and self.get_command(context, args[0]) is None:
+            context.fail(
+                f"No such command '{args[0]}' here: it stands in verification/, in a checkout of the project; nothing "
+                f"was run. Install one in place: pip install -e ."
+            )
+        return super().resolve_command(context, args)
 
     def parse_args(self, context: click.Context, args: list[str]) -> list[str]:
         """Keep whether the figures are to be JSON, for an error that comes before them."""
@@ -270,7 +251,7 @@ def play(
 
 
 @main.command()
-@click.argument("page", type=click.Choice(["parameters", "fields", "mapping_keys"]), default="parameters")
+@click.argument("page", default="parameters")
 @click.option("--out", type=click.Path(dir_okay=False, path_type=Path), help="File to write. Default: standard output.")
 def manual(page, out) -> None:
     """A PAGE of the manual in Markdown, made from the declarations.
@@ -278,22 +259,20 @@ def manual(page, out) -> None:
     parameters: every key of a scene and of the node; fields: what a tick answers, with units, tables and topics;
     mapping_keys: keys, words and units of a mapping of a log.
     """
-    text = {"parameters": manual_text, "fields": fields_text, "mapping_keys": mapping_text}[page]()
+    pages = {"parameters": manual_text, "fields": fields_text} | {
+        name: (lambda point=point: extensions.load(point)())
+        for name, point in extensions.found(extensions.PAGES).items()
+    }
+    if page not in pages:
+        raise click.UsageError(f"there is no page '{page}'; nothing was written. Give one of {', '.join(pages)}")
+    text = pages[page]()
     if out is None:
         say(text, nl=False, lines=True)
     else:
         write_text(out, text)
 
 
-for _command in (
-    recover_command,
-    make_bags_command,
-    mesh_command,
-    plan_command,
-    viv_command,
-    span_command,
-    telegrams_command,
-):
+for _command in (recover_command, make_bags_command, mesh_command, replay_command):
     main.add_command(_command)
 
 NODE_MANUAL = """## Node
@@ -315,13 +294,6 @@ def fields_text() -> str:
     from ..runs import field_manual
 
     return field_manual.text()
-
-
-def mapping_text() -> str:
-    """The reference of the mapping file: keys, words, units, ready mappings."""
-    from ..runs.imports import mapping_manual
-
-    return mapping_manual.text()
 
 
 class NoRos(click.ClickException):

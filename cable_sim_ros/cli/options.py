@@ -24,6 +24,18 @@ out_option = click.option(
     "--out", type=click.Path(file_okay=False, path_type=Path), help="Folder for the bag, figures and picture."
 )
 
+limits_option = click.option(
+    "--limits",
+    type=click.Path(dir_okay=False, path_type=Path),
+    metavar="FILE",
+    help="YAML file of limits that the scores must keep: exit code 1 where one is violated or was not scored.",
+)
+junit_option = click.option(
+    "--junit",
+    type=click.Path(dir_okay=False, path_type=Path),
+    metavar="FILE",
+    help="Write limits and doubts as JUnit's XML to FILE.",
+)
 markers_option = click.option(
     "--markers",
     type=Number(0.0, 1000.0, "Hz"),

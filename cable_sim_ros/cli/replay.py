@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import click
 
-from .compare import junit_option, limits_option, load_limits, score_replay, tell_limits
-from .options import json_option, markers_option, needs_out, out_option, settings_options
+from .. import extensions
+from .options import json_option, junit_option, limits_option, markers_option, needs_out, out_option, settings_options
 from .progress import progress_bar
 from .report import tell
 from .report_option import report_option, reporting, unrecorded
@@ -28,7 +28,13 @@ def replay(bag, scene, algorithm, convention, topics, settings, out, markers, li
     --limits: the scores of `cable-sim compare`, recorded against simulated, decide the exit code.
     """
     needs_out(markers, out)
-    asked = None if limits is None else load_limits(limits)
+    scorer = extensions.part_of_a_run("scores") if limits or junit else None
+    if (limits or junit) and scorer is None:
+        raise click.UsageError(
+            "--limits and --junit need a part named scores among cable_sim.run_parts, and none is installed; nothing "
+            "was simulated. Install cable_sim_ros again"
+        )
+    asked = scorer.load_limits(limits) if scorer and limits else None
     with reporting(report, out) as reporter:
         with progress_bar(as_json) as progress:
             from ..runs import offline
@@ -44,11 +50,10 @@ def replay(bag, scene, algorithm, convention, topics, settings, out, markers, li
                 markers=markers,
                 progress=progress,
             )
-        scores = score_replay(result, bag, asked, out) if asked or junit else None
+        scores = scorer.score_replay(result, bag, asked, out) if scorer else None
         reporter.write(result)
     try:
         tell(unrecorded(result, out), out, as_json)
-    except SystemExit:
-        tell_limits(scores, junit, as_json)
-        raise
-    tell_limits(scores, junit, as_json)
+    finally:
+        if scorer:
+            scorer.tell_limits(scores, junit, as_json)

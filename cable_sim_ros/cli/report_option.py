@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from .. import extensions
 from ..errors import CODE_FAILED, CableSimError
 from ..terminal import say
 
@@ -19,21 +20,31 @@ if TYPE_CHECKING:
 ARGUMENTS = "cable_sim_ros.arguments"  # of click's context: the command line as typed
 
 
-def _checked(context: click.Context, param: click.Parameter, value: Path | None) -> Path | None:
+def checked_place(context: click.Context, param: click.Parameter, value: Path | None) -> Path | None:
     """Refuse a report that cannot be made, before anything is run."""
     if value is not None:
-        from ..report.write import check_place, check_tools
-
-        check_tools()
-        check_place(value)
+        writer = _writer()
+        writer.check_tools()
+        writer.check_place(value)
     return value
+
+
+def _writer() -> Any:
+    """The part that writes reports; every command that simulates offers --report, whether it is installed or not."""
+    writer = extensions.part_of_a_run("report")
+    if writer is None:
+        raise click.UsageError(
+            "--report needs a part named report among cable_sim.run_parts, and none is installed; nothing was "
+            "simulated. Install cable_sim_ros again"
+        )
+    return writer
 
 
 report_option = click.option(
     "--report",
     type=click.Path(path_type=Path),
     metavar="FILE.html",
-    callback=_checked,
+    callback=checked_place,
     help="The run as one HTML file that prints, for somebody who has never seen this program.",
 )
 
@@ -47,9 +58,7 @@ class Reporter:
     def write(self, result: Run, plan: Mapping[str, Any] | None = None) -> None:
         """Write the report of a run, where one was asked for."""
         if self.path is not None:
-            from ..report.write import write_report
-
-            write_report(result, self.path, command=typed(), plan=plan)
+            _writer().write_report(result, self.path, command=typed(), plan=plan)
             said(self.path)
 
 

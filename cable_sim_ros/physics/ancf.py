@@ -20,8 +20,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..compiler.jit import LANES, driver, inline
 from .hermite import GAUSS_4_W, GAUSS_4_X, MASS, WEIGHT
-from .jit import LANES, driver, inline
 from .vec import add, axpy, dot, get3, norm, plus3, put3, scale, sub
 
 # rows of the element table P

@@ -7,8 +7,8 @@ column k: the multiples taken from the six rows, its own the reciprocal pivot, a
 
 from __future__ import annotations
 
-from .jit import driver
-from .simd import row_update
+from ..compiler.jit import driver
+from ..compiler.simd import row_update
 
 COLUMNS = 16
 RHS = 12

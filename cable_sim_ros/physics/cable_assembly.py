@@ -10,6 +10,7 @@ from math import sqrt
 
 import numpy as np
 
+from ..compiler.jit import LANES, driver, inline, link, opaque
 from .ancf import (
     EXTRA_DRAG,
     FLOW_0,
@@ -28,7 +29,6 @@ from .contact import contact_lanes, contact_point_lanes, contact_tangent_lanes
 from .contact_surface import DRUM, GROOVE, NO_TOP, out_of_reach, solid
 from .drag import amplified, mean_lanes, point_lanes, spread_force, spread_matrix, water_load, water_tangent
 from .hermite import W4, W5, X4, X5, shape, slope
-from .jit import LANES, driver, inline, link, opaque
 from .link_element import (
     bend_joints,
     closed_loads,

@@ -9,9 +9,9 @@ from __future__ import annotations
 
 from math import sqrt
 
+from ..compiler.jit import driver, inline
 from .contact_surface import GROOVE
 from .hermite import shape
-from .jit import driver, inline
 from .vec import dot, sub
 
 LONG = 1.5  # radii; longer elements are looked at here

@@ -13,9 +13,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..compiler.jit import LANES, driver, inline
 from .contact_surface import DRUM, FLOOR, GROOVE, Gap, drum_gap, gap, groove_gap, solid
 from .drag import POINT_FLOW, POINT_R, POINT_V, flow_at
-from .jit import LANES, driver, inline
 from .parameter import Block, quantity
 from .vec import add, axpy, cross, dot, get3, plus_matrix, put3, put_matrix, scale
 

@@ -10,11 +10,11 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..compiler.jit import driver, inline, link, opaque
 from .coarse import LONG, lies_in
 from .contact import LOADED, rubs, touch
 from .contact_surface import FLOOR, GROOVE, NO_TOP, beside, clearance, out_of_reach, place, solid
 from .hermite import W5, X5, hermite_of, point_of
-from .jit import driver, inline, link, opaque
 from .state import ARC, NOW, STEP, Q, V
 from .vec import axpy, cross, dot, row3, sub
 

@@ -6,10 +6,10 @@ from __future__ import annotations
 from math import atan2
 from typing import NamedTuple
 
+from ..compiler.jit import driver, inline
 from .contact import LOADED
 from .contact_surface import DRUM, ON_GROUND, ON_SHIP, gap, solid
 from .instruments import drum_torque
-from .jit import driver, inline
 from .ship import unrotate
 from .state import ARC, NOW, Q
 from .swivel import rolled

@@ -18,7 +18,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .jit import inline
+from ..compiler.jit import inline
 from .parameter import REQUIRED, Block, quantity
 from .vec import at3, axpy, cross, dot, norm, scale, sub
 from .winch import DrumModel

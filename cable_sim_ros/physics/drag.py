@@ -17,6 +17,7 @@ from math import sqrt
 
 import numpy as np
 
+from ..compiler.jit import LANES, driver, inline
 from .ancf import (
     ADDED_MASS,
     BUOYANCY,
@@ -42,7 +43,6 @@ from .drag_laws import (
     fitted,
     loading,
 )
-from .jit import LANES, driver, inline
 from .vec import axpy, dot, get3, norm, plus3, plus_matrix, put3, put_matrix, scale, sub
 
 SPEED_FLOOR = 1e-3     # m/s, regularises v_n, |v_t| and the sign of v_t

@@ -21,6 +21,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..compiler.jit import driver, inline
 from .ancf import (
     ADDED_MASS,
     BUOYANCY,
@@ -36,7 +37,6 @@ from .ancf import (
     HALF_RHO_D,
     RE_FACTOR,
 )
-from .jit import driver, inline
 
 MIN_RE, RE_BLEND_1, RE_BLEND_2, MAX_RE = 1e-3, (0.8, 1.25), (25.0, 36.0), 1e5
 RE_TOP = RE_BLEND_2[1]

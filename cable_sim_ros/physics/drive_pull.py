@@ -6,7 +6,7 @@ layer that runs off. A law of the motor is p v + q within low and high: (p, q, l
 
 from __future__ import annotations
 
-from .jit import inline
+from ..compiler.jit import inline
 from .winch import clip
 
 BISECTIONS = 60

@@ -14,7 +14,7 @@ from __future__ import annotations
 
 from math import floor, pi, sqrt
 
-from .jit import inline
+from ..compiler.jit import inline
 
 
 @inline

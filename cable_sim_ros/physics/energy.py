@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from math import sqrt
 
+from ..compiler.jit import LANES, driver, inline
 from .ancf import BUOYANCY, EA, EI, MASS_PER_LENGTH, WEIGHT_PER_LENGTH
 from .hermite import LINK, W5, X5, hermite_of, shape
-from .jit import LANES, driver, inline
 from .mesh_convection import convective, second
 from .point_mass import aboard, carried
 from .state import ARC, NOW, STEP, Q, V

@@ -14,7 +14,7 @@ from math import atan2, cos, pi, sin
 
 import numpy as np
 
-from .jit import driver, inline
+from ..compiler.jit import driver, inline
 from .parameter import Block, quantity
 from .setpoint_feed_forward import FEED_FORWARD, begin_lead, lead_drive
 from .setpoint_limits import within

@@ -22,7 +22,7 @@ from math import ceil, cos, hypot, pi, sin
 
 import numpy as np
 
-from .jit import driver, inline
+from ..compiler.jit import driver, inline
 from .parameter import Block, quantity
 from .vec import cross
 

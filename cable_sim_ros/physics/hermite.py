@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from .jit import inline
+from ..compiler.jit import inline
 
 
 @inline

@@ -9,10 +9,10 @@ from __future__ import annotations
 
 from math import acos, cos, sin, sqrt
 
+from ..compiler.jit import LANES, driver, inline
 from .ancf import COMPRESSION, EA
 from .heave_compensation import signed_departure
 from .hermite import LINK, point_of
-from .jit import LANES, driver, inline
 from .ship import unrotate
 from .state import ARC, NOW, Q
 from .vec import axpy, norm, scale

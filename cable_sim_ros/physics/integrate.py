@@ -10,9 +10,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..compiler.jit import NO, YES, driver, inline, link, opaque
 from .block_tridiagonal import solve, solve_again
 from .cable_assembly import mean_at
-from .jit import NO, YES, driver, inline, link, opaque
 from .line import link_residual, residual
 from .mean_flow import follow, link_mean_flow, mean_fraction
 from .parameter import Block, quantity

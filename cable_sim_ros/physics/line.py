@@ -7,10 +7,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..compiler.jit import driver, link, opaque
 from .cable_assembly import assemble, link_assembly
 from .contact_surface import ON_GROUND
 from .energy import fed
-from .jit import driver, link, opaque
 from .link_element import align, is_links, without_bending
 from .point_mass import carry
 from .state import ARC, AT_REST, FLOW, NOW, A, Q, V

@@ -18,6 +18,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..compiler.jit import LANES, driver, inline
 from .ancf import (
     ADDED_MASS,
     AXIAL_DAMPING,
@@ -43,7 +44,6 @@ from .ancf import (
 )
 from .drag import POINT_CD, POINT_R, POINT_U, POINT_V, POINT_W, coefficients, friction, mean_lanes, point_lanes
 from .hermite import LINK, X4, shape, slope
-from .jit import LANES, driver, inline
 from .link_loads import added_mass, normal_drag, tangential_drag
 from .state import ARC, NOW, Q
 from .vec import add, axpy, dot, get3, norm, put3, row3, scale, sub

@@ -17,7 +17,7 @@ from math import asinh, hypot, sqrt
 
 import numpy as np
 
-from .jit import driver, inline
+from ..compiler.jit import driver, inline
 from .vec import axpy, dot, scale
 
 # Gauss-Legendre with 16 points on [-1, 1], the positive half; literals, see hermite.py

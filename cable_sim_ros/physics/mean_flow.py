@@ -9,8 +9,8 @@ from __future__ import annotations
 
 from math import sqrt
 
+from ..compiler.jit import LANES, driver, inline, link, opaque
 from .ancf import EXTRA_DRAG
-from .jit import LANES, driver, inline, link, opaque
 from .sea import current_at
 from .state import ARC, MEAN, NOW, STEP, STRUM, Q
 from .vec import norm, scale

@@ -20,9 +20,9 @@ docs/theory.md, section 4.
 
 from __future__ import annotations
 
+from ..compiler.jit import LANES, driver, inline
 from .ancf import FLOW_0, FLOW_1, FLOW_RATE_0, FLOW_RATE_1, LENGTH, MASS_PER_LENGTH
 from .hermite import MASS
-from .jit import LANES, driver, inline
 
 
 @inline

@@ -9,6 +9,7 @@ the pay-out; no element is ever split or merged. Number and order of nodes are c
 
 from __future__ import annotations
 
+from ..compiler.jit import LANES, driver, inline
 from .ancf import (
     CD_FIXED,
     CN_FIT,
@@ -24,7 +25,6 @@ from .ancf import (
     ROWS,
     WEIGHT_PER_LENGTH,
 )
-from .jit import LANES, driver, inline
 
 ABOARD = -1
 

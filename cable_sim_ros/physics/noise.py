@@ -6,7 +6,7 @@ from math import cos, log, pi, sqrt
 
 import numpy as np
 
-from .jit import inline
+from ..compiler.jit import inline
 from .sensor_models import BIAS, DRIFT, FROZEN, NOISE, RESET, RUNAWAY, STUCK
 
 

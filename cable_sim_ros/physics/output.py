@@ -10,12 +10,12 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..compiler.jit import driver, inline
 from .contact import latch
 from .contact_output import in_block, pull_of, read_drums, read_ground, read_sheave, rub_moment
 from .drum_layers import lay_of, layer_of, radius_of, turns_of
 from .energy import fill_energy, slack_gain
 from .instruments import direction_at, measure, node_tension, tension_at
-from .jit import driver, inline
 from .link_element import is_links, joint_tension
 from .ringing import missing
 from .sea import elevation

@@ -9,10 +9,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..compiler.jit import driver, inline
 from .drag_laws import smooth
 from .hermite import LINK, hermite_of, shape
 from .instruments import locate
-from .jit import driver, inline
 from .mesh_convection import material
 from .state import ARC, NOW, A, Q, V
 from .vec import add

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from math import cos, cosh, exp, sin, sinh, sqrt
 
-from .jit import driver, inline
+from ..compiler.jit import driver, inline
 from .winch import ACCELERATION, RATE, SERVO_STEP, TRAVEL, clip, fastest
 
 AT_REST = 1e-3  # m/s, m: below which a brake sets, and within which a limit is reached

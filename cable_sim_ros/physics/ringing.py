@@ -17,9 +17,9 @@ from __future__ import annotations
 
 from math import sqrt
 
+from ..compiler.jit import LANES, driver, inline
 from .ancf import AXIAL_DAMPING, EA
 from .integrate import coefficients
-from .jit import LANES, driver, inline
 from .state import ARC, GAIN, NOW, STEP, A, Q, X
 from .vec import dot, norm, row3, scale, sub
 

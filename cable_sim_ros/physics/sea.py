@@ -18,10 +18,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..compiler.jit import LANES, driver, inline
 from .ancf import DISPLACED
 from .drag import POINT_A, POINT_R, POINT_SHEAR, POINT_V, POINT_W
 from .hermite import GAUSS_4_X
-from .jit import LANES, driver, inline
 
 # rows of a stream: current beyond the linear one (x y z) and its fall with z (x y), velocity of the waves, acceleration
 # of the water; of a node the elevation of the surface over it besides

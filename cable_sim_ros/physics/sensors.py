@@ -10,9 +10,9 @@ from math import atan2, cos, exp, floor, pi, sin
 
 import numpy as np
 
+from ..compiler.jit import driver, inline
 from .contact_output import in_block
 from .instruments import end_strain
-from .jit import driver, inline
 from .noise import drawn, gauss, spoiled
 from .sea import pressure_head
 from .sensor_models import COUNT, DEPTH_SHOWN, ENCODED, FIX, HEAVE, LATE, LOST, METERED, MRU, NOISE, PIN, ROLL

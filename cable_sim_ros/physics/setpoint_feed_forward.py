@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from .jit import driver
+from ..compiler.jit import driver
 
 FEED_FORWARD = np.dtype(
     [

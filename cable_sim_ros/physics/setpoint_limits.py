@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from math import exp
 
-from .jit import inline
+from ..compiler.jit import inline
 
 KNEE = 0.8  # share of a limit up to which nothing is changed
 

@@ -17,7 +17,7 @@ from math import exp, sqrt
 
 import numpy as np
 
-from .jit import driver, inline
+from ..compiler.jit import driver, inline
 from .setpoint_limits import within
 
 FILTERS = 8

@@ -17,7 +17,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from .jit import driver, inline
+from ..compiler.jit import driver, inline
 from .setpoint_limits import within
 
 TENSION = np.dtype(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from math import cos, sin
 
-from .jit import inline
+from ..compiler.jit import inline
 from .setpoint_limits import within
 
 

@@ -15,8 +15,8 @@ from math import cos, exp, floor, pi, sin
 
 import numpy as np
 
+from ..compiler.jit import driver, inline
 from .inputs import EPOCH, MOTION_ROWS, SOURCE
-from .jit import driver, inline
 from .parameter import Block, quantity
 from .vec import add, cross, scale
 

@@ -10,11 +10,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..compiler.jit import driver, inline
 from .contact import CONTACT_POINT, CONTACT_POINTS_PER_ELEMENT, DETECTED, EVENTS
 from .contact_surface import SURFACE, check_surfaces
 from .heave_compensation import SETPOINT
 from .hermite import LINK
-from .jit import driver, inline
 from .sea import SEA, Sea
 from .sensor_models import SensorModel, Sensors, make_sensors
 from .ship import SHIP, SHIP_TIMES, TIME, TOW_FRAME

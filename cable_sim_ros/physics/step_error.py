@@ -23,10 +23,10 @@ from math import sqrt
 
 import numpy as np
 
+from ..compiler.jit import LANES, driver, link, opaque
 from .ancf import ADDED_MASS, EA, MASS_PER_LENGTH
 from .block_tridiagonal import RHS, solve, solve_again
 from .integrate import coefficients
-from .jit import LANES, driver, link, opaque
 from .state import ARC, NOW, STEP, A, Q
 from .vec import dot, norm, sub
 

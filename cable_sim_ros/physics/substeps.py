@@ -12,10 +12,10 @@ Used by the tow, by lines of one's own, by the cases and by the stress tests.
 
 from __future__ import annotations
 
+from ..compiler.jit import NO, driver, inline, link, opaque
 from .contact_detection import DEEP, THROUGH, detect_contact, link_contact_detection, rubbed
 from .contact_surface import GROOVE
 from .integrate import link_solver, predict
-from .jit import NO, driver, inline, link, opaque
 from .ringing import damped
 from .state import GAIN, NOW, STEP, Q, restore
 from .step_error import error_ratio, link_error, longest_step

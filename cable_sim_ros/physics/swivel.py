@@ -18,7 +18,7 @@ from math import asin, atan2, cos, exp, floor, pi, sin, sqrt
 
 import numpy as np
 
-from .jit import inline
+from ..compiler.jit import inline
 from .ship import unrotate
 from .vec import add, at3, axpy, cross, dot, scale, sub
 

@@ -8,8 +8,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..compiler.jit import driver, link, opaque
 from .heave_compensation import by_angle
-from .jit import driver, link, opaque
 from .output import glance, no_peaks
 from .output import observe as _observe
 from .ringing import fade

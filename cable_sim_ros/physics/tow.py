@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..compiler.jit import NO, driver, inline, link, opaque
 from .ancf import EA
 from .contact_detection import detect_contact
 from .contact_output import pull_of
@@ -12,7 +13,6 @@ from .energy import beads_fed
 from .heave_compensation import mean_track, set_point
 from .instruments import end_strain
 from .integrate import advance, coefficients, conclude, settle, solve_step
-from .jit import NO, driver, inline, link, opaque
 from .mean_flow import take_up
 from .mesh_motion import flow_of, lay_mesh
 from .noise import gauss, spoiled

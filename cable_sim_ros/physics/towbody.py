@@ -15,10 +15,10 @@ from math import atan2, cos, pi, sin, sqrt
 
 import numpy as np
 
+from ..compiler.jit import driver, inline
 from .contact import acts, touch
 from .contact_surface import solid
 from .drag_laws import smooth
-from .jit import driver, inline
 from .parameter import REQUIRED, Block, quantity
 from .point_mass import half_height
 from .sea import ELEVATION, EXTRA, ORBIT, RATE, SHEAR

@@ -21,8 +21,8 @@ from __future__ import annotations
 from enum import Enum
 from math import log, log10, pi, sqrt
 
+from ..compiler.jit import driver, inline
 from .hermite import point_of
-from .jit import driver, inline
 from .parameter import Block, quantity
 from .sea import current_at
 from .state import ARC, MEAN, NOW, STRUM, Q

@@ -21,8 +21,8 @@ from math import ceil, cos, exp, pi, sin, sqrt
 
 import numpy as np
 
+from ..compiler.jit import LANES, driver, inline
 from .drag_laws import smooth
-from .jit import LANES, driver, inline
 from .parameter import Block, quantity
 from .sea import ELEVATION, EXTRA, ORBIT, SHEAR
 from .state import ARC, NOW, STEP, WAKE, Q, V

@@ -7,9 +7,9 @@ from __future__ import annotations
 
 from math import cos, pi, sin
 
+from ..compiler.jit import LANES, driver, link, opaque
 from .drag import POINT_R
 from .hermite import X4, shape
-from .jit import LANES, driver, link, opaque
 from .sea import (
     ELEVATION,
     EXTRA,

@@ -7,10 +7,10 @@ In waves z counts from the surface over the element, which is taken as linear be
 
 from __future__ import annotations
 
+from ..compiler.jit import LANES, driver, inline
 from .ancf import HALF_RHO_D, LENGTH
 from .drag import amplified, mean_lanes, point_lanes, water_load, water_tangent
 from .hermite import W4, X4, shape, slope
-from .jit import LANES, driver, inline
 from .sea import ELEVATION, push_lanes, stream_at, stream_lanes
 from .workspace import RISE
 

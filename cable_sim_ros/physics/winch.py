@@ -11,8 +11,8 @@ from math import cos, sin, sqrt
 
 import numpy as np
 
+from ..compiler.jit import driver, inline
 from .drum_layers import lay_of, radius_of
-from .jit import driver, inline
 from .parameter import REQUIRED, Block, quantity
 from .sensor_models import FAULT
 from .tick_output import COMMAND_LIMITED, COMMAND_STALE, DRUM_END, WINCH_LIMIT, WINCH_SATURATED

@@ -10,8 +10,8 @@ from math import isnan, sqrt
 
 import numpy as np
 
+from ..compiler.jit import driver, inline
 from .inputs import COMMAND_ROWS
-from .jit import driver, inline
 from .noise import gauss, spoiled
 from .sensor_models import BIAS, DRIFT, FAULT_NONE, FROZEN, LATE, LOST, NOISE, RUNAWAY
 from .winch import clip

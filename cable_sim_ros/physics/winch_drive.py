@@ -24,9 +24,9 @@ from enum import Enum
 
 import numpy as np
 
+from ..compiler.jit import driver, inline
 from .drive_pull import STOPPED, largest_pull, loose, motor_pull, root
 from .drum_layers import radius_and_slope, second_moment
-from .jit import driver, inline
 from .parameter import Block, quantity
 from .rate_loop import AT_REST, early, stand_at_end, wanted_rate, within_limits
 from .tick_output import BRAKE_SLIPPED, MOTOR_LIMITED

@@ -6,10 +6,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..compiler.jit import LANES
 from .ancf import K9_ROWS, ROWS
 from .block_tridiagonal import COLUMNS, FACTOR_COLUMNS
 from .drag import POINT_ROWS
-from .jit import LANES
 from .sea import NODE_COLUMNS, STREAM_ROWS
 
 # powers [W] and works [J]: what the cable's own forces take (inertia, weight, stiffness, damping), what damping loses

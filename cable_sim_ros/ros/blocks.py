@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from enum import Enum
+from typing import TYPE_CHECKING
 
 from ..io.messages.markers import MAX_RATE
 from ..physics.heave_filter import Heave, MotionInput
 from ..physics.parameter import Block, quantity
-from .telegrams.blocks import Telegrams
-from .towbody_fix import Fix
+from .parts import with_parts
 
 
 class TimeMode(str, Enum):
@@ -121,8 +121,8 @@ class Frames(Block):
     towbody_link: str = quantity("towbody_link", "", None, None, "frame of the towbody")
 
 
-class NodeBlock(Block):
-    """What the node needs beside the scene."""
+class OwnBlock(Block):
+    """What the node itself needs beside the scene."""
 
     scene: str = quantity("full_scale", "", None, None, "scene: path of a YAML file or name of a shipped scene")
     autostart: bool = quantity(True, "", None, None, "configure and activate at the start, without a manager")
@@ -164,8 +164,13 @@ class NodeBlock(Block):
     lockstep: Lockstep = quantity(Lockstep(), "", None, None, "lockstep, where time_mode says so")
     recording: RecordingParameters = quantity(RecordingParameters(), "", None, None, "recording")
     publish: Publish = quantity(Publish(), "", None, None, "rates")
-    telegrams: Telegrams = quantity(Telegrams(), "", None, None, "telegrams of the instruments over UDP")
-    fix: Fix = quantity(Fix(), "", None, None, "latitude and longitude of the towbody")
     frame: Frames = quantity(Frames(), "", None, None, "frame names")
     motion: MotionInput = quantity(MotionInput(), "", None, None, "motion messages")
     heave: Heave = quantity(Heave(), "", None, None, "motion from the IMU alone")
+
+
+if TYPE_CHECKING:
+    NodeBlock = OwnBlock
+else:
+    NodeBlock = with_parts(OwnBlock)
+"""What the node needs beside the scene, its parts included."""

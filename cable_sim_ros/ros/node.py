@@ -19,11 +19,11 @@ from rclpy.qos import QoSProfile, ReliabilityPolicy
 from rclpy.qos_overriding_options import QoSOverridingOptions
 from rclpy.serialization import serialize_message
 
+from ..errors import CableSimError
 from ..io.messages.channels import Context, Encoder
 from ..io.messages.markers import TOPIC as MARKERS
 from ..io.messages.messages import CAUSES, COMMANDS, JOINT_COMMAND, KINDS, Event, stamp_of
 from ..io.recordings.recording_place import name_problem, state_problem
-from ..io.telegrams.fields import TelegramError
 from ..sim.checks.friction_checks import slow
 from ..sim.flag_rules import FAILED
 from ..sim.live_parameters import changed, unfit, ways
@@ -38,6 +38,7 @@ from .graph_monitor import EVERY as NEIGHBOURS_EVERY
 from .graph_monitor import Neighbours
 from .lockstep import rate_problem
 from .parameters import ParameterError, checked, foreign, settle
+from .parts import started
 from .play.clock_topic import ClockTopic
 from .process import Stop, autostart, refuse_unknown, start_ros
 from .publisher import DirectPublisher, TickPublisher
@@ -51,9 +52,7 @@ from .services.control import SimulationControl
 from .services.recording_control import RecordingControl
 from .statistics import write_json
 from .stepped import SteppedSession, session_of
-from .telegrams.sender import Sender
 from .topics import diagnostic_array, inputs_there, message_class, publishers_of, rows_of
-from .towbody_fix import TowbodyFix
 
 NAME, NAMESPACE = "cable_sim", "/tow_sim"
 INPUT_DEPTH = {False: 200, True: 5000}  # deep: a static start takes a second; in lockstep a bag may come at once
@@ -65,14 +64,16 @@ DIAGNOSTICS = "diagnostic_msgs/msg/DiagnosticArray"
 
 
 class CableSimNode(LifecycleNode):
-    """Raises ParameterError or TelegramError at construction; nothing has been started then."""
+    """Raises ParameterError, or the CableSimError of a part, at construction; nothing has been started then."""
 
     def __init__(self, **kwargs) -> None:
         super().__init__(NAME, namespace=NAMESPACE, **kwargs)
+        self.publisher: TickPublisher | None = None
+        self._steady = Clock(clock_type=ClockType.STEADY_TIME)
         try:
             self.settings = settle(overrides_of(self))
             declare(self, self.settings.rows)
-            self.telegrams = Sender(self.settings.node.telegrams, self.settings.scene, self._log)
+            self.parts = started(self)
         except BaseException:
             self.destroy_node()
             raise
@@ -82,15 +83,13 @@ class CableSimNode(LifecycleNode):
             self.get_logger().warning("use_sim_time is ignored: the clock is that of the stamps of imu/data and odom")
         self.add_on_set_parameters_callback(self._may_set)
         self.add_post_set_parameters_callback(self._was_set)
-        self.session = session_of(self.settings, self._log)
+        self.session = session_of(self.settings, self.log)
         self.watch = Watch(self.session)
         self.schedule = FaultSchedule(self.settings.node, self.settings.scene)
         self.arrivals = StampArrivals(lambda: self.session.now()) if self.session.lockstep else Arrivals()
-        self.publisher: TickPublisher | None = None
         self.recording = RecordingControl(self.settings, self.get_namespace())
         self.inputs: list = []
         self.heard, self._unheard = inputs_there()
-        self._steady = Clock(clock_type=ClockType.STEADY_TIME)
         self._diagnostics = self.create_publisher(DiagnosticArray, "/diagnostics", 10)
         self.control = SimulationControl(self)
         self.standard = simulation_interfaces.offer(self.control)
@@ -100,7 +99,6 @@ class CableSimNode(LifecycleNode):
         self._neighbours = Neighbours(self)
         self.clock_topic = ClockTopic(self)
         self._ages = self.create_publisher(message_class(AGES_TYPE), AGES_TOPIC, QOS["reliable"])
-        self.fix = TowbodyFix(self, self._steady, QOS["reliable"])
         self._reported_levels: tuple = ()
         self._reported_state, self._warned_scheduler, self.ended_badly = "", False, False  # the last by close()
         self.report_state()
@@ -133,7 +131,7 @@ class CableSimNode(LifecycleNode):
             session.record_time,
             () if node.recording.markers else (f"{self.get_namespace().rstrip('/')}/{MARKERS}",),
             slow(self.settings.scene),
-            self.telegrams.tick if self.telegrams.links else None,
+            [part.tick for part in self.parts if part.tick is not None],
             rule_keeper(self.settings.scene),
         )
         if isinstance(session, SteppedSession):
@@ -171,7 +169,7 @@ class CableSimNode(LifecycleNode):
         for publisher in self.publisher.publishers.values() if self.publisher else ():
             self.destroy_publisher(publisher)
         self.clock_topic.close()
-        self.session = session_of(self.settings, self._log)
+        self.session = session_of(self.settings, self.log)
         self.watch, self.publisher, self.inputs = Watch(self.session), None, []
         self.report_state()
         return TransitionCallbackReturn.SUCCESS
@@ -193,7 +191,7 @@ class CableSimNode(LifecycleNode):
         for rank, value in zip((50, 99, 100), self.arrivals.taken.percentiles(50, 99, 100)):
             metrics[f"sample_age_p{rank}_ms"] = value
         metrics["wall_clock_steps"] = self.arrivals.steps
-        metrics |= self.telegrams.metrics()
+        metrics |= {name: value for part in self.parts for name, value in part.metrics().items()}
         verdict = verdict_of_node(self.session, self.publisher, metrics)
         self.ended_badly = verdict.state == FAILED
         metrics["verdict"] = verdict.as_dict()
@@ -209,7 +207,8 @@ class CableSimNode(LifecycleNode):
             for line in verdict.lines():
                 say(line, err=True)
         self._write_statistics(metrics)
-        self.telegrams.close()
+        for part in self.parts:
+            part.close()
 
     def _stop_threads(self) -> None:
         self.session.close()
@@ -237,7 +236,7 @@ class CableSimNode(LifecycleNode):
             clock = self.session.clock
             stamp = None if kind in COMMANDS else stamp_of(data)
             arrival = self.arrivals.of(info, stamp, clock.offset)
-            self._record(topic, msgtype, data, arrival)
+            self.record(topic, msgtype, data, arrival)
             if kind in COMMANDS:
                 self._command(data, arrival, kind)
             else:
@@ -256,7 +255,8 @@ class CableSimNode(LifecycleNode):
         if cause:
             self.get_logger().warning(clean(f"winch command refused: {CAUSES[cause]}"), throttle_duration_sec=5.0)
 
-    def _record(self, topic: str, msgtype: str, data: bytes, arrival: int | None = None) -> None:
+    def record(self, topic: str, msgtype: str, data: bytes, arrival: int | None = None) -> None:
+        """A message of this node into the recording under way, if there is one."""
         recorder = self.recording.recorder
         if recorder is not None:
             recorder.put(topic, msgtype, self.session.record_time(arrival), data)
@@ -333,10 +333,10 @@ class CableSimNode(LifecycleNode):
 
     def _on_diagnostics(self) -> None:
         statuses = self.watch.statuses(self.publisher, self.recording.stats(), self.recording.recorder is not None)
-        statuses += self.telegrams.statuses()
+        statuses += [status for part in self.parts for status in part.statuses()]
         data = serialize_message(diagnostic_array(self.get_name(), statuses, self.session.log_time()))
         self._diagnostics.publish(data)
-        self._record("/diagnostics", DIAGNOSTICS, data)
+        self.record("/diagnostics", DIAGNOSTICS, data)
 
     def report_state(self) -> None:
         """Write the state to statistics_file, for whoever started this process."""
@@ -351,7 +351,8 @@ class CableSimNode(LifecycleNode):
                 text = f"statistics_file cannot be written: {error}"
                 self.get_logger().error(clean(text), throttle_duration_sec=10.0)
 
-    def _log(self, level: str, text: str) -> None:
+    def log(self, level: str, text: str) -> None:
+        """A line in the log; level: error, warn or info."""
         # one call site each: rclpy ties a site to its level
         logger = self.get_logger()
         if level == "error":
@@ -379,7 +380,7 @@ def main(args: list[str] | None = None) -> int:
             spin(node, stop)
     except (KeyboardInterrupt, ExternalShutdownException):
         pass
-    except (ParameterError, TelegramError) as error:
+    except CableSimError as error:
         say(f"error: {error}", err=True, lines=error.lines)
         code = 2
     finally:

@@ -22,8 +22,7 @@ from ..sim.scene import Scene
 from .blocks import NodeBlock, TimeMode
 from .fault_schedule import schedule_of
 from .lockstep import rate_problem
-from .telegrams.blocks import telegram_problem
-from .towbody_fix import fix_problem
+from .parts import problem_of_parts
 
 FOREIGN = ("use_sim_time", "start_type_description_service")  # declared by rclpy itself
 # what stands for "none" in a parameter that may be none
@@ -177,8 +176,7 @@ def settle(overrides: dict[str, Any]) -> Settings:
         or state_problem(node.state_file, "started")
         or rate_problem(node.lockstep.rate, "started")
         or schedule_of(node.faults_file, scene, node.time_mode is TimeMode.LOCKSTEP)[1]
-        or fix_problem(node.fix)
-        or telegram_problem(node.telegrams, scene.solver.tick)
+        or problem_of_parts(node, scene)
     )
     if recording.enabled and not problem:
         problem = root_problem("recording.root", recording.root, round(recording.least_free * 1e6), "started")

@@ -6,7 +6,7 @@ import os
 import threading
 import time
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 from rclpy._rclpy_pybind11 import RCLError
@@ -25,7 +25,7 @@ class TickPublisher:
 
     publishers: absolute topic -> rclpy publisher, of the topics whose messages are installed; offset(): monotonic time
     less time of the data's clock, ns, or None; log_time(): the time at which a recording has a message, ns; unrecorded:
-    absolute topics that are only published; slow: see `RunningSums`; telegrams: takes each tick output that was
+    absolute topics that are only published; slow: see `RunningSums`; parts: each takes every tick output that was
     published, and leaves it unchanged; rules: on watch, or None. A recording may be begun and ended at any time.
     """
 
@@ -38,11 +38,11 @@ class TickPublisher:
         log_time: Callable[[], int] = time.time_ns,
         unrecorded: tuple[str, ...] = (),
         slow: float = 0.0,
-        telegrams: Callable[[np.record], None] | None = None,
+        parts: Sequence[Callable[[np.record], None]] = (),
         rules: RuleKeeper | None = None,
     ) -> None:
         self.loop, self.encoder, self.publishers, self.offset = loop, encoder, publishers, offset
-        self.log_time, self.unrecorded, self.telegrams = log_time, unrecorded, telegrams
+        self.log_time, self.unrecorded, self.parts = log_time, unrecorded, parts
         self._recorder: Recorder | None = None
         self._journal: Journal | None = None
         self._recording = threading.Lock()  # held while a tick is being recorded
@@ -113,8 +113,8 @@ class TickPublisher:
         for _, topic, data in messages:
             if topic in self.publishers:
                 self.publishers[topic].publish(data)
-        if self.telegrams is not None:
-            self.telegrams(frame)
+        for part in self.parts:
+            part(frame)
         with self._recording:
             self._noted(index)
             if self._recorder is not None and self._journal is not None and self._journal.covers(index):

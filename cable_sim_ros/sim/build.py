@@ -9,11 +9,11 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from ..compiler.jit import LANES
 from ..physics import ancf
 from ..physics.cable_assembly import Cable
 from ..physics.contact_surface import SHEAVE_ROW, surfaces_of
 from ..physics.integrate import TOLERANCE, Solver
-from ..physics.jit import LANES
 from ..physics.mesh_motion import ABOARD
 from ..physics.output import Output
 from ..physics.point_mass import BEAD, bead_record

@@ -20,13 +20,13 @@ import sys
 import numpy as np
 from numba import types
 
-from ..physics.jit import driver
+from ..compiler.compiling import prepare
+from ..compiler.jit import driver
 from ..physics.output import no_peaks
 from ..physics.state import NOW
 from ..physics.tick import link_tick, observe, sense, tick
 from ..physics.tick_output import NEWTON_FAILED, NOT_FINITE
 from ..physics.tow import rest
-from .compiling import prepare
 
 LINUX = sys.platform.startswith("linux")
 _INT64 = types.CPointer(types.int64)

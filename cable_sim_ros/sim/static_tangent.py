@@ -11,10 +11,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..compiler.jit import YES, driver
 from ..physics.block_tridiagonal import RHS, solve, solve_again
 from ..physics.contact import LOADED
 from ..physics.integrate import face
-from ..physics.jit import YES, driver
 from ..physics.line import residual
 from ..physics.state import AT_REST, FLOW, NOW
 from ..physics.water_kinematics import STILL, stir

@@ -6,11 +6,11 @@ import json
 import pytest
 from click.testing import CliRunner
 
-from cable_sim_ros.ahc import board, definition, tables
-from cable_sim_ros.ahc.definition import Cell
-from cable_sim_ros.ahc.entrants import AhcError
-from cable_sim_ros.ahc.figures import NAMES
 from cable_sim_ros.cli import commands
+from cable_sim_ros.tools.ahc import board, definition, tables
+from cable_sim_ros.tools.ahc.definition import Cell
+from cable_sim_ros.tools.ahc.entrants import AhcError
+from cable_sim_ros.tools.ahc.figures import NAMES
 
 CELLS = definition.cells()
 

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from scipy.stats import chi2
 
-from cable_sim_ros.ahc import figures as f
 from cable_sim_ros.physics.tick_output import TICK_OUTPUT, Flag
 from cable_sim_ros.runs.summary import ellipsoid_volume
+from cable_sim_ros.tools.ahc import figures as f
 
 TICK, SECONDS = 0.01, 120.0
 T = np.arange(round(SECONDS / TICK)) * TICK

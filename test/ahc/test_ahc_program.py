@@ -9,10 +9,10 @@ import pytest
 pytest.importorskip("rclpy")
 pytestmark = [pytest.mark.ros, pytest.mark.skipif(os.environ.get("NUMBA_DISABLE_JIT") == "1", reason="needs real time")]
 
-from cable_sim_ros.ahc import benchmark, definition  # noqa: E402
-from cable_sim_ros.ahc.definition import Cell, Class  # noqa: E402
-from cable_sim_ros.ahc.entrants import external  # noqa: E402
-from cable_sim_ros.ahc.outcome import Span  # noqa: E402
+from cable_sim_ros.tools.ahc import benchmark, definition  # noqa: E402
+from cable_sim_ros.tools.ahc.definition import Cell, Class  # noqa: E402
+from cable_sim_ros.tools.ahc.entrants import external  # noqa: E402
+from cable_sim_ros.tools.ahc.outcome import Span  # noqa: E402
 
 EXAMPLE = Path(__file__).parents[1] / "examples" / "heave_compensator.py"
 

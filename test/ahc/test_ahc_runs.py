@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from cable_sim_ros.ahc import benchmark, board, definition, motions, simulate, tables
-from cable_sim_ros.ahc.definition import Cell, Class
-from cable_sim_ros.ahc.entrants import AhcError, Entrant, external, laws
-from cable_sim_ros.ahc.outcome import Span
 from cable_sim_ros.cli import commands
 from cable_sim_ros.errors import TowError
 from cable_sim_ros.io.messages.messages import decode_odometry
+from cable_sim_ros.tools.ahc import benchmark, board, definition, motions, simulate, tables
+from cable_sim_ros.tools.ahc.definition import Cell, Class
+from cable_sim_ros.tools.ahc.entrants import AhcError, Entrant, external, laws
+from cable_sim_ros.tools.ahc.outcome import Span
 
 HERE = Path(__file__).parent
 CONTROLLERS = HERE / "controllers.py"
@@ -224,7 +224,7 @@ def test_a_program_that_cannot_run_is_a_row_with_its_reason(monkeypatch):
 
 
 def test_a_program_needs_ros_and_says_so(monkeypatch):
-    monkeypatch.setattr("cable_sim_ros.ahc.lockstep.find_spec", lambda name: None)
+    monkeypatch.setattr("cable_sim_ros.tools.ahc.lockstep.find_spec", lambda name: None)
     row = benchmark.row_of(external("idle", None, "python3 idle.py"), FULL_SCALE, SHORT)
     assert row["state"] == "failed" and "--command needs ROS 2, and rclpy cannot be imported" in row["reason"]
 

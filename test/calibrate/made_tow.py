@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from cable_sim_ros.runs.calibration.free import Free
-from cable_sim_ros.runs.calibration.observed import Observed
-from cable_sim_ros.runs.calibration.tow_model import Curve
+from cable_sim_ros.tools.calibrate.free import Free
+from cable_sim_ros.tools.calibrate.observed import Observed
+from cable_sim_ros.tools.calibrate.tow_model import Curve
 
 NUMBERS = [Free("drag", "", 1.8, 1.0, 3.0), Free("weight", "N", 357.0, 250.0, 450.0)]
 TRUE = (2.0, 380.0)

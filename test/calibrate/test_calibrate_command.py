@@ -10,19 +10,19 @@ import pytest
 from click.testing import CliRunner
 
 from cable_sim_ros.cli import commands
-from cable_sim_ros.io.logs.own_signals import signals_of_frames
-from cable_sim_ros.io.logs.signals import Signal
 from cable_sim_ros.io.scenes.load import load_scene, override
 from cable_sim_ros.runs import offline
-from cable_sim_ros.runs.calibration import least_squares
-from cable_sim_ros.runs.calibration.calibrate import Options, calibrate
-from cable_sim_ros.runs.calibration.free import free_of, keys_of, value_of
-from cable_sim_ros.runs.calibration.tow_model import TowModel
-from cable_sim_ros.runs.calibration.write_scene import text_with
 from cable_sim_ros.runs.sources import motion_of
 from cable_sim_ros.runs.step_choice import stepped
 from cable_sim_ros.sim.layout import Layout, layout_of
 from cable_sim_ros.sim.simulator import Simulator
+from cable_sim_ros.tools.calibrate import least_squares
+from cable_sim_ros.tools.calibrate.calibrate import Options, calibrate
+from cable_sim_ros.tools.calibrate.free import free_of, keys_of, value_of
+from cable_sim_ros.tools.calibrate.tow_model import TowModel
+from cable_sim_ros.tools.calibrate.write_scene import text_with
+from cable_sim_ros.tools.logs.own_signals import signals_of_frames
+from cable_sim_ros.tools.logs.signals import Signal
 
 DRAG = "cable.sections.armoured.drag_amplification"
 TRUE = 2.0
@@ -322,7 +322,7 @@ def test_a_number_of_which_the_data_say_nothing_is_not_written(steady, tmp_path)
 
 
 def test_the_json_has_no_number_that_json_has_not():
-    from cable_sim_ros.cli.calibrate import _plain
+    from cable_sim_ros.tools.calibrate.command import _plain
 
     assert _plain({"a": [(1.0, float("nan")), float("inf"), "x", None, True]}) == {
         "a": [[1.0, None], None, "x", None, True]

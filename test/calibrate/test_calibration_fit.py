@@ -6,16 +6,16 @@ import numpy as np
 import pytest
 from made_tow import NUMBERS, TRUE, log, tow
 
-from cable_sim_ros.runs.calibration import confidence as confidence_module
-from cable_sim_ros.runs.calibration.confidence import QUANTILE, Surface, confidence, linear_intervals, profile
-from cable_sim_ros.runs.calibration.free import CalibrateError
-from cable_sim_ros.runs.calibration.lags import first_lags, repeats
-from cable_sim_ros.runs.calibration.least_squares import Nuisance, Problem, fit, scales
-from cable_sim_ros.runs.calibration.observed import _slower
-from cable_sim_ros.runs.calibration.result import Calibration
-from cable_sim_ros.runs.calibration.systematic import SHARE, _faster, systematic
-from cable_sim_ros.runs.calibration.tow_model import Curve, TrialError
-from cable_sim_ros.runs.scores.pairing import Cleaned
+from cable_sim_ros.tools.calibrate import confidence as confidence_module
+from cable_sim_ros.tools.calibrate.confidence import QUANTILE, Surface, confidence, linear_intervals, profile
+from cable_sim_ros.tools.calibrate.free import CalibrateError
+from cable_sim_ros.tools.calibrate.lags import first_lags, repeats
+from cable_sim_ros.tools.calibrate.least_squares import Nuisance, Problem, fit, scales
+from cable_sim_ros.tools.calibrate.observed import _slower
+from cable_sim_ros.tools.calibrate.result import Calibration
+from cable_sim_ros.tools.calibrate.systematic import SHARE, _faster, systematic
+from cable_sim_ros.tools.calibrate.tow_model import Curve, TrialError
+from cable_sim_ros.tools.compare.pairing import Cleaned
 
 LAG = Nuisance("lag", "tension", None, -2.0, 2.0)
 BIAS = Nuisance("bias", "tension", None, -500.0, 500.0)
@@ -63,8 +63,8 @@ def test_the_profile_agrees_with_the_covariance_of_a_tow_that_hardly_bends():
 def test_the_profile_of_one_number_is_where_the_likelihood_rises():
     """A signal that goes with the square: the exact profile is known."""
     pytest.importorskip("iminuit")
-    from cable_sim_ros.runs.calibration.free import Free
-    from cable_sim_ros.runs.calibration.observed import Observed
+    from cable_sim_ros.tools.calibrate.free import Free
+    from cable_sim_ros.tools.calibrate.observed import Observed
 
     def square(values):
         return {"tension": Curve(lambda t: np.full(len(t), values[0] ** 2), lambda t: np.zeros(len(t)))}

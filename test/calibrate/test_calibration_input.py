@@ -4,15 +4,15 @@ import numpy as np
 import pytest
 from made_tow import NUMBERS, TRUE, log, tow
 
-from cable_sim_ros.io.logs.signals import Signal
 from cable_sim_ros.io.scenes.load import load_scene
-from cable_sim_ros.runs.calibration import tow_model
-from cable_sim_ros.runs.calibration.confidence import confidence, linear_intervals
-from cable_sim_ros.runs.calibration.free import CalibrateError, free_of
-from cable_sim_ros.runs.calibration.least_squares import Nuisance, Problem, fit, lasting
-from cable_sim_ros.runs.calibration.observed import observed
-from cable_sim_ros.runs.calibration.tow_model import TowModel
 from cable_sim_ros.sim.verdict import Verdict
+from cable_sim_ros.tools.calibrate import tow_model
+from cable_sim_ros.tools.calibrate.confidence import confidence, linear_intervals
+from cable_sim_ros.tools.calibrate.free import CalibrateError, free_of
+from cable_sim_ros.tools.calibrate.least_squares import Nuisance, Problem, fit, lasting
+from cable_sim_ros.tools.calibrate.observed import observed
+from cable_sim_ros.tools.calibrate.tow_model import TowModel
+from cable_sim_ros.tools.logs.signals import Signal
 
 
 def taken(time_s, value, noise=None, steady=False, last=400.0):

@@ -7,13 +7,13 @@ import pytest
 
 pytest.importorskip("rclpy")
 
-from cable_sim_ros.ensemble.beside import AHEAD_NAMES, BAND_NAMES, WATCHED, Beside, _follow
-from cable_sim_ros.ensemble.copies import EnsembleEnded, Stopped
-from cable_sim_ros.ensemble.follow import Follower
-from cable_sim_ros.ensemble.plan import EnsemblePlan
-from cable_sim_ros.ensemble.recording import heard_of, scene_kept
 from cable_sim_ros.physics.tick_output import Flag
 from cable_sim_ros.ros.status import ERROR, OK, WARN
+from cable_sim_ros.tools.ensemble.beside import AHEAD_NAMES, BAND_NAMES, WATCHED, Beside, _follow
+from cable_sim_ros.tools.ensemble.copies import EnsembleEnded, Stopped
+from cable_sim_ros.tools.ensemble.follow import Follower
+from cable_sim_ros.tools.ensemble.plan import EnsemblePlan
+from cable_sim_ros.tools.ensemble.recording import heard_of, scene_kept
 
 
 class Voice:
@@ -145,7 +145,7 @@ def test_where_real_time_is_not_held_copies_go_and_it_is_said(bag, made, monkeyp
     begun = beside.follower.begun
     beside.step(items[640:], 20.0)
     assert beside.follower.lag > 50.0
-    monkeypatch.setattr("cable_sim_ros.ensemble.beside.GIVE_UP", 50.0)
+    monkeypatch.setattr("cable_sim_ros.tools.ensemble.beside.GIVE_UP", 50.0)
     beside.step([], 20.0 + 0.95 * WATCHED)
     beside.step([], 20.0 + 1.2 * WATCHED)
     assert not beside.follower.running and "the copies begin again at the present" in beside.follower.notes[-1]

@@ -7,15 +7,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from cable_sim_ros.ensemble import copies as module
-from cable_sim_ros.ensemble.copies import FIGURES, Ensemble, EnsembleEnded, band_of, level_of
-from cable_sim_ros.ensemble.coverage import ENSEMBLES, seed_of
-from cable_sim_ros.ensemble.limits import MAX_SEED
-from cable_sim_ros.ensemble.plan import NOMINAL, EnsembleError, EnsemblePlan, draw_of, load_plan, scene_of
 from cable_sim_ros.io.scenes.load import load_scene, override
 from cable_sim_ros.physics.tick_output import Flag
 from cable_sim_ros.sim.inputs import ShipMotion, WinchCommand
 from cable_sim_ros.sim.simulator import Simulator, SolverError
+from cable_sim_ros.tools.ensemble import copies as module
+from cable_sim_ros.tools.ensemble.copies import FIGURES, Ensemble, EnsembleEnded, band_of, level_of
+from cable_sim_ros.tools.ensemble.coverage import ENSEMBLES, seed_of
+from cable_sim_ros.tools.ensemble.limits import MAX_SEED
+from cable_sim_ros.tools.ensemble.plan import NOMINAL, EnsembleError, EnsemblePlan, draw_of, load_plan, scene_of
 
 SECOND = 1_000_000_000
 COUNT = 60  # ticks
@@ -97,7 +97,7 @@ def test_a_draw_is_of_seed_and_number_and_as_wide_as_it_says():
 
 
 def test_what_copies_are_warned_of_is_told_once_and_that_of_the_scene_is_not(scene, recwarn):
-    from cable_sim_ros.ensemble.command import of_copies
+    from cable_sim_ros.tools.ensemble.command import of_copies
 
     load_scene("full_scale_contact")
     own = str(recwarn.pop(UserWarning).message)
@@ -190,7 +190,7 @@ def test_a_file_that_cannot_be_is_refused_in_a_line(text, problem, tmp_path, sce
 
 
 def test_flags_of_copies_are_judged_as_those_of_a_run_and_counted(scene):
-    from cable_sim_ros.ensemble.flagged import Seen, flagged, of_recorded
+    from cable_sim_ros.tools.ensemble.flagged import Seen, flagged, of_recorded
 
     def seen(*words, tension=100.0):
         one = Seen(scene)

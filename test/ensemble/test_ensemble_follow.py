@@ -12,13 +12,13 @@ from click.testing import CliRunner
 from towed import TICK
 
 from cable_sim_ros.cli.commands import main
-from cable_sim_ros.ensemble import coverage
-from cable_sim_ros.ensemble.copies import FIGURES, EnsembleEnded, figures_of
-from cable_sim_ros.ensemble.follow import Follower, Heard
-from cable_sim_ros.ensemble.plan import EnsemblePlan
-from cable_sim_ros.ensemble.recording import doubts_of, figures, follow_recording, heard_of, scene_kept
 from cable_sim_ros.io.scenes.load import override
 from cable_sim_ros.sim.inputs import WinchCommand
+from cable_sim_ros.tools.ensemble import coverage
+from cable_sim_ros.tools.ensemble.copies import FIGURES, EnsembleEnded, figures_of
+from cable_sim_ros.tools.ensemble.follow import Follower, Heard
+from cable_sim_ros.tools.ensemble.plan import EnsemblePlan
+from cable_sim_ros.tools.ensemble.recording import doubts_of, figures, follow_recording, heard_of, scene_kept
 
 PLAN = EnsemblePlan(copies=5)
 NAMES = list(FIGURES)
@@ -128,7 +128,7 @@ def test_figures_are_of_the_bands_where_the_copies_had_settled(followed):
 
 def test_a_recording_that_begins_under_way_is_doubtful_until_the_copies_settle(bag, tmp_path, monkeypatch):
     """20 to 40 s of it, without the tick outputs from 30 to 33 s: the copies begin twice, and never settle."""
-    from cable_sim_ros.ensemble import recording
+    from cable_sim_ros.tools.ensemble import recording
 
     kept = [item for item in heard_of(bag) if item.kind == "health"]
     kept = kept[round(20.0 / TICK) : round(30.0 / TICK)] + kept[round(33.0 / TICK) : round(40.0 / TICK)]
@@ -219,7 +219,7 @@ def test_what_cannot_be_is_refused_in_a_line(bag, arguments, text, tmp_path, mon
 
 
 def test_a_recording_shorter_than_a_band_is_said(bag, scene, monkeypatch):
-    from cable_sim_ros.ensemble import recording
+    from cable_sim_ros.tools.ensemble import recording
 
     monkeypatch.setattr(recording, "heard_of", lambda path, damage: iter(list(heard_of(path))[:15]))
     with pytest.raises(EnsembleEnded, match="shorter than one band, 1 s; nothing is told"):

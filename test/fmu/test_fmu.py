@@ -9,8 +9,8 @@ from click.testing import CliRunner
 
 from cable_sim_ros import ShipMotion, Simulator, WinchCommand
 from cable_sim_ros.cli import commands
-from cable_sim_ros.fmu.variables import INPUTS, OUTPUTS, PARAMETERS
 from cable_sim_ros.io.scenes.load import load_scene, override
+from cable_sim_ros.tools.fmu.variables import INPUTS, OUTPUTS, PARAMETERS
 
 fmpy = pytest.importorskip("fmpy")
 pytest.importorskip("pythonfmu")

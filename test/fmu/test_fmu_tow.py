@@ -10,11 +10,11 @@ from click.testing import CliRunner
 
 from cable_sim_ros import CableSimError, ShipMotion, Simulator, WinchCommand
 from cable_sim_ros.cli import commands
-from cable_sim_ros.fmu import tow as module
-from cable_sim_ros.fmu.slave import rows
-from cable_sim_ros.fmu.tow import FmuError, Tow, matrix
-from cable_sim_ros.fmu.variables import INPUTS, OUTPUTS, PARAMETERS, UNITS
 from cable_sim_ros.io.scenes.load import dump_scene, load_scene, override
+from cable_sim_ros.tools.fmu import tow as module
+from cable_sim_ros.tools.fmu.slave import rows
+from cable_sim_ros.tools.fmu.tow import FmuError, Tow, matrix
+from cable_sim_ros.tools.fmu.variables import INPUTS, OUTPUTS, PARAMETERS, UNITS
 
 TICK, STEP = 0.02, 0.1
 SCENE = {"solver.tick": TICK}

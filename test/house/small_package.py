@@ -11,10 +11,11 @@ from pathlib import Path
 from typing import NamedTuple
 
 PACKAGE = Path(__file__).resolve().parents[2] / "cable_sim_ros"
-COMPILERS = ("jit.py", "kernel_form.py", "kernel_key.py", "kernel_cache.py")
+COMPILERS = ("jit.py", "kernel_form.py", "kernel_key.py", "kernel_cache.py", "compiling.py")
 FILES = {
     "__init__.py": "",
     "physics/__init__.py": "",
+    "compiler/__init__.py": "",
     "sim/__init__.py": "",
     "physics/numbers.py": '''
         """Numbers, a table, an enum and a record."""
@@ -37,7 +38,7 @@ FILES = {
         ''',
     "physics/inlined.py": '''
         """Copied into what calls it."""
-        from .jit import inline
+        from ..compiler.jit import inline
         from .numbers import FACTOR, TABLE, Law, Pair
 
         @inline
@@ -60,7 +61,7 @@ FILES = {
     "physics/heavy.py": '''
         """Called by symbol."""
         from .inlined import paired, scaled
-        from .jit import driver, link, opaque
+        from ..compiler.jit import driver, link, opaque
 
         @driver
         def _heavy(rows) -> float:
@@ -85,9 +86,9 @@ FILES = {
         import numpy as np
         from ..physics.heavy import heavier, link_heavy
         from ..physics.inlined import by_law, tabled
-        from ..physics.jit import driver
+        from ..compiler.jit import driver
         from ..physics.numbers import ROW
-        from . import compiling
+        from ..compiler import compiling
 
         @driver
         def run(rows, law):
@@ -103,7 +104,7 @@ FILES = {
 PROGRAM = """
 import json, os, sys
 from numba.core import event
-import small.sim.compiling as compiling
+import small.compiler.compiling as compiling
 
 class Compiled(event.Listener):
     names = []
@@ -143,8 +144,7 @@ class Small:
             lines = text.strip("\n").splitlines()
             path.write_text("\n".join(line.removeprefix(" " * 8) for line in lines) + "\n")
         for name in COMPILERS:
-            shutil.copy(PACKAGE / "physics" / name, folder / "small" / "physics")
-        shutil.copy(PACKAGE / "sim" / "compiling.py", folder / "small" / "sim")
+            shutil.copy(PACKAGE / "compiler" / name, folder / "small" / "compiler")
 
     def edit(self, file: str, old: str, new: str) -> None:
         """Put ``new`` for ``old`` into a file of the package, which has it once."""

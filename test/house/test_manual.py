@@ -7,12 +7,13 @@ import pytest
 
 import cable_sim_ros
 from cable_sim_ros import testing
-from cable_sim_ros.cli.commands import fields_text, manual_text, mapping_text
+from cable_sim_ros.cli.commands import fields_text, manual_text
 from cable_sim_ros.io.messages.channels import EVERY
 from cable_sim_ros.physics.parameter import declared
 from cable_sim_ros.physics.tick_output import BODY_COLUMNS, CONTACT_COLUMNS, FIELDS, SHAPE_COLUMNS, STRUM_COLUMNS
 from cable_sim_ros.runs import field_manual
 from cable_sim_ros.sim.scene import Scene
+from cable_sim_ros.tools.logs.imports.mapping_manual import text as mapping_text
 
 DOCS = Path(__file__).resolve().parents[2] / "docs"
 

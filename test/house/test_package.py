@@ -14,7 +14,7 @@ import yaml
 import cable_sim_ros
 from cable_sim_ros.io.scenes import resources
 from cable_sim_ros.io.scenes.load import load_scene
-from cable_sim_ros.spans.load import load_span
+from cable_sim_ros.tools.spans.load import load_span
 
 ROOT = Path(__file__).resolve().parents[2]
 CITATION = yaml.safe_load((ROOT / "CITATION.cff").read_text("utf-8"))
@@ -216,7 +216,7 @@ def test_changelog_has_the_version_or_says_forthcoming():
     sections = re.findall(r"^(.+)\n-{5,}$", text, re.M)
     assert sections and all(re.fullmatch(r"Forthcoming|\d+\.\d+\.\d+ \(\d{4}-\d\d-\d\d\)", name) for name in sections)
     assert max(map(len, text.splitlines())) <= 100
-    assert "Forthcoming" in sections or sections[0].startswith(f"{cable_sim_ros.__version__} (")
+    assert any(name == "Forthcoming" or name.startswith(f"{cable_sim_ros.__version__} (") for name in sections)
 
 
 def test_test_files_have_names_of_their_own():

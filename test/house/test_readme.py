@@ -179,8 +179,8 @@ def test_every_channel_may_be_published_by_the_security_policy():
 
 def test_what_others_may_do_is_what_the_node_offers():
     pytest.importorskip("rclpy")
+    from cable_sim_ros.ros import watcher
     from cable_sim_ros.ros.services import policy
-    from cable_sim_ros.ros.view import watcher
 
     node = policy.rules(ROOT / policy.FILE)
     out, into = node["topics publish"], node["topics subscribe"]

@@ -24,11 +24,11 @@ BESIDE = {  # no number of a run comes from them: what they are for
     "io/messages/fault_hypotheses.py": "matrices of 0 and 1, to be compared with bounds",
     "io/messages/markers.py": "what RViz draws",
     "io/geodesy.py": "latitude and longitude of a layback",
-    "sim/layback/ways.py": "ways of the trade, beside a run",
-    "io/logs/inspection/axes.py": "findings on a log",
-    "io/logs/inspection/times.py": "the same",
-    "io/logs/mapping/apply.py": "an import: a run has the numbers of the bag that it made",
-    "io/logs/mapping/lever_arm.py": "the same",
+    "tools/layback/ways.py": "ways of the trade, beside a run",
+    "tools/logs/inspection/axes.py": "findings on a log",
+    "tools/logs/inspection/times.py": "the same",
+    "tools/logs/mapping/apply.py": "an import: a run has the numbers of the bag that it made",
+    "tools/logs/mapping/lever_arm.py": "the same",
     "io/sources/coarse_bag.py": "rounded motion, smoothed: bounded, docs/replay.md",
     "io/sources/rounding.py": "the same: which columns are rounded, and to what",
     "io/sources/smoothing.py": "the same: the spline",
@@ -65,7 +65,9 @@ def found(source: str) -> set[str]:
 
 def test_a_run_takes_nothing_that_is_chosen_by_the_processor():
     used = {}
-    for path in (path for floor in ("physics", "sim", "io") for path in sorted((PACKAGE / floor).rglob("*.py"))):
+    for path in (
+        path for floor in ("compiler", "physics", "sim", "io") for path in sorted((PACKAGE / floor).rglob("*.py"))
+    ):
         if names := found(path.read_text("utf-8")):
             used[path.relative_to(PACKAGE).as_posix()] = names
     wrong = {name: names for name, names in used.items() if name not in BESIDE}

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from cable_sim_ros.io.scenes.load import SceneError, scene_from_text
-from cable_sim_ros.verification.soak.files import CANARIES, files, judge
+from verification.soak.files import CANARIES, files, judge
 
 REMEDY = "; nothing was started. Correct the YAML"
 

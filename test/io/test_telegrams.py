@@ -12,10 +12,10 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 from cable_sim_ros.io.scenes.load import load_scene, override
-from cable_sim_ros.io.telegrams import lci90i, pashr, psxn, sources, tss1
-from cable_sim_ros.io.telegrams.fields import Motion, TelegramError, Withheld
-from cable_sim_ros.io.telegrams.lci90i import Winch
 from cable_sim_ros.physics.tick_output import TICK_OUTPUT
+from cable_sim_ros.tools.telegrams import lci90i, pashr, psxn, sources, tss1
+from cable_sim_ros.tools.telegrams.fields import Motion, TelegramError, Withheld
+from cable_sim_ros.tools.telegrams.lci90i import Winch
 
 LOGS = Path(__file__).resolve().parents[3] / "shared" / "data" / "foreign" / "nbp1406_winch"
 PAGE = Path(__file__).parents[2] / "docs" / "telegrams.md"

@@ -15,11 +15,11 @@ from cable_sim_ros.io.geodesy import on_plane  # noqa: E402
 from cable_sim_ros.io.scenes.load import load_scene, override  # noqa: E402
 from cable_sim_ros.ros.blocks import NodeBlock  # noqa: E402
 from cable_sim_ros.ros.parameters import ParameterError, settle  # noqa: E402
-from cable_sim_ros.ros.towbody_fix import TowbodyFix, fix_problem  # noqa: E402
-from cable_sim_ros.sim.layback import band_table  # noqa: E402
-from cable_sim_ros.sim.layback.band_table import BandTable  # noqa: E402
-from cable_sim_ros.sim.layback.ranges import Ranges  # noqa: E402
-from cable_sim_ros.sim.layback.static_place import COVERAGE, Tow, band_of  # noqa: E402
+from cable_sim_ros.tools.layback import band_table  # noqa: E402
+from cable_sim_ros.tools.layback.band_table import BandTable  # noqa: E402
+from cable_sim_ros.tools.layback.node_part import TowbodyFix, fix_problem  # noqa: E402
+from cable_sim_ros.tools.layback.ranges import Ranges  # noqa: E402
+from cable_sim_ros.tools.layback.static_place import COVERAGE, Tow, band_of  # noqa: E402
 
 ORIGIN = {"fix.latitude": 60.0, "fix.longitude": 5.0}
 QUICK = {"fix.ranges.speed": 0.0, "fix.ranges.current": 0.0}  # the drag alone: two static tows a place

@@ -6,8 +6,15 @@ import numpy as np
 import pytest
 
 from cable_sim_ros.io.geodesy import on_earth, on_plane
-from cable_sim_ros.runs.layback.track import along_track
-from cable_sim_ros.sim.layback.ways import astern, cable_factor, catenary, catenary_of_depth, follow_the_dog, pythagoras
+from cable_sim_ros.tools.layback.track import along_track
+from cable_sim_ros.tools.layback.ways import (
+    astern,
+    cable_factor,
+    catenary,
+    catenary_of_depth,
+    follow_the_dog,
+    pythagoras,
+)
 
 
 def test_pythagoras_is_the_other_leg_and_nothing_where_the_cable_is_too_short():

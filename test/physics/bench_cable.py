@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from cable_sim_ros.compiler.jit import LANES, NO, YES
 from cable_sim_ros.physics import ancf
 from cable_sim_ros.physics.cable_assembly import Cable, Section, _assemble, link_assembly
 from cable_sim_ros.physics.contact_surface import SURFACE, floor_row, surface_row
 from cable_sim_ros.physics.drag_laws import CHOO_CASARELLA, LAWS, DragLaw, element_rows
-from cable_sim_ros.physics.jit import LANES, NO, YES
 from cable_sim_ros.physics.state import ARC, LINE_SETTINGS, MEAN, NOW, A, Change, Q, V, make_state
 from cable_sim_ros.physics.towbody import BODY
 from cable_sim_ros.physics.water import Water

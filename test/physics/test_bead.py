@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from bench_cable import record
 
+from cable_sim_ros.compiler.jit import NO, YES
 from cable_sim_ros.physics.energy import energies
-from cable_sim_ros.physics.jit import NO, YES
 from cable_sim_ros.physics.point_mass import bead_record, carry
 from cable_sim_ros.physics.sea import NODE_COLUMNS
 from cable_sim_ros.physics.state import ARC, AT_REST, NOW, Change, make_state

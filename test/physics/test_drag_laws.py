@@ -10,6 +10,7 @@ from bench_cable import Bench
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from cable_sim_ros.compiler.jit import LANES
 from cable_sim_ros.physics import ancf, drag, mesh_motion
 from cable_sim_ros.physics.cable_assembly import Cable
 from cable_sim_ros.physics.drag_laws import (
@@ -26,7 +27,6 @@ from cable_sim_ros.physics.drag_laws import (
 )
 from cable_sim_ros.physics.drag_laws import element_rows as law_rows
 from cable_sim_ros.physics.fairing import dressed
-from cable_sim_ros.physics.jit import LANES
 from cable_sim_ros.physics.section import Section
 from cable_sim_ros.physics.water import Water
 

@@ -6,8 +6,8 @@ import numba
 import numpy as np
 import pytest
 
+from cable_sim_ros.compiler.jit import driver, link, opaque, returned_by, symbol_of
 from cable_sim_ros.physics import contact
-from cable_sim_ros.physics.jit import driver, link, opaque, returned_by, symbol_of
 
 compiled = pytest.mark.skipif(bool(numba.config.DISABLE_JIT), reason="needs compilation")
 

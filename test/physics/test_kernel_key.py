@@ -14,10 +14,10 @@ import pytest
 from numba.extending import intrinsic
 
 import cable_sim_ros.physics
-from cable_sim_ros.physics import kernel_cache, kernel_key
-from cable_sim_ros.physics.kernel_cache import KernelFiles, sweep
-from cable_sim_ros.physics.kernel_form import Kernel
-from cable_sim_ros.physics.kernel_key import UnknownContent, changed, content_of, functions_of, spell, type_text
+from cable_sim_ros.compiler import kernel_cache, kernel_key
+from cable_sim_ros.compiler.kernel_cache import KernelFiles, sweep
+from cable_sim_ros.compiler.kernel_form import Kernel
+from cable_sim_ros.compiler.kernel_key import UnknownContent, changed, content_of, functions_of, spell, type_text
 
 compiled = pytest.mark.skipif(bool(numba.config.DISABLE_JIT), reason="needs compilation")
 

@@ -7,8 +7,8 @@ import pytest
 from bench_cable import Bench, record
 from scipy.interpolate import PchipInterpolator
 
+from cable_sim_ros.compiler.jit import LANES, NO, YES, driver
 from cable_sim_ros.physics.drag import POINT_ROWS
-from cable_sim_ros.physics.jit import LANES, NO, YES, driver
 from cable_sim_ros.physics.sea import (
     ELEVATION,
     EXTRA,

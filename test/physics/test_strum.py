@@ -8,7 +8,7 @@ import pytest
 
 from cable_sim_ros.physics import viv_amplification
 from cable_sim_ros.physics.viv_amplification import FORMULAS, LAWS, StrumDrag, StrumLaw
-from cable_sim_ros.verification.experiments.viv_tow import facchinetti
+from verification.experiments.viv_tow import facchinetti
 
 
 def plain(function):

@@ -8,6 +8,7 @@ from bench_cable import record
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from cable_sim_ros.compiler.jit import NO
 from cable_sim_ros.physics.contact import EVENTS, latch, law, loads, touch
 from cable_sim_ros.physics.contact_detection import _detect_contact
 from cable_sim_ros.physics.contact_surface import (
@@ -19,9 +20,8 @@ from cable_sim_ros.physics.contact_surface import (
     solid,
     surface_row,
 )
-from cable_sim_ros.physics.jit import NO
 from cable_sim_ros.physics.state import NOW, STEP, Q, make_state
-from cable_sim_ros.verification.stress.sheave_depth import depth
+from verification.stress.sheave_depth import depth
 
 STIFFNESS, SEAT = 1e9, 0.255
 ROW = record(surface_row((0, 0, 0), SEAT, np.pi / 3, 0.01, 0.008, STIFFNESS, 0.0))

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from bench_cable import record
 
+from cable_sim_ros.compiler.jit import NO, YES
 from cable_sim_ros.physics.contact_surface import floor_row
-from cable_sim_ros.physics.jit import NO, YES
 from cable_sim_ros.physics.line import AT_REST
 from cable_sim_ros.physics.sea import NODE_COLUMNS
 from cable_sim_ros.physics.state import Change

@@ -14,16 +14,16 @@ from cable_sim_ros.cli import commands
 from cable_sim_ros.io.scenes.load import load_scene, scene_from_dict
 from cable_sim_ros.physics.tick_output import TICK_OUTPUT
 from cable_sim_ros.plots.thin import thinned
-from cable_sim_ros.report.parts import number
-from cable_sim_ros.report.simulated import keys
-from cable_sim_ros.report.subject import shortened, typed
-from cable_sim_ros.report.verdict import LONG, cut
-from cable_sim_ros.report.write import ReportError, check_place, write_report
 from cable_sim_ros.runs import offline
-from cable_sim_ros.runs.plan import plan_of
 from cable_sim_ros.runs.result import Run
 from cable_sim_ros.runs.summary import format_value
 from cable_sim_ros.sim.verdict import check, verdict_of
+from cable_sim_ros.tools.plan.plan import plan_of
+from cable_sim_ros.tools.report.parts import number
+from cable_sim_ros.tools.report.simulated import keys
+from cable_sim_ros.tools.report.subject import shortened, typed
+from cable_sim_ros.tools.report.verdict import LONG, cut
+from cable_sim_ros.tools.report.write import ReportError, check_place, write_report
 
 pytest.importorskip("matplotlib")
 pytest.importorskip("jinja2")

@@ -7,20 +7,20 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from cable_sim_ros.ahc.figures import NAMES
-from cable_sim_ros.ahc.report import write_report as write_ahc
 from cable_sim_ros.cli import commands
 from cable_sim_ros.io.scenes.load import load_scene
 from cable_sim_ros.physics.tick_output import TICK_OUTPUT
-from cable_sim_ros.report.sweep_page import MOST_RUNS, Many, write_sweep_page
-from cable_sim_ros.report.write import write_report
 from cable_sim_ros.runs import offline
 from cable_sim_ros.runs.result import Run
-from cable_sim_ros.sweeps.reported import write_report as write_sweep
-from cable_sim_ros.sweeps.sweep import sweep
-from cable_sim_ros.sweeps.sweep_file import checked
-from cable_sim_ros.verification.experiments import Comparison, Result, together
-from cable_sim_ros.verification.experiments import report as of_experiments
+from cable_sim_ros.tools.ahc.figures import NAMES
+from cable_sim_ros.tools.ahc.report import write_report as write_ahc
+from cable_sim_ros.tools.report.sweep_page import MOST_RUNS, Many, write_sweep_page
+from cable_sim_ros.tools.report.write import write_report
+from cable_sim_ros.tools.sweeps.reported import write_report as write_sweep
+from cable_sim_ros.tools.sweeps.sweep import sweep
+from cable_sim_ros.tools.sweeps.sweep_file import checked
+from verification.experiments import Comparison, Result, together
+from verification.experiments import report as of_experiments
 
 pytest.importorskip("matplotlib")
 pytest.importorskip("jinja2")
@@ -73,8 +73,8 @@ def test_a_sweep_says_what_was_varied_what_came_and_what_failed(swept, tmp_path)
 
 
 def test_the_command_writes_it(tmp_path, swept, monkeypatch):
-    monkeypatch.setattr("cable_sim_ros.sweeps.sweep.sweep", lambda *words, **more: swept)
-    monkeypatch.setattr("cable_sim_ros.sweeps.dataset.write", lambda *words: [])
+    monkeypatch.setattr("cable_sim_ros.tools.sweeps.sweep.sweep", lambda *words, **more: swept)
+    monkeypatch.setattr("cable_sim_ros.tools.sweeps.dataset.write", lambda *words: [])
     (tmp_path / "s.yaml").write_text(json.dumps({"sweep": "x", "scene": "flume", "duration": 0.3}))
     (tmp_path / "out").mkdir()
     asked = ["sweep", str(tmp_path / "s.yaml"), "--out", str(tmp_path / "out"), "--report", str(tmp_path / "a.html")]

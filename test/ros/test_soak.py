@@ -6,12 +6,12 @@ import math
 
 import pytest
 
-from cable_sim_ros.verification.soak.command import IDS
+from verification.soak.command import IDS
 
 
 def test_the_command_offers_the_rows_that_there_are():
     pytest.importorskip("rclpy")
-    from cable_sim_ros.verification.soak.table import SOAK
+    from verification.soak.table import SOAK
 
     assert list(SOAK) == IDS and len({row.run for row in SOAK.values()}) == len(SOAK)
 
@@ -19,8 +19,8 @@ def test_the_command_offers_the_rows_that_there_are():
 def test_missed_share_and_percentiles():
     import numpy as np
 
-    from cable_sim_ros.verification.soak.pace import missed_fraction
-    from cable_sim_ros.verification.soak.rig import percentile
+    from verification.soak.pace import missed_fraction
+    from verification.soak.rig import percentile
 
     assert missed_fraction({"overruns": 1.0, "skipped": 9.0, "ticks": 991.0}) == 0.01
     assert np.isnan(percentile([], 50)) and percentile([1.0, 3.0], 50) == 2.0

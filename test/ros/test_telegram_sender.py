@@ -11,13 +11,13 @@ import numpy as np
 import pytest
 
 from cable_sim_ros.io.scenes.load import load_scene
-from cable_sim_ros.io.telegrams import lci90i, tss1
-from cable_sim_ros.io.telegrams.fields import TelegramError
 from cable_sim_ros.physics.tick_output import TICK_OUTPUT
 from cable_sim_ros.ros.blocks import NodeBlock
 from cable_sim_ros.ros.parameters import ParameterError, settle
-from cable_sim_ros.ros.telegrams.blocks import Telegrams
-from cable_sim_ros.ros.telegrams.sender import Sender
+from cable_sim_ros.tools.telegrams import lci90i, tss1
+from cable_sim_ros.tools.telegrams.blocks import Telegrams
+from cable_sim_ros.tools.telegrams.fields import TelegramError
+from cable_sim_ros.tools.telegrams.sender import Sender
 
 PAGE = Path(__file__).parents[2] / "docs" / "telegrams.md"
 TICK = 10_000_000  # ns

@@ -15,8 +15,8 @@ MS, DAY = 1_000_000, 86_400_000_000_000  # ns
 
 def test_a_node_sends_what_it_publishes_and_counts_it(world):
     from cable_sim_ros.io.scenes.load import load_scene
-    from cable_sim_ros.io.telegrams import lci90i, pashr, psxn, tss1
     from cable_sim_ros.ros.load.probe import Probe
+    from cable_sim_ros.tools.telegrams import lci90i, pashr, psxn, tss1
 
     ears = Probe(world.domain, "ears")
     world.closing.append(ears.close)

@@ -12,13 +12,13 @@ from cable_sim_ros.io.recordings import recorded_run
 from cable_sim_ros.io.recordings.recorded_run import load_run
 from cable_sim_ros.io.scenes.load import SceneWarning, load_scene, override, scene_from_text
 from cable_sim_ros.io.scenes.resources import find_bag
-from cable_sim_ros.report.subject import subject_of
-from cable_sim_ros.report.verdict import cards
 from cable_sim_ros.runs import offline
-from cable_sim_ros.runs.plan import NEEDS, most_power, motor_pull, needs_of, plan_markdown, plan_of
-from cable_sim_ros.runs.winch_size import NoWinch, smallest
 from cable_sim_ros.sim.layout import layout_of
 from cable_sim_ros.sim.verdict import check, verdict_of
+from cable_sim_ros.tools.plan.plan import NEEDS, most_power, motor_pull, needs_of, plan_markdown, plan_of
+from cable_sim_ros.tools.plan.winch_size import NoWinch, smallest
+from cable_sim_ros.tools.report.subject import subject_of
+from cable_sim_ros.tools.report.verdict import cards
 
 pytestmark = pytest.mark.filterwarnings("ignore::cable_sim_ros.io.scenes.load.SceneWarning")
 SHORT = [

@@ -12,8 +12,8 @@ from cable_sim_ros.cli.commands import main
 from cable_sim_ros.io.bags.bag import BagWriter
 from cable_sim_ros.io.messages.channels import CHANNELS, Context, serialize
 from cable_sim_ros.io.scenes.load import dump_scene, load_scene
-from cable_sim_ros.io.telegrams import lci90i, pashr, psxn, tss1
 from cable_sim_ros.physics.tick_output import TICK_OUTPUT
+from cable_sim_ros.tools.telegrams import lci90i, pashr, psxn, tss1
 
 HEALTH = next(channel for channel in CHANNELS if channel.name == "sim_health")
 BEGIN, STEP = 1_400_000_000_000_000_000, 20_000_000  # ns: 50 tick outputs a second

@@ -13,7 +13,7 @@ from cable_sim_ros.physics.tick_output import Flag
 from cable_sim_ros.physics.winch_drive import BRAKE, EMERGENCY_STOP, MODES, RENDER, TENSION
 from cable_sim_ros.runs import offline
 from cable_sim_ros.sim.live_parameters import set_live
-from cable_sim_ros.verification.experiments.drum import WEIGHT, hanging
+from verification.experiments.drum import WEIGHT, hanging
 
 pytestmark = pytest.mark.filterwarnings("ignore::cable_sim_ros.io.scenes.load.SceneWarning")
 

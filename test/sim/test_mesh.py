@@ -15,8 +15,8 @@ from cable_sim_ros.sim.mesh.mesh_kinds import equal_parts, geometric, graded
 from cable_sim_ros.sim.mesh.mesh_sheave import scope_range
 from cable_sim_ros.sim.simulator import Simulator
 from cable_sim_ros.sim.statics.static_shape import fourth_derivative
-from cable_sim_ros.verification.meshes.mesh_promise import markdown, measure
-from cable_sim_ros.verification.meshes.mesh_tows import tows
+from verification.meshes.mesh_promise import markdown, measure
+from verification.meshes.mesh_tows import tows
 
 TOWS = {scene.name: scene for scene in tows()}
 QUICK = [

@@ -13,8 +13,8 @@ from cable_sim_ros.sim.layout import Layout, layout_of
 from cable_sim_ros.sim.mesh import mesh_maker
 from cable_sim_ros.sim.mesh.mesh_corners import Turn, error_per_turn, stiffness
 from cable_sim_ros.sim.mesh.mesh_kinds import places_outboard
-from cable_sim_ros.verification.meshes import mesh_other
-from cable_sim_ros.verification.meshes.mesh_other_tows import other_tows
+from verification.meshes import mesh_other
+from verification.meshes.mesh_other_tows import other_tows
 
 TOWS = {tow.scene.name: tow for tow in other_tows()}
 LIMP = override(TOWS["heavy_depressor"].scene, {"cable.bending_stiffness": 0.0, "cable.bending_damping": 0.0})

@@ -18,7 +18,7 @@ from cable_sim_ros.physics.tick_output import TICK_OUTPUT, Flag
 from cable_sim_ros.sim.inputs import InputError
 from cable_sim_ros.sim.layout import layout_of
 from cable_sim_ros.sim.simulator import Simulator, StartError
-from cable_sim_ros.verification.meshes.mesh_tows import armoured, one, tow
+from verification.meshes.mesh_tows import armoured, one, tow
 
 CONFIG = Path(__file__).parents[2] / "config"
 # the tow of the issue: thrown off its sheave it hung at 21.9 m in place of 13.7

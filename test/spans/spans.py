@@ -1,6 +1,6 @@
 """Spans for the tests: a small cable like that of the source, in SI."""
 
-from cable_sim_ros.spans.in_frequency.files import span_from_dict
+from cable_sim_ros.tools.spans.in_frequency.files import span_from_dict
 
 INCH = 0.0254
 FOOT_PER_POUND = 0.3048 / 4.4482216152605

@@ -13,14 +13,14 @@ from cable_sim_ros import viv
 from cable_sim_ros.cli.commands import main
 from cable_sim_ros.io.scenes.load import SceneError
 from cable_sim_ros.physics.parameter import declared
-from cable_sim_ros.spans import to_frequency
-from cable_sim_ros.spans.in_frequency.response import vibration
-from cable_sim_ros.spans.in_frequency.span import Span as Line
-from cable_sim_ros.spans.in_time.wake_run import run_span
-from cable_sim_ros.spans.load import load_span, span_from_dict
-from cable_sim_ros.spans.span_file import SpanFile, natural_frequency
-from cable_sim_ros.spans.to_frequency import drag_coefficient, frequency_case, in_span_file, load_cases, problems
-from cable_sim_ros.verification.experiments.wake import WATER, changed
+from cable_sim_ros.tools.spans import to_frequency
+from cable_sim_ros.tools.spans.in_frequency.response import vibration
+from cable_sim_ros.tools.spans.in_frequency.span import Span as Line
+from cable_sim_ros.tools.spans.in_time.wake_run import run_span
+from cable_sim_ros.tools.spans.load import load_span, span_from_dict
+from cable_sim_ros.tools.spans.span_file import SpanFile, natural_frequency
+from cable_sim_ros.tools.spans.to_frequency import drag_coefficient, frequency_case, in_span_file, load_cases, problems
+from verification.experiments.wake import WATER, changed
 
 # of a file for `cable-sim viv`: of a span file, the same number
 SAME = {

@@ -7,12 +7,12 @@ from scipy.optimize import brentq
 from scipy.special import j0, y0
 from spans import span
 
-from cable_sim_ros.spans.in_frequency.damping import damping, region
-from cable_sim_ros.spans.in_frequency.files import changed, load_span
-from cable_sim_ros.spans.in_frequency.line import Line
-from cable_sim_ros.spans.in_frequency.modes import exact_frequencies, frequencies, modal_mass, shapes
-from cable_sim_ros.spans.in_frequency.response import correlation_length, count_modes
-from cable_sim_ros.spans.in_frequency.span import Region, Shape
+from cable_sim_ros.tools.spans.in_frequency.damping import damping, region
+from cable_sim_ros.tools.spans.in_frequency.files import changed, load_span
+from cable_sim_ros.tools.spans.in_frequency.line import Line
+from cable_sim_ros.tools.spans.in_frequency.modes import exact_frequencies, frequencies, modal_mass, shapes
+from cable_sim_ros.tools.spans.in_frequency.response import correlation_length, count_modes
+from cable_sim_ros.tools.spans.in_frequency.span import Region, Shape
 
 FILES = ("capozucca_5_5", "capozucca_5_7", "capozucca_5_11", "capozucca_5_15")
 

@@ -6,13 +6,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from spans import FOOT_PER_POUND, INCH, span
 
-from cable_sim_ros.spans.in_frequency import exact, lift
-from cable_sim_ros.spans.in_frequency import green as greens
-from cable_sim_ros.spans.in_frequency.files import changed, load_span
-from cable_sim_ros.spans.in_frequency.line import Line
-from cable_sim_ros.spans.in_frequency.modes import frequencies, modal_mass, shapes
-from cable_sim_ros.spans.in_frequency.response import vibration
-from cable_sim_ros.verification.experiments.viv import CASES, as_printed
+from cable_sim_ros.tools.spans.in_frequency import exact, lift
+from cable_sim_ros.tools.spans.in_frequency import green as greens
+from cable_sim_ros.tools.spans.in_frequency.files import changed, load_span
+from cable_sim_ros.tools.spans.in_frequency.line import Line
+from cable_sim_ros.tools.spans.in_frequency.modes import frequencies, modal_mass, shapes
+from cable_sim_ros.tools.spans.in_frequency.response import vibration
+from verification.experiments.viv import CASES, as_printed
 
 
 @pytest.mark.parametrize("name, f, value", [("capozucca_5_5", 2.77, 0.027935), ("capozucca_5_7", 2.78, 0.027740)])

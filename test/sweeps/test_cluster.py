@@ -13,17 +13,17 @@ from types import SimpleNamespace
 
 import pytest
 
-from cable_sim_ros.sweeps import engine
-from cable_sim_ros.sweeps.cases import cases_of, code_of
-from cable_sim_ros.sweeps.sweep_file import checked
-from cable_sim_ros.sweeps.worker import simulate
+from cable_sim_ros.tools.sweeps import engine
+from cable_sim_ros.tools.sweeps.cases import cases_of, code_of
+from cable_sim_ros.tools.sweeps.sweep_file import checked
+from cable_sim_ros.tools.sweeps.worker import simulate
 
 distributed = pytest.importorskip("distributed")
 pytest.importorskip("cryptography")
 psutil = pytest.importorskip("psutil")  # Dask needs it
 
-from cable_sim_ros.sweeps.clusters import ClusterWarning, executors  # noqa: E402 (after the look for Dask)
-from cable_sim_ros.sweeps.dask_executor import ClusterError, DaskExecutor, checked_there  # noqa: E402
+from cable_sim_ros.tools.sweeps.clusters import ClusterWarning, executors  # noqa: E402 (after the look for Dask)
+from cable_sim_ros.tools.sweeps.dask_executor import ClusterError, DaskExecutor, checked_there  # noqa: E402
 
 PLAN = {"sweep": "short", "scene": "flume", "duration": 0.5, "grid": {"winch.scope": [0.8, 0.85, 0.9, 0.95, 1.0, 1.05]}}
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from cable_sim_ros.errors import CableSimError
-from cable_sim_ros.sweeps.sensitivity import Index, SensitivityError, doubts_of, indices_of, points, sensitivity
-from cable_sim_ros.sweeps.sweep_file import Method, checked
+from cable_sim_ros.tools.sweeps.sensitivity import Index, SensitivityError, doubts_of, indices_of, points, sensitivity
+from cable_sim_ros.tools.sweeps.sweep_file import Method, checked
 
 PLAN = {
     "sweep": "two",
@@ -24,7 +24,7 @@ def test_indices_of_ishigami():
     """Closed form: first order 0.3139, 0.4424, 0; total 0.5576, 0.4424, 0.2437 (Ishigami and Homma 1990)."""
     from types import SimpleNamespace
 
-    from cable_sim_ros.sweeps.sweep_file import Range
+    from cable_sim_ros.tools.sweeps.sweep_file import Range
 
     ranges = {name: Range(low=-np.pi, high=np.pi) for name in "abc"}
     samples = SimpleNamespace(ranges=ranges, count=1024, seed=1, method=Method.SOBOL)

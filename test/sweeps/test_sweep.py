@@ -15,16 +15,16 @@ import pytest
 
 from cable_sim_ros.io.scenes.load import dump_scene, load_scene, override
 from cable_sim_ros.io.scenes.resources import find_bag
-from cable_sim_ros.sweeps import engine, worker
-from cable_sim_ros.sweeps.cases import cases_of
-from cable_sim_ros.sweeps.dataset import names_of
-from cable_sim_ros.sweeps.engine import FAULT, processes, rows_of, workers_of
-from cable_sim_ros.sweeps.figures import FIGURES, numbers_of, unwatched
-from cable_sim_ros.sweeps.sensitivity import points
-from cable_sim_ros.sweeps.store import Store
-from cable_sim_ros.sweeps.sweep import sweep
-from cable_sim_ros.sweeps.sweep_file import SweepError, checked, count_of, load_sweep
-from cable_sim_ros.sweeps.worker import simulate
+from cable_sim_ros.tools.sweeps import engine, worker
+from cable_sim_ros.tools.sweeps.cases import cases_of
+from cable_sim_ros.tools.sweeps.dataset import names_of
+from cable_sim_ros.tools.sweeps.engine import FAULT, processes, rows_of, workers_of
+from cable_sim_ros.tools.sweeps.figures import FIGURES, numbers_of, unwatched
+from cable_sim_ros.tools.sweeps.sensitivity import points
+from cable_sim_ros.tools.sweeps.store import Store
+from cable_sim_ros.tools.sweeps.sweep import sweep
+from cable_sim_ros.tools.sweeps.sweep_file import SweepError, checked, count_of, load_sweep
+from cable_sim_ros.tools.sweeps.worker import simulate
 
 SHORT = {"sweep": "short", "scene": "flume", "duration": 0.5, "grid": {"winch.scope": [0.9, 1.0, 99999.0]}}
 COSTS = ("cpu_s",)
@@ -323,7 +323,7 @@ def test_workers_are_bounded_by_memory(monkeypatch):
 def test_the_data_set_has_units_and_what_was_varied(swept, tmp_path):
     import xarray
 
-    from cable_sim_ros.sweeps.dataset import write
+    from cable_sim_ros.tools.sweeps.dataset import write
 
     netcdf, csv = write(swept, tmp_path)
     with xarray.open_dataset(netcdf, engine="h5netcdf") as read:
@@ -336,7 +336,7 @@ def test_the_data_set_has_units_and_what_was_varied(swept, tmp_path):
 
 
 def test_units_of_what_was_varied_are_those_of_its_declaration():
-    from cable_sim_ros.sweeps.dataset import _about
+    from cable_sim_ros.tools.sweeps.dataset import _about
 
     given = "water.waves.height", "cable.sections.main.length", "cable.sections.main.drag_coefficient", "seed"
     assert [_about(key)["units"] for key in given] == ["m", "m", "1", "1"]
@@ -368,7 +368,7 @@ def test_a_row_says_when_the_waves_do_not_move_the_ship(motion, told):
 
 CALLER = """
 import os, time
-from cable_sim_ros.sweeps.engine import processes
+from cable_sim_ros.tools.sweeps.engine import processes
 if __name__ == "__main__":
     executor = processes(1)
     print(executor.submit(os.getpid).result(), flush=True)

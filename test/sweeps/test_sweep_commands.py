@@ -10,9 +10,9 @@ import pytest
 from click.testing import CliRunner
 
 from cable_sim_ros.cli.commands import main
-from cable_sim_ros.sweeps import clusters, engine
-from cable_sim_ros.sweeps import sweep as sweeps
-from cable_sim_ros.sweeps.table import TableError, speeds_of
+from cable_sim_ros.tools.sweeps import clusters, engine
+from cable_sim_ros.tools.sweeps import sweep as sweeps
+from cable_sim_ros.tools.sweeps.table import TableError, speeds_of
 
 PAGE = (Path(__file__).resolve().parents[2] / "docs" / "json.md").read_text("utf-8")
 SWEEP = """
@@ -90,7 +90,7 @@ def test_an_envelope_of_rows_that_are_there_simulates_nothing(swept):
 
 def test_a_picture_of_many_values_says_which_are_left_out(tmp_path, monkeypatch):
     from cable_sim_ros.plots import canvas
-    from cable_sim_ros.sweeps import envelope
+    from cable_sim_ros.tools.sweeps import envelope
 
     drawn, titles = canvas.canvas, []
 
@@ -214,7 +214,7 @@ def test_an_envelope_counts_no_run_as_within_a_rule_without_a_reading_and_no_see
 
 
 def test_a_cell_with_a_failed_run_is_not_allowed_though_a_rule_was_not_read():
-    from cable_sim_ros.sweeps.envelope import Cell
+    from cable_sim_ros.tools.sweeps.envelope import Cell
 
     cell = Cell({}, 3, 0, 0, {}, {}, 1, ("slack",))
     assert cell.allowed is None and cell._replace(failed=1).allowed is False
@@ -283,7 +283,7 @@ def test_a_figure_that_is_text_is_refused_at_the_start(tmp_path, name):
 def test_every_figure_that_is_no_number_is_known(swept):
     """Of a real run: what is asked for and kept in no row would be lost without a word."""
     from cable_sim_ros.runs.offline import run
-    from cable_sim_ros.sweeps.figures import FIGURES, NO_NUMBERS
+    from cable_sim_ros.tools.sweeps.figures import FIGURES, NO_NUMBERS
 
     metrics = run("flume", duration=0.1).metrics
     texts = {n for n in FIGURES if n in metrics and not isinstance(metrics[n], int | float | None)}

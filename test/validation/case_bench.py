@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from cable_sim_ros.verification.cases import Case, Fidelity, run_case
-from cable_sim_ros.verification.cases.family import Output
+from verification.cases import Case, Fidelity, run_case
+from verification.cases.family import Output
 
 BOTH = tuple(Fidelity)
 

@@ -12,7 +12,7 @@ import pytest
 
 from cable_sim_ros.physics.workspace import RUBBED
 from cable_sim_ros.sim.rig.rig import Rig, cable_of
-from cable_sim_ros.verification.bend import MOVING, Bend, Walk, drum, pieces, pulls
+from verification.bend import MOVING, Bend, Walk, drum, pieces, pulls
 
 RADIUS, WRAP, PULL, SPEED, SLIP = 0.25, 1.2, 1000.0, 0.3, 1e-3
 LEAD, SIZE, STEP, RISE = 1.0, 0.02, 0.01, 0.1  # m, m, s, s

@@ -7,8 +7,8 @@ import pytest
 from scipy.integrate import quad, solve_ivp
 from scipy.optimize import brentq
 
-from cable_sim_ros.verification.cases import Fidelity, family_of, run_case
-from cable_sim_ros.verification.cases.family import Case, Level, Output
+from verification.cases import Fidelity, family_of, run_case
+from verification.cases.family import Case, Level, Output
 
 G = 9.81
 

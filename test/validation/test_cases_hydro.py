@@ -14,8 +14,8 @@ from scipy.optimize import brentq
 from scipy.spatial.transform import Rotation
 
 from cable_sim_ros.physics.drag_laws import DragLaw
-from cable_sim_ros.verification.cases import Case, CaseError, Fidelity, Output, run_case
-from cable_sim_ros.verification.cases.wet import drag_law
+from verification.cases import Case, CaseError, Fidelity, Output, run_case
+from verification.cases.wet import drag_law
 
 FIDELITIES = tuple(Fidelity)
 

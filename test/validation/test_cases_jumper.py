@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from cable_sim_ros.verification.cases import Case, CaseError, Fidelity, Output, run_case
+from verification.cases import Case, CaseError, Fidelity, Output, run_case
 
 PUBLISHED = {
     "diameter_m": 0.396,

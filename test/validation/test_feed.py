@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from cable_sim_ros import Simulator, WinchCommand
+from cable_sim_ros.compiler.jit import LANES
 from cable_sim_ros.io.scenes.load import load_scene, override
 from cable_sim_ros.physics.ancf import MASS_PER_LENGTH
-from cable_sim_ros.physics.jit import LANES
 from cable_sim_ros.sim.layout import layout_of
 
 MASS, BODY, GRAVITY = 0.389, 250.0, 9.81

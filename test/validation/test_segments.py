@@ -10,8 +10,8 @@ from cable_sim_ros.physics.link_loads import integrals
 from cable_sim_ros.physics.towbody import Towbody
 from cable_sim_ros.physics.water import Water
 from cable_sim_ros.sim.rig.rig import Rig, cable_of
-from cable_sim_ros.verification.experiments import run
-from cable_sim_ros.verification.experiments.segments import printed
+from verification.experiments import run
+from verification.experiments.segments import printed
 
 
 def test_every_figure_is_within_what_is_allowed():

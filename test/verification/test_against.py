@@ -14,10 +14,10 @@ import pytest
 from click.testing import CliRunner
 
 from cable_sim_ros.cli import commands
-from cable_sim_ros.verification import commands as laboratory
-from cable_sim_ros.verification.benchmarks import against, bench, checkout
-from cable_sim_ros.verification.benchmarks.against import Found
-from cable_sim_ros.verification.benchmarks.turns import in_turn
+from verification import commands as laboratory
+from verification.benchmarks import against, bench, checkout
+from verification.benchmarks.against import Found
+from verification.benchmarks.turns import in_turn
 
 needs_git = pytest.mark.skipif(shutil.which("git") is None, reason="no git")
 VERSION = """

@@ -11,18 +11,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cable_sim_ros.cli import commands
-from cable_sim_ros.verification import sheave
-from cable_sim_ros.verification.benchmarks import (
-    bench,
-    features,
-    haul_bench,
-    haul_cost,
-    sweep_cost,
-    ticks,
-    tow_bench,
-    water_cost,
-)
-from cable_sim_ros.verification.benchmarks.bench import Row, front, series
+from verification import sheave
+from verification.benchmarks import bench, features, haul_bench, haul_cost, sweep_cost, ticks, tow_bench, water_cost
+from verification.benchmarks.bench import Row, front, series
 
 
 def test_a_scene_gives_table_json_and_plot(tmp_path):

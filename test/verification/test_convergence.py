@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from cable_sim_ros.verification.experiments.convergence import Curve, Family, rows_of, tow
+from verification.experiments.convergence import Curve, Family, rows_of, tow
 
 
 def test_difference_is_the_largest_to_the_finest():

@@ -6,8 +6,8 @@ from math import sqrt
 
 import pytest
 
-from cable_sim_ros.verification.experiments import drive
-from cable_sim_ros.verification.experiments.drum import BODY, EA, closed, stepped
+from verification.experiments import drive
+from verification.experiments.drum import BODY, EA, closed, stepped
 
 
 @pytest.mark.parametrize(

@@ -5,18 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from cable_sim_ros.verification.experiments import MISSED, OPEN, Comparison, Result, verdict_of
-from cable_sim_ros.verification.experiments.flume import CASES, CHOSEN, case_rows, trace, winch_motion
-from cable_sim_ros.verification.experiments.flume_line import (
-    EI,
-    bent,
-    damping_per_c,
-    golden,
-    off,
-    photograph,
-    stiffness_of,
-)
-from cable_sim_ros.verification.experiments.table import markdown
+from verification.experiments import MISSED, OPEN, Comparison, Result, verdict_of
+from verification.experiments.flume import CASES, CHOSEN, case_rows, trace, winch_motion
+from verification.experiments.flume_line import EI, bent, damping_per_c, golden, off, photograph, stiffness_of
+from verification.experiments.table import markdown
 
 
 def test_golden_section_finds_the_least_cost():

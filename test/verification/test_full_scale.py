@@ -5,15 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from cable_sim_ros.verification.experiments.full_scale import (
-    HIS,
-    NO_FACTOR,
-    moving_rows,
-    pressed,
-    running,
-    static_rows,
-    still,
-)
+from verification.experiments.full_scale import HIS, NO_FACTOR, moving_rows, pressed, running, static_rows, still
 
 
 @pytest.fixture(scope="module")

@@ -7,7 +7,7 @@ import pytest
 from click.testing import CliRunner
 
 from cable_sim_ros.cli import commands
-from cable_sim_ros.runs.calibration.load_cell import LoadCell, LoadCellError, Moved, fit, judge
+from cable_sim_ros.tools.calibrate.load_cell import LoadCell, LoadCellError, Moved, fit, judge
 
 TRUTH = LoadCell(zero=170.0, mass=-180.0, forward=-28.0, port=8.0, lag=0.2)
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from cable_sim_ros.verification.experiments.lowered import WINDOW, Window, gain, growth, recorded, slope, windows
+from verification.experiments.lowered import WINDOW, Window, gain, growth, recorded, slope, windows
 
 
 def made(per_km: float) -> tuple[np.ndarray, np.ndarray]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from cable_sim_ros.verification.experiments.moving_pulley import (
+from verification.experiments.moving_pulley import (
     CELL,
     CENTRE,
     DENSITY,

@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from cable_sim_ros.verification.benchmarks.bench import PEER_SCENES
-from cable_sim_ros.verification.ours import CLEAR, leaving_tension
-from cable_sim_ros.verification.peers import CANNOT, CODES, RUNS, Setting, even, installed
-from cable_sim_ros.verification.peers.stream import Stream
-from cable_sim_ros.verification.scenes import errors, reference
+from verification.benchmarks.bench import PEER_SCENES
+from verification.ours import CLEAR, leaving_tension
+from verification.peers import CANNOT, CODES, RUNS, Setting, even, installed
+from verification.peers.stream import Stream
+from verification.scenes import errors, reference
 
 P = reference("P5").params
 GRADED = ((0.6, 5), (0.3, 6), (0.1, 6))
@@ -78,7 +78,7 @@ def test_tension_where_the_cable_leaves_is_read_from_its_straight_part():
 
 def test_fluid_force_of_a_rigid_link_is_the_drag_law():
     mujoco = pytest.importorskip("mujoco")
-    from cable_sim_ros.verification.peers.in_mujoco import _towed_model
+    from verification.peers.in_mujoco import _towed_model
 
     model = _towed_model(even(2, 0.1, points=1), np.array((225.0, 225.0)), P)
     data = mujoco.MjData(model)

@@ -9,8 +9,8 @@ import pytest
 from click.testing import CliRunner
 
 from cable_sim_ros.cli import commands
-from cable_sim_ros.verification.experiments import EXPERIMENTS
-from cable_sim_ros.verification.experiments.pulley import CONFIGURATIONS, Choice, build, lossy, ranges, swing
+from verification.experiments import EXPERIMENTS
+from verification.experiments.pulley import CONFIGURATIONS, Choice, build, lossy, ranges, swing
 
 
 @pytest.mark.parametrize("number", CONFIGURATIONS)

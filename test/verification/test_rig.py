@@ -10,8 +10,8 @@ from cable_sim_ros.physics.integrate import Solver
 from cable_sim_ros.physics.substeps import LEAVE_STEP, MAX_TURN, NO_LIMIT, TURN_STEP
 from cable_sim_ros.sim.build import Rules
 from cable_sim_ros.sim.rig.rig import HALVED, WHIPPING, Rig, RigError, cable_of, load_of
-from cable_sim_ros.verification.bend import Walk, drum, pulls
-from cable_sim_ros.verification.contact_points import contact_points
+from verification.bend import Walk, drum, pulls
+from verification.contact_points import contact_points
 
 LENGTH, NODES = 2.0, 5
 REFUSING = Rules(0, MAX_TURN, NO_LIMIT)

@@ -7,8 +7,8 @@ import pytest
 
 from cable_sim_ros.sim.checks.checks import RESOLVED
 from cable_sim_ros.sim.rig.rig import RigError
-from cable_sim_ros.verification import sheave
-from cable_sim_ros.verification.sheave import LIMITS, RADIUS, TENSION, accumulated, answers, scale, solve
+from verification import sheave
+from verification.sheave import LIMITS, RADIUS, TENSION, accumulated, answers, scale, solve
 
 PHI = 2.0 * np.arcsin(0.5 * scale() / RADIUS)  # free elastica: EI / 2 R^2 = T (1 - cos phi)
 RIGHT = radians(90.0)

@@ -13,13 +13,13 @@ from cable_sim_ros.cli.commands import main
 from cable_sim_ros.io.scenes.load import SceneError, load_scene
 from cable_sim_ros.physics.state import NOW, WAKE
 from cable_sim_ros.physics.wake_oscillator import WAKE_Q, WakeLaw
-from cable_sim_ros.spans.in_frequency.response import vibration
-from cable_sim_ros.spans.in_time.wake_line import span_line
-from cable_sim_ros.spans.in_time.wake_run import run_span
-from cable_sim_ros.spans.load import load_span, span_from_dict
-from cable_sim_ros.spans.span_file import SpanEnds, natural_frequency
-from cable_sim_ros.spans.to_frequency import frequency_case
-from cable_sim_ros.verification.experiments.wake import PRINTED, WATER, changed, lock, modes, printed
+from cable_sim_ros.tools.spans.in_frequency.response import vibration
+from cable_sim_ros.tools.spans.in_time.wake_line import span_line
+from cable_sim_ros.tools.spans.in_time.wake_run import run_span
+from cable_sim_ros.tools.spans.load import load_span, span_from_dict
+from cable_sim_ros.tools.spans.span_file import SpanEnds, natural_frequency
+from cable_sim_ros.tools.spans.to_frequency import frequency_case
+from verification.experiments.wake import PRINTED, WATER, changed, lock, modes, printed
 
 CASE = {"length": 2.0, "tension": 200.0, "wind": 0.302}
 

@@ -14,11 +14,11 @@ from cable_sim_ros.io.scenes.load import SceneError
 from cable_sim_ros.io.scenes.resources import find_span
 from cable_sim_ros.physics.drag_laws import DragLaw
 from cable_sim_ros.sim.rig.rig import RigError
-from cable_sim_ros.spans.in_time import wake_run as runs
-from cable_sim_ros.spans.in_time.wake_run import FIELDS, SpanRow, fields_markdown, run_span
-from cable_sim_ros.spans.load import load_span, span_from_dict
-from cable_sim_ros.spans.span_file import SpanDragLaw
-from cable_sim_ros.verification.experiments.wake import changed
+from cable_sim_ros.tools.spans.in_time import wake_run as runs
+from cable_sim_ros.tools.spans.in_time.wake_run import FIELDS, SpanRow, fields_markdown, run_span
+from cable_sim_ros.tools.spans.load import load_span, span_from_dict
+from cable_sim_ros.tools.spans.span_file import SpanDragLaw
+from verification.experiments.wake import changed
 
 CASE = {"length": 2.0, "tension": 200.0, "wind": 0.302}
 DOCS = Path(__file__).parents[2] / "docs"

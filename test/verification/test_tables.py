@@ -7,9 +7,9 @@ import pkgutil
 
 import pytest
 
-from cable_sim_ros.verification import cases, stress
-from cable_sim_ros.verification.cases.family import Family
-from cable_sim_ros.verification.stress.verdict import Stress
+from verification import cases, stress
+from verification.cases.family import Family
+from verification.stress.verdict import Stress
 
 
 @pytest.mark.parametrize(

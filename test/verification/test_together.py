@@ -11,11 +11,11 @@ import numpy as np
 import pytest
 
 from cable_sim_ros.errors import RunError
-from cable_sim_ros.verification.experiments import EXPERIMENTS, module_of, run, together
-from cable_sim_ros.verification.experiments.flume import CHOSEN, trace
-from cable_sim_ros.verification.experiments.table import as_data, page
-from cable_sim_ros.verification.experiments.together import repeat, sendable
-from cable_sim_ros.verification.experiments.workers import here, workers
+from verification.experiments import EXPERIMENTS, Comparison, Result, module_of, run, together
+from verification.experiments.flume import CHOSEN, trace
+from verification.experiments.table import as_data, digest, page
+from verification.experiments.together import repeat, sendable
+from verification.experiments.workers import here, workers
 
 
 def ended(code: int) -> None:
@@ -41,7 +41,7 @@ def test_a_process_that_ends_is_said_with_a_remedy():
 
 def test_workers_take_one_thread_before_anything_is_loaded():
     """OpenBLAS looks at its environment once, when numpy loads it: what the worker begins with must not load it."""
-    code = "import sys, cable_sim_ros.sweeps.threads; sys.exit('numpy' in sys.modules)"
+    code = "import sys, cable_sim_ros.tools.sweeps.threads; sys.exit('numpy' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
 
 
@@ -49,9 +49,25 @@ def test_an_experiment_sent_by_a_process_has_its_rows_page_and_picture(tmp_path)
     """Drag and the sheave of one moving pulley would do; drag is the shortest with tables of its own: 3 s."""
     whole, sent = run("drag", None), sendable("drag", None, False, True)
     assert as_data(sent) == as_data(whole) and page([sent]) == page([whole])
+    assert digest([sent]) == digest([whole])
     assert sent.plot(tmp_path / "new").read_bytes()[:4] == b"\x89PNG"
     with pytest.raises(RuntimeError, match="no picture was asked for"):
         sendable("drag", None, False, False).plot(tmp_path)
+
+
+def test_the_page_of_the_manual_has_every_miss_with_its_reason_and_of_what_is_kept_the_nearest():
+    rows = [
+        Comparison("near", "N", 10.9, 10.0, 1.0, "A"),
+        Comparison("nearer", "N", 10.1, 10.0, 1.0, "A"),
+        Comparison("off", "N", 12.0, 10.0, 1.0, "A", "the sea"),
+        Comparison("open", "N", 12.0, 10.0, None, "B", "the ship"),
+        Comparison("open too", "N", 12.0, None, None, "B"),
+    ]
+    short = digest([Result("pulley", rows, [{"choice": "other", "x": 1.0}], lambda folder: folder)])
+    assert "2 within what is allowed, 1 missed, 2 not judged." in " ".join(short.split())
+    assert "| A | 2 | 1 | near | N | 10 | 10.9 | 1 |" in short
+    assert "| off | N | 10 | 12 | 1 | MISSED | A | the sea |" in short and "| B | the ship |" in short
+    assert "nearer" not in short and "open too" not in short and "other |" not in short
 
 
 def test_results_come_in_the_order_of_their_names(monkeypatch):

@@ -5,7 +5,7 @@ import json
 from click.testing import CliRunner
 
 from cable_sim_ros.cli import commands
-from cable_sim_ros.verification.experiments import turbulence
+from verification.experiments import turbulence
 
 
 def test_validate_repeats_the_turbulent_flume(tmp_path, monkeypatch):

@@ -8,7 +8,7 @@ import pytest
 from click.testing import CliRunner
 
 from cable_sim_ros.cli import commands
-from cable_sim_ros.verification.experiments import viv_tow
+from verification.experiments import viv_tow
 
 
 @pytest.fixture

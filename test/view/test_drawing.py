@@ -20,13 +20,13 @@ from cable_sim_ros.io.scenes.resources import find_bag
 from cable_sim_ros.physics.tick_output import TICK_OUTPUT, Flag
 from cable_sim_ros.plots.sea_surface import SeaSurface
 from cable_sim_ros.runs import offline
-from cable_sim_ros.view import words
-from cable_sim_ros.view.bag_run import BagRun
-from cable_sim_ros.view.beside_node import Memory
-from cable_sim_ros.view.cameras import CAMERAS, camera, followed
-from cable_sim_ros.view.moment import parts_of, smooth_shape
-from cable_sim_ros.view.page import Pace, addresses
-from cable_sim_ros.view.strips import scale, strips_of, thinned
+from cable_sim_ros.tools.view import words
+from cable_sim_ros.tools.view.bag_run import BagRun
+from cable_sim_ros.tools.view.beside_node import Memory
+from cable_sim_ros.tools.view.cameras import CAMERAS, camera, followed
+from cable_sim_ros.tools.view.moment import parts_of, smooth_shape
+from cable_sim_ros.tools.view.page import Pace, addresses
+from cable_sim_ros.tools.view.strips import scale, strips_of, thinned
 
 
 def call(*arguments):

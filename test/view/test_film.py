@@ -53,7 +53,7 @@ def test_a_gif_too(bag, tmp_path):
 
 
 def test_cable_and_loads_are_where_the_recording_has_them(run):
-    from cable_sim_ros.view.film_frame import FilmFrame
+    from cable_sim_ros.tools.view.film_frame import FilmFrame
 
     frame = FilmFrame(run, 0.0, run.length, (1280, 720), "whole", 1000.0, "")
     moment = run.moment(len(run) // 2)

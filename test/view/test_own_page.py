@@ -11,8 +11,8 @@ pytest.importorskip("viser")
 
 from websockets.datastructures import Headers
 
-from cable_sim_ros.view import page
-from cable_sim_ros.view.own_page import _machine, own
+from cable_sim_ros.tools.view import page
+from cable_sim_ros.tools.view.own_page import _machine, own
 
 SOCKET = {"Upgrade": "websocket", "Connection": "Upgrade", "Sec-WebSocket-Version": "13",
           "Sec-WebSocket-Key": "AAAAAAAAAAAAAAAAAAAAAA=="}  # fmt: skip
@@ -80,7 +80,7 @@ def test_the_server_asks(server, host, origin, answer):
 
 
 def test_a_viser_that_serves_otherwise_is_refused(monkeypatch):
-    monkeypatch.setattr("cable_sim_ros.view.page.guarded", lambda host: _unasked())
+    monkeypatch.setattr("cable_sim_ros.tools.view.page.guarded", lambda host: _unasked())
     with pytest.raises(page.PageError, match="serves its page in a way that is not known here"):
         page.serve("127.0.0.1", 0, "a page")
 

@@ -20,7 +20,7 @@ def domain(monkeypatch):
 
 
 def refusal(namespace="/tow_sim", wait=2.5):
-    from cable_sim_ros.ros.view.watcher import WatchError, watching
+    from cable_sim_ros.ros.watcher import WatchError, watching
 
     with pytest.raises(WatchError) as error, watching(namespace, wait, lambda: True):
         pass
@@ -68,7 +68,7 @@ def test_another_type_is_said(neighbour):
 
 @pytest.mark.parametrize("text", ["-1", "233", "abc"])
 def test_a_domain_that_is_none_is_refused(monkeypatch, text):
-    from cable_sim_ros.ros.view.watcher import WatchInputError, domain
+    from cable_sim_ros.ros.watcher import WatchInputError, domain
 
     monkeypatch.setenv("ROS_DOMAIN_ID", text)
     with pytest.raises(WatchInputError, match="from 0 to 232") as error:
@@ -82,7 +82,7 @@ def test_what_is_watched_is_what_was_sent(neighbour, bag, run):
     from sensor_msgs.msg import JointState, PointCloud2
 
     from cable_sim_ros.io.bags.bag import BagReader
-    from cable_sim_ros.ros.view.watcher import watching
+    from cable_sim_ros.ros.watcher import watching
 
     kinds = {"sim/health": JointState, "cable/shape": PointCloud2, "sheave/contact": PointCloud2}
     with BagReader(bag) as reader:

@@ -24,13 +24,14 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from ...compiler.compiling import prepare
+from ...compiler.jit import LANES, NO, YES
 from ...errors import RunError
 from ...physics.ancf import AXIAL_DAMPING, EA, EI, MASS_PER_LENGTH, WEIGHT_PER_LENGTH
 from ...physics.cable_assembly import Cable
 from ...physics.contact_surface import SURFACE
 from ...physics.fluid import Fluid, fill_space
 from ...physics.integrate import Solver
-from ...physics.jit import LANES, NO, YES
 from ...physics.link_element import without_bending
 from ...physics.section import CableModel
 from ...physics.state import AT_REST, FLOW, LOAD, NOW, STRUT, Change, LineModel, Q, V, X, make_state
@@ -39,7 +40,6 @@ from ...physics.towbody import BODY, Towbody, body_record
 from ...physics.water import Water
 from ..build import Rules, arc_lengths, bead_table, build_line, element_table, line_settings, lock
 from ..checks.section_checks import water_problems
-from ..compiling import prepare
 from ..problem import Problem
 from ..tables.current import declare_water
 from ..tables.sea_tables import sea_of

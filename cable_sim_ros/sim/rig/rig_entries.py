@@ -6,10 +6,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ...compiler.jit import NO, YES, driver
 from ...physics.block_tridiagonal import solve
 from ...physics.contact_detection import detect_contact
 from ...physics.integrate import advance, settle
-from ...physics.jit import NO, YES, driver
 from ...physics.line import residual
 from ...physics.state import AT_REST, NOW, A, Change, Q, V, X
 from ...physics.substeps import begin, finish, start, unfinished

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from cable_sim_ros.io.logs.log import Log, LogError
+from cable_sim_ros.tools.logs.log import Log, LogError
 
 CUTS, FLIPS = 64, 200
 TRACED = 5  # of so many files the memory of one is counted, which costs time

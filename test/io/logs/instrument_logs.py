@@ -6,8 +6,8 @@ from __future__ import annotations
 import math
 import struct
 
-from cable_sim_ros.io.telegrams import lci90i, pashr, psxn, tss1
-from cable_sim_ros.io.telegrams.fields import Motion, exclusive_or, sentence
+from cable_sim_ros.tools.telegrams import lci90i, pashr, psxn, tss1
+from cable_sim_ros.tools.telegrams.fields import Motion, exclusive_or, sentence
 
 SECOND = 1_000_000_000
 MIDNIGHT = 1_406_851_200 * SECOND  # 2014-08-01T00:00:00Z

@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 from instrument_logs import DAY, MIDNIGHT, SECOND, exclusive_or, iso, sentence
 
-from cable_sim_ros.io.logs.devices import nmea0183, sentences
-from cable_sim_ros.io.logs.formats import read_log
-from cable_sim_ros.io.logs.inspection.first_mapping import first_mapping
-from cable_sim_ros.io.logs.log import LogError
-from cable_sim_ros.io.logs.read_signals import read_signals
-from cable_sim_ros.io.telegrams import psxn
+from cable_sim_ros.tools.logs.devices import nmea0183, sentences
+from cable_sim_ros.tools.logs.formats import read_log
+from cable_sim_ros.tools.logs.inspection.first_mapping import first_mapping
+from cable_sim_ros.tools.logs.log import LogError
+from cable_sim_ros.tools.logs.read_signals import read_signals
+from cable_sim_ros.tools.telegrams import psxn
 
 
 @pytest.fixture

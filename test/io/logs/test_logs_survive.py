@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from hostile_logs import survive
 
-from cable_sim_ros.io.logs.formats import HEAD, TELEGRAMS
+from cable_sim_ros.tools.logs.formats import HEAD, TELEGRAMS
 
 FILES = {
     "nmea0183": [logs.seapath(4), logs.seapath(4, stamped=False), logs.buoy(2)],
@@ -24,7 +24,7 @@ CHECKED = {"nmea0183", "lci90i", "3dm-gx3"}  # formats whose records carry a che
 
 @pytest.mark.parametrize("row, data", CASES, ids=[row.name for row, _ in CASES])
 def test_cuts_and_flips_cost_what_they_hit(row, data, tmp_path):
-    module = import_module(f"cable_sim_ros.io.logs.{row.module}")
+    module = import_module(f"cable_sim_ros.tools.logs.{row.module}")
     path = tmp_path / "log"
     cuts, flips = survive(module.read, data, path)
     whole = module.read(path)
@@ -41,6 +41,6 @@ def test_cuts_and_flips_cost_what_they_hit(row, data, tmp_path):
 
 @pytest.mark.parametrize("row, data", CASES, ids=[row.name for row, _ in CASES])
 def test_a_format_is_found_by_its_first_bytes(row, data, tmp_path):
-    found = [other.name for other in TELEGRAMS if import_module(f"cable_sim_ros.io.logs.{other.module}").recognise(
+    found = [other.name for other in TELEGRAMS if import_module(f"cable_sim_ros.tools.logs.{other.module}").recognise(
         data[:HEAD], tmp_path / "x")]  # fmt: skip
     assert found == [row.name]

@@ -6,15 +6,15 @@ import numpy as np
 import pytest
 from hostile_logs import assert_sound, survive
 
-from cable_sim_ros.io.logs.containers import csv_log, netcdf, parquet
-from cable_sim_ros.io.logs.containers.bounded import read_all
-from cable_sim_ros.io.logs.containers.text_times import instant, month_first, number, of_day
-from cable_sim_ros.io.logs.formats import read_log
-from cable_sim_ros.io.logs.log import Log, LogError
+from cable_sim_ros.tools.logs.containers import csv_log, netcdf, parquet
+from cable_sim_ros.tools.logs.containers.bounded import read_all
+from cable_sim_ros.tools.logs.containers.text_times import instant, month_first, number, of_day
+from cable_sim_ros.tools.logs.formats import read_log
+from cable_sim_ros.tools.logs.log import Log, LogError
 
 SECOND = 1_000_000_000
 MONTH = 30 * 86400 * SECOND
-HERE = "cable_sim_ros.io.logs.containers"
+HERE = "cable_sim_ros.tools.logs.containers"
 NOON = 1_406_894_400 * SECOND  # 2014-08-01 12:00 UTC
 
 

@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 
 from cable_sim_ros.errors import CableSimError
-from cable_sim_ros.io.logs.log import LogError
-from cable_sim_ros.io.logs.mapping.mapping_file import MappingError, load_mapping, mapping_of
-from cable_sim_ros.io.logs.read_signals import read, read_signals
 from cable_sim_ros.io.scenes.resources import shipped_mappings
 from cable_sim_ros.sim.tables.attitude import rotation
+from cable_sim_ros.tools.logs.log import LogError
+from cable_sim_ros.tools.logs.mapping.mapping_file import MappingError, load_mapping, mapping_of
+from cable_sim_ros.tools.logs.read_signals import read, read_signals
 
 T = np.arange(0.0, 60.0, 0.1)
 HEAVE, ROLL, PITCH = 0.8 * np.sin(0.7 * T), np.radians(4.0) * np.sin(0.5 * T), np.radians(2.0) * np.cos(0.6 * T)

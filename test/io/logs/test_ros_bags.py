@@ -10,10 +10,10 @@ from hostile_logs import survive
 from made_bags import SECOND, START, joint_state, json_messages, load_pins, mcap_bag, ros1_bag, sqlite_bag, store
 
 from cable_sim_ros.io.bags.bag_writer import BagWriter
-from cable_sim_ros.io.logs.containers.leaves import Definition, codec
-from cable_sim_ros.io.logs.containers.ros_bags import read
-from cable_sim_ros.io.logs.formats import read_log
-from cable_sim_ros.io.logs.log import LogError
+from cable_sim_ros.tools.logs.containers.leaves import Definition, codec
+from cable_sim_ros.tools.logs.containers.ros_bags import read
+from cable_sim_ros.tools.logs.formats import read_log
+from cable_sim_ros.tools.logs.log import LogError
 
 
 def made(folder, kind, n=30):

@@ -6,9 +6,9 @@ import struct
 import pytest
 from hostile_logs import survive
 
-from cable_sim_ros.io.logs.containers import ulog, xtf
-from cable_sim_ros.io.logs.formats import read_log
-from cable_sim_ros.io.logs.log import LogError
+from cable_sim_ros.tools.logs.containers import ulog, xtf
+from cable_sim_ros.tools.logs.formats import read_log
+from cable_sim_ros.tools.logs.log import LogError
 
 pytest.importorskip("pyulog")
 pyxtf = pytest.importorskip("pyxtf")

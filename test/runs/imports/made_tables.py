@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from cable_sim_ros.io.logs.own_signals import later_only
 from cable_sim_ros.io.sources.recorded_tow import odometry_of, read_tow
-from cable_sim_ros.runs.imports.choice import Choice
-from cable_sim_ros.runs.imports.import_logs import Imported, import_logs
+from cable_sim_ros.tools.logs.imports.choice import Choice
+from cable_sim_ros.tools.logs.imports.import_logs import Imported, import_logs
+from cable_sim_ros.tools.logs.own_signals import later_only
 
 SECOND = 1_000_000_000
 NOON = 1_406_894_400  # s: 2014-08-01 12:00 UTC

@@ -13,7 +13,7 @@ from made_tables import mapping, ship, told
 
 from cable_sim_ros.cli.commands import main
 from cable_sim_ros.runs import offline
-from cable_sim_ros.runs.imports import import_logs
+from cable_sim_ros.tools.logs.imports import import_logs
 
 T = np.arange(0.0, 40.0, 0.1)
 HEAVE = 0.8 * np.sin(0.7 * T)

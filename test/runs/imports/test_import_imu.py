@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 from made_tables import mapping, ship, told
 
-from cable_sim_ros.io.logs.log import LogError
-from cable_sim_ros.io.logs.signals import Signal
 from cable_sim_ros.io.messages.messages import decode_imu
 from cable_sim_ros.io.sources.recorded_tow import read_tow
-from cable_sim_ros.runs.imports.attitude import upright
-from cable_sim_ros.runs.imports.import_logs import import_logs
+from cable_sim_ros.tools.logs.imports.attitude import upright
+from cable_sim_ros.tools.logs.imports.import_logs import import_logs
+from cable_sim_ros.tools.logs.log import LogError
+from cable_sim_ros.tools.logs.signals import Signal
 
 VECTORS = ("rates: [p,q,r] rad/s frame: flu", "acceleration: [ax,ay,az] m/s^2 frame: flu")
 

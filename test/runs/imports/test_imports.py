@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 from made_tables import imported, ship, told
 
-from cable_sim_ros.io.logs.log import LogError
 from cable_sim_ros.io.messages.messages import decode_odometry
 from cable_sim_ros.io.scenes.load import load_scene, override
 from cable_sim_ros.io.sources.recorded_tow import odometry_of
 from cable_sim_ros.ros.play.player import PlayError, load
 from cable_sim_ros.runs.sources import motion_of
 from cable_sim_ros.sim.tables.attitude import to_world
+from cable_sim_ros.tools.logs.log import LogError
 
 T = np.arange(0.0, 60.0, 0.1)
 HEAVE = 0.8 * np.sin(0.7 * T)

@@ -11,7 +11,7 @@ from click.testing import CliRunner
 from cable_sim_ros.cli import commands
 from cable_sim_ros.io.scenes.load import load_scene, override
 from cable_sim_ros.runs import offline
-from cable_sim_ros.runs.scores.recordings import read_recording
+from cable_sim_ros.tools.compare.recordings import read_recording
 
 DOCS = Path(__file__).resolve().parents[3] / "docs"
 DRAG = 1.05  # of every section

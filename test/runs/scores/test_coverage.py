@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from score_seas import EPOCH, sea, signal
 
-from cable_sim_ros.runs.scores.alignment import clock_of
-from cable_sim_ros.runs.scores.score import score
+from cable_sim_ros.tools.compare.alignment import clock_of
+from cable_sim_ros.tools.compare.score import score
 
 SEEDS = 40
 

@@ -6,10 +6,10 @@
 import numpy as np
 import pytest
 
-from cable_sim_ros.io.logs.own_signals import signals_of_frames
-from cable_sim_ros.io.logs.signals import Signal
 from cable_sim_ros.runs import offline
-from cable_sim_ros.runs.scores.comparison import compare
+from cable_sim_ros.tools.compare.comparison import compare
+from cable_sim_ros.tools.logs.own_signals import signals_of_frames
+from cable_sim_ros.tools.logs.signals import Signal
 
 POUND = 4.4482216
 SECONDS = 564.0  # the whole of the bag; a drift is looked for in six minutes or more

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from score_seas import sea, signal
 
-from cable_sim_ros.runs.scores.comparison import compare
-from cable_sim_ros.runs.scores.exact import exact
-from cable_sim_ros.runs.scores.limits import Limits, LimitsError, QuantityLimits, judge, load_limits
+from cable_sim_ros.tools.compare.comparison import compare
+from cable_sim_ros.tools.compare.exact import exact
+from cable_sim_ros.tools.compare.limits import Limits, LimitsError, QuantityLimits, judge, load_limits
 
 GOOD = """\
 limits: my tow

@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 from score_seas import EPOCH, sea, signal
 
-from cable_sim_ros.io.logs.signals import Signal
-from cable_sim_ros.runs.scores.alignment import clock_of
-from cable_sim_ros.runs.scores.comparison import CompareError, compare
-from cable_sim_ros.runs.scores.intervals import correlation_time
-from cable_sim_ros.runs.scores.score import FIGURES, score
-from cable_sim_ros.runs.scores.units import FACTORS
-from cable_sim_ros.runs.scores.waves import cycles, double_amplitudes, ellipsoid, exceedance, inside
+from cable_sim_ros.tools.compare.alignment import clock_of
+from cable_sim_ros.tools.compare.comparison import CompareError, compare
+from cable_sim_ros.tools.compare.intervals import correlation_time
+from cable_sim_ros.tools.compare.score import FIGURES, score
+from cable_sim_ros.tools.compare.units import FACTORS
+from cable_sim_ros.tools.compare.waves import cycles, double_amplitudes, ellipsoid, exceedance, inside
+from cable_sim_ros.tools.logs.signals import Signal
 
 
 def within(one, name, value):

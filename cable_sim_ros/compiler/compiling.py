@@ -1,0 +1,163 @@
+"""Kernels compiled by as many processes as there are cores, where they are not on disk yet.
+
+What is called by symbol can be compiled in any order and place (`compiler/jit.py`). The calling process and workers of
+its own take one kernel after the other, the largest first; each keeps what it compiled on disk, where the calling
+process finds it. Nothing depends on a worker: what one leaves undone, because it died or could not start, the calling
+process compiles itself, to the same code.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import importlib
+import os
+import pickle
+import queue
+import subprocess
+import sys
+import threading
+import time
+from base64 import b64decode, b64encode
+from collections.abc import Callable
+from typing import Any
+
+import numba
+
+from .jit import fingerprint, planned, publish
+from .kernel_cache import files
+from .kernel_form import Form
+from .kernel_key import content_of
+
+MODULE = __name__
+MAX_WORKERS = 3  # beside the calling process, 250 MB each: the longest kernel takes a sixth of the whole
+SMALL = 4000  # bytes of bytecode; less compiles sooner than a worker starts
+HANGS, TIMES = 30.0, 3.0  # s, and times what the calling process took: a worker is given up after both
+Task = tuple[Any, tuple]  # form, types
+_prepared: set[tuple] = set()
+
+
+def prepare(linker: Callable[..., None], parts: tuple, entry: Any = None, arguments: tuple = ()) -> None:
+    """Compile or load what ``linker(*parts)`` publishes, and publish it; the entry with its arguments is compiled too.
+
+    Raises what `jit.link` raises.
+    """
+    if numba.config.DISABLE_JIT:
+        return
+    key = linker, fingerprint(parts), entry, fingerprint(arguments)
+    if key in _prepared:
+        return
+    links = planned(linker, *parts)
+    tasks = [(link.form, link.types) for link in links]
+    if entry is not None:
+        tasks.append((entry, tuple(numba.typeof(a) for a in arguments)))
+    compile_all(missing(tasks))
+    for link in links:
+        publish(link)
+    _prepared.add(key)
+
+
+def missing(tasks: list[Task]) -> list[Task]:
+    """Those of the tasks that could be on disk and are not, nor in memory, the largest first."""
+    left = [(content_of(form)[1], i) for i, (form, types) in enumerate(tasks) if _lacking(form, types)]
+    return [tasks[i] for _, i in sorted(left, key=lambda task: (-task[0], task[1]))]
+
+
+def _lacking(form: Any, types: tuple) -> bool:
+    return isinstance(form, Form) and types not in form.overloads and form._cache.lacks(types)
+
+
+def workers_for(tasks: list[Task]) -> int:
+    """Worker processes worth starting beside this one."""
+    sizes = [content_of(form)[1] for form, _ in tasks]
+    if sum(sizes[1:]) < SMALL or not _interpreter() or not files.writable():
+        return 0
+    return max(0, min(cores() - 1, len(tasks) - 1, MAX_WORKERS))
+
+
+def cores() -> int:
+    """Cores that this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def _interpreter() -> str:
+    """The program that runs a Python module, nothing where this one is frozen or embedded."""
+    program = sys.executable or ""
+    known = os.path.basename(program).lower().startswith(("python", "pypy"))
+    return program if known and not getattr(sys, "frozen", False) else ""
+
+
+def compile_all(tasks: list[Task]) -> None:
+    """Compile these kernels, with workers where that is worth it; afterwards all are in memory or on disk."""
+    begun, count = time.monotonic(), workers_for(tasks)
+    if not count:
+        return  # each is compiled where it is linked or called
+    waiting: queue.SimpleQueue[Task] = queue.SimpleQueue()
+    for task in tasks:
+        waiting.put(task)
+    workers: list[subprocess.Popen] = []
+    threads = [threading.Thread(target=_serve, args=(waiting, workers), name="compile") for _ in range(count)]
+    for thread in threads:
+        thread.start()
+    try:
+        while True:
+            form, types = waiting.get_nowait()
+            form.keep(types)
+    except queue.Empty:
+        limit = time.monotonic() + HANGS + TIMES * (time.monotonic() - begun)
+        for thread in threads:
+            thread.join(max(0.0, limit - time.monotonic()))
+    finally:
+        with contextlib.suppress(queue.Empty):  # after an error here
+            while True:
+                waiting.get_nowait()
+        for worker in workers:  # those that hang, and all of them after an error
+            worker.kill()
+        for thread in threads:
+            thread.join()
+
+
+def _serve(waiting: queue.SimpleQueue[Task], workers: list[subprocess.Popen]) -> None:
+    """Give the tasks that wait to a worker of its own, one after the other, until it dies or none is left."""
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(p or os.getcwd() for p in sys.path)}
+    command = [_interpreter(), "-P", "-W", "ignore", "-m", MODULE]
+    pipe = subprocess.PIPE
+    try:
+        worker = subprocess.Popen(command, stdin=pipe, stdout=pipe, stderr=subprocess.DEVNULL, env=environment)
+    except OSError:
+        return
+    workers.append(worker)
+    assert worker.stdin is not None and worker.stdout is not None
+    with contextlib.suppress(OSError), worker:  # at the end its input is closed, and it ends
+        while worker.stdout.readline():  # ready for one
+            try:
+                form, types = waiting.get_nowait()
+            except queue.Empty:
+                return
+            worker.stdin.write(b64encode(pickle.dumps((_name(form), types))) + b"\n")
+            worker.stdin.flush()
+
+
+def _name(form: Form) -> tuple[str, str, str]:
+    return form.py_func.__module__, form.py_func.__qualname__, form.kind
+
+
+def _named(module: str, name: str, kind: str) -> Any:
+    kernel = getattr(importlib.import_module(module), name)
+    return getattr(kernel, kind, kernel)
+
+
+def work() -> None:
+    """What a worker does: a line for each kernel that it is ready to compile, until its input ends."""
+    out, sys.stdout = sys.stdout, sys.stderr
+    while True:
+        out.write("ready\n")
+        out.flush()
+        line = sys.stdin.buffer.readline()
+        if not line:
+            return
+        name, types = pickle.loads(b64decode(line))
+        _named(*name).keep(types)
+
+
+if __name__ == "__main__":
+    work()

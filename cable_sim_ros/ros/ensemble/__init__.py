@@ -1,1 +1,0 @@
-"""Ears and voice of an ensemble beside a node."""

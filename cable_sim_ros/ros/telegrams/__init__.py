@@ -1,1 +1,0 @@
-"""Telegrams of the instruments over UDP on this host: parameters and sender."""

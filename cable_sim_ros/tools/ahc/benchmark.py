@@ -1,0 +1,132 @@
+"""All runs of the benchmark: each cell of each entrant beside its twin, on several processes; the result as data."""
+
+from __future__ import annotations
+
+import subprocess
+from collections.abc import Iterator, Sequence
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+from ...processes import ForkServer, Workers
+from ...runs.stepping import Progress, silent
+from ...version import __version__
+from . import definition
+from .definition import BAND, DIGITS, SLACK, TWIN, VERSION, Cell, condition, place
+from .entrants import LAW, PROGRAM, Entrant
+from .figures import NAMES, Rules, Twin, figures, twin_of
+from .outcome import Done, Span
+from .simulate import run_cell
+
+FULL = Span(definition.DURATION, definition.START_UP)
+SHORT = Span(definition.QUICK_DURATION, definition.QUICK_START_UP)
+Row = dict[str, Any]
+ROOT = Path(__file__).resolve().parents[3]
+
+
+def rules_of(cell: Cell, span: Span) -> Rules:
+    """What the figures of a cell are taken with, at its scale."""
+    pace, fault = place(cell.scene).scale ** 0.5, condition(cell.condition).fault
+    return Rules(
+        pace * span.start_up,
+        (BAND[0] / pace, BAND[1] / pace),
+        SLACK,
+        None if fault is None else (pace * fault[0], pace * fault[1]),
+    )
+
+
+def twin_cell(cell: Cell) -> Cell:
+    """Where the held winch beside a cell is run."""
+    return cell._replace(condition=condition(cell.condition).twin)
+
+
+@cache
+def _twin(cell: Cell, span: Span) -> tuple[Twin | None, Row, Done]:
+    """Of the held winch in its cell: what is taken from it, its figures, and its run without the tick outputs."""
+    done = run_cell(Entrant(TWIN, LAW, TWIN), cell, span)
+    if done.frames is None:
+        return None, {}, done
+    rules = rules_of(cell, span)
+    found = twin_of(done.frames, rules.start_up)
+    return found, figures(done.frames, rules, found, False), done._replace(frames=None)
+
+
+def row_of(entrant: Entrant, cell: Cell, span: Span) -> Row:
+    """An entrant in a cell: state, reason, figures and those of its twin (None where there are none)."""
+    own = entrant.kind == LAW and entrant.what == TWIN and twin_cell(cell) == cell
+    twin, held, beside = _twin(twin_cell(cell), span)
+    if own or twin is None:
+        done, found = beside, held or None
+        if not own:
+            done = Done(None, beside.state, f"the held winch: {beside.reason}")
+    else:
+        done = run_cell(entrant, cell, span)
+        rules, motor = rules_of(cell, span), condition(cell.condition).drive
+        found = None if done.frames is None else figures(done.frames, rules, twin, motor)
+    return {
+        "entrant": entrant.name,
+        "rank": entrant.rank,
+        "scene": cell.scene,
+        "motion": cell.motion,
+        "class": cell.condition,
+        "seed": definition.seed(cell.motion),
+        "state": done.state,
+        "reason": done.reason,
+        "figures": None if found is None else rounded(found),
+        "twin": rounded(held) if found is not None else None,
+    }
+
+
+def rounded(found: Row) -> Row:
+    """Figures as they stand in files."""
+    return {name: None if found[name] is None else float(f"{found[name]:.{DIGITS}g}") for name in NAMES}
+
+
+def run(
+    entrants: Sequence[Entrant],
+    cells: Sequence[Cell],
+    span: Span = FULL,
+    processes: int = 1,
+    progress: Progress = silent,
+) -> dict[str, Any]:
+    """Every entrant in every cell; the result as JSON has it. A program of rclpy runs on one process."""
+    tasks = [(entrant, cell, span) for cell in cells for entrant in entrants]
+    begun = commit()
+    rows = []
+    for k, row in enumerate(_rows(tasks, processes)):
+        rows.append(row)
+        progress(f"{row['scene']}/{row['motion']}/{row['class']}", k + 1, len(tasks))
+    whole = span == FULL and {str(cell) for cell in cells} == {str(cell) for cell in definition.cells()}
+    return {
+        "benchmark": VERSION,
+        "definition": definition.digest(),
+        "product": __version__,
+        "commit": begun,
+        "complete": whole,
+        "seconds": span.duration,
+        "rows": rows,
+    }
+
+
+def _rows(tasks: list[tuple[Entrant, Cell, Span]], processes: int) -> Iterator[Row]:
+    if processes == 1 or len(tasks) == 1 or any(entrant.kind == PROGRAM for entrant, *_ in tasks):
+        yield from (row_of(*task) for task in tasks)
+        return
+    context = ForkServer()
+    context.set_forkserver_preload([__name__])
+    pool = Workers(processes, mp_context=context)
+    try:
+        for row in [pool.submit(row_of, *task) for task in tasks]:
+            yield row.result()
+    finally:
+        pool.shutdown(cancel_futures=True)
+
+
+def commit() -> str:
+    """Commit of the tree that this version runs from, with -dirty where it was edited since; "" outside a clone."""
+    command = ["git", "-C", str(ROOT), "describe", "--always", "--dirty", "--abbrev=7", "--exclude=*"]
+    try:
+        done = subprocess.run(command, capture_output=True, text=True, check=False)
+    except OSError:
+        return ""
+    return done.stdout.strip() if (ROOT / ".git").exists() else ""

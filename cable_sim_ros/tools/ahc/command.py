@@ -1,0 +1,243 @@
+"""The command `cable-sim ahc`: run the benchmark, keep its leaderboard, check it by a re-run."""
+
+from __future__ import annotations
+
+import json
+import sys
+from pathlib import Path
+from typing import Any
+
+import click
+
+from ...cli.number import Count
+from ...cli.out_folder import ready
+from ...cli.progress import progress_bar
+from ...cli.report_option import report_option, said, typed
+from ...files import read_text, write_text
+from ...terminal import plain_console, say
+
+FAILED = 1  # exit code where a re-run is not the leaderboard
+FILE = click.Path(dir_okay=False, path_type=Path)
+
+
+@click.command()
+@click.argument("laws", nargs=-1, metavar="[LAW...]")
+@click.option("--controller", metavar="FILE.py:NAME", help="In place of laws: make(scene, period) -> controller(row).")
+@click.option("--command", "program", metavar="COMMAND", help="In place of laws: a program of rclpy, in lockstep.")
+@click.option("--name", metavar="NAME", help="Of that controller or program on the leaderboard. Default: its file.")
+@click.option(
+    "--only",
+    multiple=True,
+    metavar="SCENE/MOTION/CLASS",
+    help="These cells alone, with * and ?, as in 'full_scale/*/dead_*'; may be repeated. No result to merge.",
+)
+@click.option("--quick", is_flag=True, help="Three cells of 20 s: does it work? No result to merge.")
+@click.option("--processes", type=Count(1, 64), default=2, show_default=True, help="Runs at a time.")
+@click.option("--out", type=click.Path(file_okay=False, path_type=Path), help="Folder for table, JSON and picture.")
+@click.option("--merge", "result", type=FILE, metavar="AHC.json", help="Run nothing: add this result to --board.")
+@click.option("--check", is_flag=True, help="Run again what --board has of LAW... or the controller, and compare.")
+@click.option("--board", type=FILE, metavar="FILE.csv", help="The leaderboard of --merge, --check and --table.")
+@click.option("--replace", is_flag=True, help="With --merge: in place of the rows that these entrants have.")
+@click.option("--table", is_flag=True, help="Run nothing: the tables of --board in Markdown.")
+@click.option("--page", type=FILE, metavar="FILE.md", help="With --table: put all tables there, and ahc.png beside it.")
+@click.option(
+    "--definition", "shown", is_flag=True, help="Run nothing: scenes, motions, classes and figures in Markdown."
+)
+@report_option
+@click.option("--json", "as_json", is_flag=True, help="Print the result as JSON, nothing else.")
+def ahc(
+    laws,
+    controller,
+    program,
+    name,
+    only,
+    quick,
+    processes,
+    out,
+    result,
+    check,
+    board,
+    replace,
+    table,
+    page,
+    shown,
+    report,
+    as_json,
+):
+    """The benchmark of heave compensators: set-point laws (default: all), or a controller of your own.
+
+    Each run stands beside one with the winch held. With --check it leaves with code 1 where the leaderboard differs.
+    """
+    one_of({"--merge": result, "--check": check, "--table": table, "--definition": shown})
+    if (board is None) != (not (result or check or table)):
+        raise click.UsageError(
+            "--board is the leaderboard of --merge, --check or --table, and they need it; nothing was done. Give both, "
+            "as in --check --board docs/ahc-1.csv"
+        )
+    for option, given, needed, there in (("--replace", replace, "--merge", result), ("--page", page, "--table", table)):
+        if given and not there:
+            raise click.UsageError(f"{option} belongs to {needed}; nothing was done. Leave it out")
+    asked = {
+        "LAW": laws,
+        "--controller": controller,
+        "--command": program,
+        "--only": only,
+        "--quick": quick,
+        "--out": out,
+        "--report": report,
+    }
+    for option, there in (("--merge", result), ("--table", table), ("--definition", shown)):
+        if there and (odd := [other for other, given in asked.items() if given]):
+            raise click.UsageError(f"{option} runs nothing; nothing was done. Leave {', '.join(odd)} out")
+    one_of({"LAW": laws, "--controller": controller, "--command": program})
+    if name and not (controller or program):
+        raise click.UsageError("--name is that of --controller or --command; nothing was run. Leave it out")
+    if quick and (only or check):
+        raise click.UsageError("--quick stands alone: no --only and no --check beside it; nothing was run")
+    if shown:
+        from .tables import definition_markdown, figures_markdown
+
+        say(f"{definition_markdown()}\n\n{figures_markdown()}", lines=True)
+    elif table:
+        tables_of(board, page)
+    elif result:
+        merged(result, board, replace)
+    else:
+        if check:
+            checkable(board, laws or ((name,) if name else ()))
+        ready(out)
+        done = run(entrants_of(laws, controller, program, name, board), only, quick, processes, as_json)
+        tell(done, out, as_json, quiet=check)
+        if report is not None:
+            from .report import write_report
+
+            said(write_report(done, report, typed()))
+        if check:
+            compare(done, board, as_json)
+
+
+def checkable(board, names):
+    """Refuse a leaderboard that a re-run cannot be compared with. Raises AhcError."""
+    from . import board as boards
+    from .definition import VERSION, digest
+    from .entrants import AhcError
+
+    rows = boards.read(board)
+    there = {row["entrant"] for row in rows}
+    if not rows:
+        raise AhcError(f"{board}: has no rows to check; nothing was run. Give the leaderboard of --merge")
+    if missing := [name for name in names if name not in there]:
+        raise AhcError(
+            f"{board}: has no row of {', '.join(missing)}; nothing was run. It has {', '.join(sorted(there))}"
+        )
+    if other := {row["definition"] for row in rows} - {digest()}:
+        raise AhcError(
+            f"{board}: has rows of definition {', '.join(sorted(other))}, here {VERSION} is {digest()}; nothing "
+            f"was run. Take the version of the product that made them"
+        )
+
+
+def one_of(options: dict[str, Any]) -> None:
+    """Refuse more than one of these."""
+    given = [option for option, value in options.items() if value]
+    if len(given) > 1:
+        raise click.UsageError(f"{' and '.join(given)} stand alone; nothing was done. Leave one out")
+
+
+def entrants_of(laws, controller, program, name, board):
+    """Who is to run; with a leaderboard and nobody named, the built-in laws that it has."""
+    from . import board as boards
+    from .entrants import BUILT_IN, external
+    from .entrants import laws as built_in
+
+    if controller or program:
+        return [external(name, controller, program)]
+    if board is not None and not laws:
+        rows = boards.read(board)
+        laws = tuple(dict.fromkeys(row["entrant"] for row in rows if row["rank"] == BUILT_IN))
+    return built_in(laws)
+
+
+def run(entrants, only, quick, processes, as_json):
+    """The result of the cells that are asked for."""
+    from . import benchmark, definition
+    from .entrants import AhcError
+
+    cells = definition.cells(definition.QUICK if quick else only or ("*",))
+    if not cells:
+        raise AhcError(f"--only {' '.join(only)}: fits no cell; nothing was run. cable-sim ahc --definition lists them")
+    with progress_bar(as_json, "runs") as progress:
+        span = benchmark.SHORT if quick else benchmark.FULL
+        return benchmark.run(entrants, cells, span, processes, progress)
+
+
+def tell(done, out, as_json, quiet=False):
+    """Files into the folder, and the table or the JSON."""
+    from .tables import cells_markdown, markdown, skipped, terminal_table
+
+    rows, text = done["rows"], json.dumps(done, indent=1)
+    if out is not None:
+        from .picture import draw
+        from .tables import by_class
+
+        write_text(out / "ahc.json", text + "\n")
+        write_text(out / "ahc.md", f"{markdown(by_class(rows))}\n\n{cells_markdown(rows)}\n")
+        say(f"plot:      {draw(rows, out / 'ahc.png', done['benchmark'])}", err=True)
+    if quiet:
+        return
+    if as_json:
+        say(text, lines=True)
+        return
+
+    title = f"{done['benchmark']}, cable_sim_ros {done['product']} {done['commit']}".rstrip()
+    plain_console(200).print(terminal_table(rows, title))
+    for line in skipped(rows):
+        say(line)
+
+
+def tables_of(board, page):
+    """Print the tables of a leaderboard, or bring a page and the picture beside it up to date."""
+    from . import board as boards
+    from .definition import VERSION
+    from .tables import made, results
+
+    rows = boards.with_twins(boards.read(board))
+    if page is None:
+        say(results(rows), lines=True)
+        return
+    from .picture import draw
+
+    text = made(read_text(page), rows)
+    write_text(page, text)
+    say(f"{page}, {draw(rows, page.parent / 'ahc.png', VERSION)}")
+
+
+def merged(result, board, replace):
+    """Add a result to a leaderboard."""
+    from . import board as boards
+
+    rows = boards.merge(boards.read(board), boards.load_result(result), str(result), replace)
+    try:
+        board.parent.mkdir(parents=True, exist_ok=True)
+        write_text(board, boards.text_of(rows))
+    except OSError as error:
+        raise click.UsageError(f"--board {board}: cannot be written ({error.strerror}); it was not changed") from None
+    names = ", ".join(dict.fromkeys(row["entrant"] for row in rows))
+    say(f"{board}: {len(rows)} rows of {names}")
+
+
+def compare(done, board, as_json):
+    """Say where a re-run is not the leaderboard; code 1 where it is not."""
+    from . import board as boards
+    from .definition import TOLERANCE
+
+    found = boards.compared(boards.read(board), boards.rows_of(done))
+    if as_json:
+        say(json.dumps([difference._asdict() for difference in found], indent=1), lines=True)
+    else:
+        for one in found:
+            say(f"{one.entrant} {one.cell}: {one.what} = {one.board} on the leaderboard, {one.again} again")
+        count = len(done["rows"])
+        say(f"{count} rows run again, {len(found)} differences above {100.0 * TOLERANCE:g} %")
+    if found:
+        sys.exit(FAILED)

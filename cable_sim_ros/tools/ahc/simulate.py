@@ -1,0 +1,185 @@
+"""One run of a cell: its scene, its motion, the entrant at the winch, live changes at their times."""
+
+from __future__ import annotations
+
+import warnings
+from functools import lru_cache
+from math import isclose
+from typing import Any
+
+import numpy as np
+
+from ...errors import CableSimError
+from ...io.scenes.load import SceneError, SceneWarning, load_scene, override
+from ...io.sources.motion_table import MotionWarning
+from ...io.sources.recorded_tow import RecordedTow
+from ...runs import verdict
+from ...runs.controller import Controller, ControlLoop
+from ...runs.message_run import MessageRun
+from ...runs.step_choice import stepped
+from ...sim.compensation_setup import setpoint_warnings
+from ...sim.inputs import WinchCommand
+from ...sim.layout import layout_of
+from ...sim.live_parameters import set_live
+from ...sim.scene import Scene
+from ...sim.simulator import Simulator
+from ...sim.verdict import FAILED, OK, verdict_of
+from .definition import CONTROL, TWIN, Cell, Class, Place, condition, motion, place, scaled, scene_file
+from .entrants import CALLABLE, LAW, PROGRAM, Entrant, controller_of
+from .motions import motion_for, with_gaps
+from .outcome import SKIPPED, Done, Span
+
+CHANGE = 1.0  # s: live changes come at whole multiples of it, where no controller is asked in between
+
+
+class Scheduled:
+    """A controller that also makes live changes at their times; `sim` is given before the first call."""
+
+    sim: Simulator
+
+    def __init__(self, inner: Controller | None, changes: tuple[tuple[float, str, Any], ...]) -> None:
+        """changes: s since the first call, key, value."""
+        self.inner, self.left, self.begin = inner, list(changes), 0
+
+    def __call__(self, row: np.record) -> WinchCommand | None:
+        """Makes what is due, and asks the controller."""
+        self.begin = self.begin or int(row["time"])
+        since = (int(row["time"]) - self.begin) * 1e-9
+        while self.left and since >= self.left[0][0] - 1e-6:
+            _, key, value = self.left.pop(0)
+            set_live(self.sim, key, value)
+        return None if self.inner is None else self.inner(row)
+
+
+def missing_keys(one: Class) -> list[str]:
+    """Keys of a class whose block this version of the product does not have."""
+    keys = [*one.values, *(key for _, key, _ in one.changes)]
+    return [key for key in keys if key.partition(".")[0] not in Scene.model_fields]
+
+
+def values_of(cell: Cell, algorithm: str) -> dict[str, Any]:
+    """Values of the scene of a cell by dotted key, at its scale."""
+    at, one = place(cell.scene), condition(cell.condition)
+    changed = {**at.values, **(_sea(cell) if at.waves else {}), **(scaled(at.drive, at.scale) if one.drive else {})}
+    return {**changed, **scaled(one.values, at.scale), "setpoint.algorithm": algorithm}
+
+
+def _sea(cell: Cell) -> dict[str, Any]:
+    """The waves of a cell at its scale."""
+    return scaled(motion(cell.motion).values, place(cell.scene).scale)
+
+
+def scene_of(cell: Cell, algorithm: str) -> Scene:
+    """The scene of a cell. Raises SceneError."""
+    with _quiet():
+        return override(load_scene(scene_file(place(cell.scene))), values_of(cell, algorithm))
+
+
+@lru_cache(maxsize=2)
+def _motion(scene_name: str, motion_name: str, duration: float) -> RecordedTow:
+    """Motion of all classes of a scene."""
+    at, cell = place(scene_name), Cell(scene_name, motion_name, "ideal")
+    with _quiet():
+        scene = override(scene_of(cell, "hold"), _sea(cell))
+    return motion_for(motion(motion_name), at, scene, duration)
+
+
+def motion_of_cell(cell: Cell, duration: float) -> RecordedTow:
+    """Messages of the ship's motion in a cell; duration: s in the scene's own time."""
+    pace = place(cell.scene).scale ** 0.5
+    gaps = tuple((pace * a, pace * b) for a, b in condition(cell.condition).gaps)
+    return with_gaps(_motion(cell.scene, cell.motion, duration), gaps)
+
+
+def run_cell(entrant: Entrant, cell: Cell, span: Span) -> Done:
+    """The run of an entrant in a cell; what cannot be run says why."""
+    one, at = condition(cell.condition), place(cell.scene)
+    if missing := missing_keys(one):
+        return Done(None, SKIPPED, f"this version has no key {missing[0]}")
+    pace = at.scale**0.5
+    duration = pace * span.duration
+    if any(begin >= span.duration for begin, _, _ in one.changes) or any(a >= span.duration for a, _ in one.gaps):
+        return Done(None, SKIPPED, f"its events are beyond the {span.duration:g} s of this run")
+    try:
+        scene = scene_of(cell, entrant.what if entrant.kind == LAW else "hold")
+        if entrant.kind == LAW and (problem := _unfit(scene)):
+            return Done(None, SKIPPED, problem)
+        tow = motion_of_cell(cell, duration)
+        changes = tuple((pace * when, key, value) for when, key, value in one.changes)
+        if entrant.kind == PROGRAM:
+            from .lockstep import through_topics  # needs ROS
+
+            return through_topics(entrant, scene, tow, duration, period_of(at), changes, one.expected)
+        inner = controller_of(entrant.what, scene, period_of(at)) if entrant.kind == CALLABLE else None
+        return offline(scene, tow, duration, inner, period_of(at), changes, one.expected)
+    except SceneError as error:
+        of_law = entrant.kind == LAW and _serves(cell)
+        return Done(None, SKIPPED if of_law else FAILED, " ".join(str(error).split()))
+    except CableSimError as error:
+        return Done(None, FAILED, " ".join(str(error).split()))
+
+
+def _serves(cell: Cell) -> bool:
+    """Is the scene of a cell right but for the law? Then the law is not for it, as one by an angle nobody measures."""
+    try:
+        scene_of(cell, TWIN)
+    except SceneError:
+        return False
+    return True
+
+
+def period_of(at: Place) -> float:
+    """Control period of a scene [s]: CONTROL at its scale, in whole ticks."""
+    tick = at.values["solver.tick"]
+    return max(1, round(CONTROL * at.scale**0.5 / tick)) * tick
+
+
+def offline(
+    scene: Scene,
+    tow: RecordedTow,
+    duration: float,
+    controller: Controller | None = None,
+    period: float = CHANGE,
+    changes: tuple[tuple[float, str, Any], ...] = (),
+    expected: tuple[str, ...] = (),
+) -> Done:
+    """One pass, one step a tick; period: of the controller; expected: flags that make no run doubtful.
+
+    Raises CableSimError where it cannot begin, or where the controller fails.
+    """
+    scheduled = Scheduled(controller, changes) if controller is not None or changes else None
+    loop = None
+    with _quiet():
+        scene = stepped(scene, "fixed", None)
+        if scheduled is not None:
+            tick = scene.solver.tick
+            whole = all(isclose(when % CHANGE, 0.0, abs_tol=1e-9) for when, _, _ in changes)
+            asked = period if controller is not None else CHANGE if whole else tick
+            loop = ControlLoop(scheduled, asked, tick)
+        one = MessageRun(scene, tow, control=loop)
+        if scheduled is not None:
+            scheduled.sim = one.sim
+        driven = one.run(duration, None)
+    if one.failed is not None:
+        raise one.failed
+    judged = verdict.judge(driven.frames, scene, one.doubts, driven.problem)
+    if judged.state == FAILED or not len(driven.frames):
+        return Done(None, FAILED, driven.problem or judged.headline)
+    judged = verdict_of(reason for reason in judged.reasons if reason.flag not in expected)
+    return Done(driven.frames, judged.state, "" if judged.state == OK else judged.headline)
+
+
+def _unfit(scene: Scene) -> str:
+    """Why a set-point law is not for the cable of a scene, "": it is."""
+    found = setpoint_warnings(scene, layout_of(scene).water_speed)
+    return f"the law is not for this cable: {found[0].remedy}" if found else ""
+
+
+class _quiet(warnings.catch_warnings):
+    """Without the cautions of scenes and motion that the definition has chosen."""
+
+    def __enter__(self) -> Any:
+        found = super().__enter__()
+        warnings.simplefilter("ignore", SceneWarning)
+        warnings.simplefilter("ignore", MotionWarning)
+        return found

@@ -1,0 +1,297 @@
+"""Score of one quantity: measured A against simulated B. FIGURES declares each figure once, for JSON, limits, pages."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field, fields
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ..logs.signals import QUANTITIES, Signal
+from .alignment import wave_part
+from .intervals import Interval, blocks, correlation_time, jackknife, left_out
+from .pairing import NotPaired, Pair, clean, paired
+from .spectra import BAND, band_of, coherence_of, lag_of, spectra
+from .waves import cycles, double_amplitudes, exceedance
+
+SLOPE = 4.0  # of ranges against cycles, in logarithms
+TOP = 0.95  # quantile of double amplitudes
+LEAST_R = 0.1  # correlation below which a gain is of noise
+FEWEST_WAVES = 20  # for a quantile of them
+FEWEST_SEGMENTS = 4  # for a coherence: of one it is 1 whatever the two are
+SMALL = 1e-12  # of the size of the values: a spread below it is round-off
+
+
+class Figure(NamedTuple):
+    """unit: "q" for that of the quantity, "1" for a number; meaning in words; interval: has it one?"""
+
+    unit: str
+    meaning: str
+    interval: bool = False
+
+
+FIGURES: dict[str, Figure] = {
+    "samples": Figure("1", "times at which both have a value, on the grid of the slower one"),
+    "overlap_s": Figure("s", "time that both cover"),
+    "gaps_s": Figure("s", "of that without a value of A or B; left out"),
+    "rate_hz": Figure("Hz", "of the common grid"),
+    "removed": Figure("1", "share of the variance of the faster one above the grid's rate, low-passed away"),
+    "independent": Figure("1", "independent samples of the difference, by its autocorrelation"),
+    "mean_a": Figure("q", "mean of A"),
+    "mean_b": Figure("q", "mean of B"),
+    "std_a": Figure("q", "standard deviation of A"),
+    "std_b": Figure("q", "standard deviation of B"),
+    "bias": Figure("q", "mean of B less A", True),
+    "rms": Figure("q", "root mean square of B less A", True),
+    "normalised_rms": Figure("1", "rms over the standard deviation of A", True),
+    "largest": Figure("q", "largest magnitude of B less A"),
+    "correlation": Figure("1", "of A and B at equal times"),
+    "gain": Figure(
+        "1",
+        "B over A about their means: ratio of the standard deviations with the sign of the correlation, a regression "
+        "with errors in both; interval from the lower end of B on A to the upper end of A on B, turned round",
+        True,
+    ),
+    "lag_s": Figure("s", "how much later B is, from the phase of the waves", True),
+    "peak_hz": Figure("Hz", "frequency where A has most, in the wave band"),
+    "phase_deg": Figure("deg", "lag_s as a phase at peak_hz"),
+    "spectrum_ratio": Figure("1", "variance of B over that of A in the wave band", True),
+    "coherence": Figure("1", "squared coherence in the wave band, weighted by the spectrum of A", True),
+    "coherence_of_noise": Figure("1", "a squared coherence that unrelated signals stay below in 95 of 100 cases"),
+    "peak_ratio": Figure("1", "largest double amplitude of B over that of A; both without what is slower than waves"),
+    "peak_ratio_95": Figure("1", "the same of the 95 % quantile of double amplitudes", True),
+    "cycles_a": Figure("1", "cycles of A by rainflow, above 2 % of its largest range"),
+    "cycles_b": Figure("1", "cycles of B by rainflow"),
+    "damage_range_a": Figure("q", "range of one cycle a second that does the damage of A, at `slope`"),
+    "damage_range_b": Figure("q", "that of B"),
+    "damage_ratio": Figure("1", "damage_range_b over damage_range_a"),
+}
+
+
+@dataclass
+class Score:
+    """Figures of FIGURES by name, None where they cannot be told; intervals: of 95 %, by name; notes: why not, and
+    what was done. scored: False where nothing could be compared."""
+
+    quantity: str
+    unit: str
+    source_a: str = ""
+    source_b: str = ""
+    scored: bool = False
+    figures: dict[str, float | None] = field(default_factory=dict)
+    intervals: dict[str, Interval] = field(default_factory=dict)
+    band_hz: Interval | None = None
+    slope: float = SLOPE
+    exceedance: list[dict[str, float]] = field(default_factory=list)
+    dropped_a: dict[str, int] = field(default_factory=dict)
+    dropped_b: dict[str, int] = field(default_factory=dict)
+    notes: list[str] = field(default_factory=list)
+    pair: Pair | None = None  # for pictures; not in the JSON
+
+    def as_dict(self) -> dict[str, Any]:
+        """For the JSON."""
+        return {one.name: getattr(self, one.name) for one in fields(self) if one.name != "pair"}
+
+    def put(self, name: str, value: float | None, half: float | None = None) -> None:
+        """A figure, with half the width of its interval."""
+        self.figures[name] = None if value is None or not np.isfinite(value) else float(value)
+        if half is not None and self.figures[name] is not None and np.isfinite(half):
+            self.intervals[name] = (float(value - half), float(value + half))  # type: ignore[operator]
+
+
+def score(
+    a: Signal,
+    b: Signal,
+    *,
+    origin: int | None = None,
+    window: tuple[float, float] = (-np.inf, np.inf),
+    band: tuple[float, float] = BAND,
+    slope: float = SLOPE,
+) -> Score:
+    """Score of two signals of one quantity. origin: ns that `window` [s] counts from, None: the first stamp of A;
+    band: Hz of the waves; slope: of the damage."""
+    origin = int(a.time[0]) if origin is None and len(a.time) else origin or 0
+    out = Score(a.quantity, QUANTITIES[a.quantity].unit, a.source, b.source, slope=slope)
+    out.figures = dict.fromkeys(FIGURES)
+    one, other = clean(a, origin), clean(b, origin)
+    out.dropped_a, out.dropped_b = one.dropped, other.dropped
+    for name, dropped in (("A", one.dropped), ("B", other.dropped)):
+        out.notes += [f"{name}: {count} values left out: {cause}" for cause, count in dropped.items()]
+    try:
+        pair = paired(a.quantity, one, other, window)
+    except NotPaired as why:
+        out.notes.append(f"not scored: {why}")
+        return out
+    out.scored, out.pair = True, pair
+    if pair.faster:
+        out.notes.append(
+            f"{pair.faster.upper()} is the faster one: low-passed at {pair.cut_hz:.3g} Hz, "
+            f"{100.0 * pair.removed:.2g} % of its variance"
+        )
+    if pair.line:
+        out.notes.append("the straight track of A was taken off both")
+    _in_time(out, pair)
+    _in_band(out, pair, band)
+    _heights(out, pair, band, slope)
+    return out
+
+
+def _in_time(out: Score, pair: Pair) -> None:
+    good = pair.good
+    a, b = pair.a[good], pair.b[good]
+    d = pair.b - pair.a
+    n, rest = len(a), (b - a)
+    mean_a, mean_b = float(a.mean()), float(b.mean())
+    std_a, std_b = float(a.std()), float(b.std())
+    size = max(np.abs(a).max(), np.abs(b).max())
+    std_a, std_b = (value if value > SMALL * size else 0.0 for value in (std_a, std_b))
+    r = float(((a - mean_a) * (b - mean_b)).mean() / (std_a * std_b)) if std_a and std_b else None
+    out.put("samples", n)
+    out.put("overlap_s", pair.overlap_s)
+    out.put("gaps_s", pair.gaps_s)
+    out.put("rate_hz", 1.0 / pair.step)
+    out.put("removed", pair.removed)
+    for name, value in (("mean_a", mean_a), ("mean_b", mean_b), ("std_a", std_a), ("std_b", std_b)):
+        out.put(name, value)
+    out.put("largest", float(np.abs(rest).max()))
+    out.put("correlation", r)
+    crossed = (pair.a - mean_a) * (d - rest.mean())
+    width = max(correlation_time(d), correlation_time(crossed))
+    out.put("independent", n / correlation_time(d))
+    block = blocks(len(d), width)
+    terms = np.stack([np.ones(n), a - mean_a, b - mean_a, (a - mean_a) ** 2, (b - mean_a) ** 2,
+                      (a - mean_a) * (b - mean_a), rest, rest**2], axis=1)  # fmt: skip
+    whole, without = terms.sum(axis=0), None
+    if block is not None:
+        own = block[good]
+        present = np.unique(own)
+        own = np.searchsorted(present, own)  # blocks that lie in a gap are none
+        if len(present) >= 5:
+            without = left_out(terms, own)[1]
+    if without is None:
+        out.notes.append(
+            f"no intervals of bias, rms and gain: the record holds {n / width:.0f} independent samples, fewer than 25"
+        )
+
+    def put(name: str, function: Callable[[np.ndarray], float]) -> None:
+        value = function(whole)
+        half = None if without is None else float(jackknife(np.array(value), np.array([function(w) for w in without])))
+        out.put(name, value, half)
+
+    put("bias", lambda s: s[6] / s[0])
+    put("rms", lambda s: float(np.sqrt(s[7] / s[0])))
+    if std_a:
+        put("normalised_rms", lambda s: float(np.sqrt(s[7] / s[0] / max(_of(s)[0], 1e-300))))
+    if r is None or abs(r) < LEAST_R:
+        out.notes.append(
+            "no gain: one of them does not change" if r is None else f"no gain: the correlation is {r:.2f}"
+        )
+        return
+    sign = 1.0 if r > 0.0 else -1.0
+    out.put("gain", sign * std_b / std_a)
+    if without is not None:
+        ends = []
+        for function in (lambda v: abs(v[2]) / v[0], lambda v: v[1] / abs(v[2])):  # b on a; a on b, turned round
+            value = function(_of(whole))
+            others = np.array([function(_of(w)) for w in without])
+            ends.append((value, float(jackknife(np.array(value), others))))
+        low, high = ends[0][0] - ends[0][1], ends[1][0] + ends[1][1]
+        out.intervals["gain"] = (low, high) if sign > 0.0 else (-high, -low)
+
+
+def _of(s: np.ndarray) -> tuple[float, float, float]:
+    """Variances of a and b, and their covariance, from the sums."""
+    a, b = s[1] / s[0], s[2] / s[0]
+    return s[3] / s[0] - a * a, s[4] / s[0] - b * b, s[5] / s[0] - a * b
+
+
+def _in_band(out: Score, pair: Pair, band: tuple[float, float]) -> None:
+    part = band_of(pair.step, band)
+    if part is None:
+        out.notes.append(f"no figures of waves: {1.0 / pair.step:.3g} Hz is too slow for {band[0]:g} to {band[1]:g} Hz")
+        return
+    if part[1] < band[1]:
+        out.notes.append(f"the wave band ends at {part[1]:.3g} Hz: sampled at {1.0 / pair.step:.3g} Hz")
+    given = spectra(pair, part)
+    sums = given.sums() if given is not None else None
+    if given is None or sums is None:
+        out.notes.append("no figures of waves: no segment without a gap is long enough")
+        return
+    out.band_hz = part
+    size = max(float(np.nanmax(np.abs(pair.a))), float(np.nanmax(np.abs(pair.b))))
+    floor = (SMALL * size) ** 2 * given.segment
+    power_a, power_b = float(sums[0].sum()), float(sums[1].sum())
+    if not (power_a > floor and power_b > floor):
+        out.notes.append("no figures of waves: one of them has none")
+        return
+    count = len(given.aa)
+    without = given.without()
+
+    def put(name: str, function: Callable[[tuple], float], limits: Interval) -> None:
+        value = function(sums)
+        out.put(name, value)
+        if without:
+            # of the logarithm or the logit the interval stays where the figure can be
+            half = float(jackknife(np.array(value), np.array([function(w) for w in without])))
+            out.intervals[name] = (max(limits[0], value - half), min(limits[1], value + half))
+
+    put("spectrum_ratio", lambda s: float(s[1].sum() / s[0].sum()), (0.0, np.inf))
+    if count < FEWEST_SEGMENTS:
+        out.notes.append(
+            f"no coherence, lag and intervals of waves: {count} segments of {given.segment:.0f} s, fewer than "
+            f"{FEWEST_SEGMENTS}; {0.5 * (FEWEST_SEGMENTS + 1) * given.segment:.0f} s without a gap have them"
+        )
+        return
+    put("coherence", lambda s: float((coherence_of(s) * s[0]).sum() / s[0].sum()), (0.0, 1.0))
+    effective = max(1.0, 1.0 + (count - 1) / (1.0 + 2.0 / 36.0))  # Hann, half overlapped: Welch (1967)
+    noise = 1.0 - 0.05 ** (1.0 / (effective - 1.0)) if effective > 1.0 else 1.0
+    out.put("coherence_of_noise", noise)
+    if out.figures["coherence"] is not None and out.figures["coherence"] > noise:
+        lag, half = lag_of(given)
+        shift = round(lag / pair.step)
+        later = spectra(pair, part, shift) if shift and abs(lag) < 0.25 * given.segment else None
+        if later is not None:
+            lag, half = lag_of(later)
+            lag += shift * pair.step
+        out.put("lag_s", lag, half)
+        peak = int(np.argmax(sums[0]))
+        out.put("peak_hz", float(given.f[peak]))
+        out.put("phase_deg", 360.0 * float(given.f[peak]) * lag)
+    else:
+        out.notes.append("no lag: the coherence is that of unrelated signals")
+    if not without:
+        out.notes.append(f"no intervals of waves: {count} segments of {given.segment:.0f} s, fewer than 10")
+
+
+def _heights(out: Score, pair: Pair, band: tuple[float, float], slope: float) -> None:
+    a, b = pair.a, pair.b
+    seconds = float(pair.good.sum()) * pair.step
+    for name, x in (("a", a), ("b", b)):
+        count, _, damage = cycles(x, slope, seconds)
+        out.put(f"cycles_{name}", count)
+        out.put(f"damage_range_{name}", damage)
+    if out.figures["damage_range_a"]:
+        out.put("damage_ratio", out.figures["damage_range_b"] / out.figures["damage_range_a"])  # type: ignore[operator]
+    out.exceedance = exceedance(a, b)
+    if out.band_hz is None:
+        return
+    waves = [double_amplitudes(wave_part(x, pair.step, band[0])) for x in (a, b)]
+    heights = [found[0] for found in waves]
+    if not all(len(found) and found.max() > SMALL * np.nanmax(np.abs(a)) for found in heights):
+        out.notes.append("no double amplitudes: one of them has no whole wave")
+        return
+    out.put("peak_ratio", float(heights[1].max() / heights[0].max()))
+    if min(map(len, heights)) < FEWEST_WAVES:
+        out.notes.append(f"{min(map(len, heights))} waves: too few for a quantile of their heights")
+        return
+    ratio = float(np.quantile(heights[1], TOP) / np.quantile(heights[0], TOP))
+    count = 10
+    edges = np.linspace(0, len(a), count + 1)
+    others = []
+    for k in range(count):
+        left = [h[(e < edges[k]) | (e >= edges[k + 1])] for h, e in waves]
+        if all(map(len, left)):
+            others.append(np.quantile(left[1], TOP) / np.quantile(left[0], TOP))
+    half = float(jackknife(np.array(ratio), np.array(others))) if len(others) == count else None
+    out.put("peak_ratio_95", ratio, half)

@@ -1,0 +1,261 @@
+"""Copies of a tow whose uncertain numbers differ, driven by the same inputs, and the band that they give.
+
+The copies share the inputs and nothing else. With n copies the ends of the band are the order statistics at 0.025 and
+0.975 of (n + 1), so that a tow whose true numbers are drawn from the same ranges is inside 95 times in 100 on the mean
+over ensembles; below 39 copies they are the least and the largest, which hold (n - 1) / (n + 1). Source: order
+statistics of exchangeable draws. What all copies share, the model and the inputs, is not in it.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from typing import NamedTuple
+
+import numpy as np
+
+from ...errors import RunError
+from ...io.scenes.document import SceneError
+from ...physics.inputs import Inputs
+from ...sim.inputs import ShipMotion, WinchCommand, push
+from ...sim.scene import Scene
+from ...sim.simulator import Simulator, SolverError
+from .flagged import Seen, flagged
+from .plan import Draw, EnsemblePlan, draw_of, scene_of
+
+LEVEL = 0.95
+LEAST_KEPT = 0.9  # of the copies: a band of fewer is no band of the ranges
+CHUNK = 100  # ticks that a copy runs at once
+FIGURES = {  # name -> field of the tick output, component, factor, unit
+    "tension": ("tension", -1, 1.0, "N"),
+    "tension_drum": ("tension_drum", -1, 1.0, "N"),
+    "body_x": ("body_position", 0, 1.0, "m"),
+    "body_y": ("body_position", 1, 1.0, "m"),
+    "body_depth": ("body_position", 2, -1.0, "m"),
+    "layback": ("layback", -1, 1.0, "m"),
+}
+BODY = [list(FIGURES).index(name) for name in ("body_x", "body_y", "body_depth")]
+
+
+class EnsembleEnded(RunError):
+    """Too many copies were lost for a band."""
+
+
+class Stopped(Exception):
+    """A start was left because its caller is asked to end."""
+
+
+class Band(NamedTuple):
+    """time int64 [n] ns; low, median, high, nominal [n, FIGURES]: ends and middle of the band, and the copy with the
+    scene's own numbers; values [copies, n, FIGURES]; members: copies in it."""
+
+    time: np.ndarray
+    low: np.ndarray
+    median: np.ndarray
+    high: np.ndarray
+    nominal: np.ndarray
+    values: np.ndarray
+
+    @property
+    def members(self) -> int:
+        """Copies in the band."""
+        return len(self.values)
+
+
+class Lost(NamedTuple):
+    """A copy that was given up: its number, its draw, why."""
+
+    number: int
+    draw: Draw
+    why: str
+
+
+Rows = tuple[np.ndarray, np.ndarray]  # times [ns] and figures of a copy
+
+
+def level_of(members: int) -> float:
+    """Share of the true tows that a band of so many copies holds, on the mean over ensembles."""
+    return min(LEVEL, (members - 1) / (members + 1))
+
+
+class Ensemble:
+    """Copies 1 to plan.copies of a scene, and copy 0: the scene itself, which is in no band."""
+
+    def __init__(
+        self,
+        scene: Scene,
+        plan: EnsemblePlan,
+        *,
+        threads: int = 1,
+        draws: Sequence[Draw] | None = None,
+        alive: Callable[[], bool] = lambda: True,
+    ) -> None:
+        """threads: that advance copies side by side; draws: in place of the plan's, the first is copy 0; alive: asked
+        before each static start, which takes a second."""
+        self.alive = alive
+        self.scene, self.plan, self.threads = scene, plan, threads
+        self.draws = [draw_of(plan, number) for number in range(plan.copies + 1)] if draws is None else list(draws)
+        self.lost: list[Lost] = []
+        self.seen: dict[int, Seen] = {}  # of each copy, over all starts
+        self.newest: dict[int, Seen] = {}  # of the newest run
+        self.inputs: Inputs | None = None
+        self.start_cpu = 0.0  # s, of the last start
+        self._sims: dict[int, Simulator] = {}
+
+    def start(
+        self,
+        time_ns: int = 0,
+        position: tuple[float, float] = (0.0, 0.0),
+        heading: float | None = None,
+        scope: float | None = None,
+    ) -> None:
+        """Static start of every copy. heading: mean yaw [rad], None: the scene's; scope: cable out [m], None: the
+        scene's. Raises EnsembleEnded where too many do not settle, Stopped where `alive` says no."""
+        self._sims, self.newest, self.lost, self.inputs = {}, {}, [], None
+        used = time.process_time()
+        yaw = math.radians(self.scene.ship.heading_deg) if heading is None else heading
+        for number, draw in enumerate(self.draws):
+            if not self.alive():
+                raise Stopped
+            try:
+                sim = Simulator(scene_of(self.scene, draw, yaw, scope))
+                sim.start(time_ns, position, yaw)
+            except (RunError, SceneError) as error:
+                self._lose(number, error)
+                continue
+            if self.inputs is None:
+                self.inputs = sim.inputs
+            sim.inputs = self.inputs
+            self._sims[number] = sim
+        self.start_cpu = time.process_time() - used
+        self._enough()
+
+    @property
+    def nominal(self) -> Simulator:
+        """The copy with the scene's own numbers. Raises EnsembleEnded where it was lost."""
+        if 0 not in self._sims:
+            raise EnsembleEnded("the tow itself was given up: " + next(x.why for x in self.lost if x.number == 0))
+        return self._sims[0]
+
+    @property
+    def now(self) -> int:
+        """Simulation time of the copies, ns."""
+        return int(self.nominal.frame["time"])
+
+    def push(self, item: ShipMotion | WinchCommand) -> None:
+        """Give a sample of ship motion or a winch command to all copies. Raises InputError."""
+        self.nominal.push(item)
+
+    def run(self, count: int, every: int = 1, judged: bool = True) -> Band:
+        """Advance all copies by ``count`` ticks; the band at each ``every``-th of them; judged: flags of these ticks
+        count for the copies.
+
+        Raises EnsembleEnded where the solver gives up in too many.
+        """
+
+        seen = {number: Seen(sim.scene) for number, sim in self._sims.items()}
+        if self.threads > 1:
+            with ThreadPoolExecutor(self.threads) as pool:
+                ran = dict(pool.map(lambda number: (number, self._one(number, count, every, seen[number])), seen))
+        else:
+            ran = {number: self._one(number, count, every, seen[number]) for number in seen}
+        self.newest = seen
+        for number, one in seen.items() if judged else ():
+            self.seen.setdefault(number, Seen(one.scene)).add(one)
+        for number in [number for number, rows in ran.items() if rows is None]:
+            del self._sims[number]
+        self._enough()
+        return _joined(ran)
+
+    def flagged(self, newest: bool = False) -> dict[str, str]:
+        """Flags of the copies by name, as flagged.flagged; newest: of any tick of the newest run."""
+        return flagged(self.newest if newest else self.seen, len(self.draws) - 1, any_tick=newest)
+
+    def _one(self, number: int, count: int, every: int, seen: Seen) -> Rows | None:
+        sim, parts, done = self._sims[number], [], 0
+        try:
+            while done < count:
+                frames = sim.run(min(CHUNK, count - done))
+                seen.take(frames)
+                parts.append(frames[(-done - 1) % every :: every])
+                done += len(frames)
+        except SolverError as error:
+            self._lose(number, error)
+            return None
+        joined = np.concatenate(parts)
+        return joined["time"].astype(np.int64), figures_of(joined)
+
+    def ahead(
+        self, count: int, motion: Iterable[ShipMotion], commands: Iterable[WinchCommand] = (), every: int = 1
+    ) -> Iterator[Band | None]:
+        """The band of the next ``count`` ticks under motion and commands that did not come yet, last; None after each
+        copy before. The copies stay where they are, and may be run on in between.
+
+        A copy whose solver gives up ahead is left out. Raises EnsembleEnded where too many do.
+        """
+        assert self.inputs is not None
+        inputs = Inputs(*(ring.copy() for ring in self.inputs))
+        items: list[ShipMotion | WinchCommand] = [*motion, *commands]
+        for item in items:
+            push(inputs, item, self.now, self.nominal.scene.ship.max_gap)
+        rings = {f"inputs_{name}": ring for name, ring in inputs._asdict().items()}
+        forks = {number: sim.snapshot() | rings for number, sim in self._sims.items()}
+        ran: dict[int, Rows | None] = {}
+        for number, fork in forks.items():
+            if (sim := self._sims.get(number)) is None:
+                continue  # given up since
+            own, shared, lost = sim.snapshot(), sim.inputs, list(self.lost)
+            try:
+                sim.inputs = inputs
+                sim.restore(fork)
+                ran[number] = self._one(number, count, every, Seen(sim.scene))
+            finally:
+                sim.inputs, self.lost = shared, lost
+                sim.restore(own)
+            yield None
+        kept = sum(rows is not None for rows in ran.values())
+        if ran.get(0) is None or kept < LEAST_KEPT * len(forks):
+            raise EnsembleEnded(f"{self.scene.name}: {len(forks) - kept} of {len(forks)} copies cannot be looked ahead")
+        yield _joined(ran)
+
+    def let_go(self, kept: int) -> None:
+        """Keep copies 1 to ``kept``; the others are as they were with fewer copies from the beginning."""
+        self.draws = self.draws[: kept + 1]
+        self._sims = {number: sim for number, sim in self._sims.items() if number <= kept}
+        self.lost = [lost for lost in self.lost if lost.number <= kept]
+        for seen in (self.seen, self.newest):
+            for number in [number for number in seen if number > kept]:
+                del seen[number]
+
+    def _lose(self, number: int, error: Exception) -> None:
+        self.lost.append(Lost(number, self.draws[number], str(error)))
+
+    def _enough(self) -> None:
+        if 0 not in self._sims or len(self._sims) < LEAST_KEPT * len(self.draws):
+            raise EnsembleEnded(
+                f"{self.scene.name}: {len(self.lost)} of {len(self.draws)} copies were given up, the first "
+                f"({self.lost[0].draw}): {self.lost[0].why}; there is no band. Narrow the ranges"
+            )
+
+
+def figures_of(frames: np.ndarray) -> np.ndarray:
+    """FIGURES of tick outputs [n, FIGURES]."""
+    columns = [
+        factor * (frames[field] if part < 0 else frames[field][:, part]) for field, part, factor, _ in FIGURES.values()
+    ]
+    return np.array(columns, float).T
+
+
+def _joined(ran: dict[int, Rows | None]) -> Band:
+    kept = {number: rows for number, rows in ran.items() if rows is not None}
+    return band_of(kept[0], [kept[number][1] for number in sorted(kept) if number])
+
+
+def band_of(nominal: tuple[np.ndarray, np.ndarray], copies: Sequence[np.ndarray]) -> Band:
+    """Band of the figures of copies, each [n, FIGURES]; nominal: times and figures of copy 0."""
+    values = np.array(copies)
+    ends = (0.5 - 0.5 * LEVEL, 0.5, 0.5 + 0.5 * LEVEL)
+    low, median, high = np.quantile(values, ends, axis=0, method="weibull")
+    return Band(nominal[0], low, median, high, nominal[1], values)

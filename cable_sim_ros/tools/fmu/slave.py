@@ -1,0 +1,56 @@
+"""What the scripts of both versions of FMI share: rows of the description, its texts and its token."""
+
+from __future__ import annotations
+
+import json
+import re
+from typing import Any
+from uuid import UUID, uuid5
+
+from ...physics.parameter import declared
+from ...sim.scene import Scene
+from .tow import Tow
+from .variables import INPUTS, OUTPUTS, PARAMETERS, REAL, Variable
+
+NAMESPACE = UUID("5b6f2f0e-7c58-4a7b-8f0c-0d6f1c8f6a11")
+
+
+def rows(about: dict[str, Any]) -> list[Variable]:
+    """Every variable of an FMU, those of its scene last."""
+    found = [*INPUTS, *OUTPUTS, *PARAMETERS]
+    for key in about["parameters"]:
+        item = _declared(key)
+        meaning = item.doc if item else "number of the scene"
+        unit = f" [{item.unit}]" if item and item.unit else ""
+        found.append(Variable(key, REAL, "parameter", "", f"{meaning}{unit}"))
+    return found
+
+
+def limits_of(tow: Tow, name: str) -> dict[str, str]:
+    """Attributes min and max of a number of the scene."""
+    if name not in tow.about["parameters"]:
+        return {}
+    item = _declared(name)
+    pairs = (("min", getattr(item, "low", None)), ("max", getattr(item, "high", None)))
+    return {key: f"{value:.16g}" for key, value in pairs if value is not None}
+
+
+def guid_of(about: dict[str, Any], fmi: int) -> UUID:
+    """Token of the FMU: the same for the same scene, version and parameters."""
+    return uuid5(NAMESPACE, json.dumps([about, fmi], sort_keys=True))
+
+
+def described(tow: Tow) -> str:
+    """One sentence for the importing tool."""
+    return (
+        f"Cable tow of the scene {tow.base.name}: ship motion and winch command in, pull of the cable on the ship and "
+        f"towbody out; tick {tow.base.solver.tick:g} s; needs a Python with cable_sim_ros {tow.about['version']}"
+    )
+
+
+def _declared(key: str) -> Any:
+    """Declaration of a key; sections and bodies have names of their own."""
+    for item in declared(Scene):
+        if re.fullmatch(re.escape(item.key).replace("<name>", "[^.]+"), key):
+            return item
+    return None

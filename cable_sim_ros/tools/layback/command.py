@@ -1,0 +1,311 @@
+"""`cable-sim layback`: where the towbody was, from a recording or from a log of pay-out, speed, heading and depth."""
+
+from __future__ import annotations
+
+import json
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from ...cli.number import Number
+from ...cli.out_folder import ready
+from ...cli.progress import progress_bar
+from ...errors import CableSimError
+from ...files import write_text
+from ...terminal import plain_console, say
+
+if TYPE_CHECKING:
+    from ...sim.scene import Scene
+    from ...sim.verdict import Verdict
+    from .laid import Laid
+    from .ranges import Ranges
+    from .report import Place
+
+
+class LaybackError(CableSimError, ValueError):
+    """Options of the command that do not fit each other."""
+
+
+class Pair(click.ParamType):
+    """Two numbers with a comma between."""
+
+    def __init__(self, name: str, low: tuple[float, float], high: tuple[float, float], unit: str) -> None:
+        self.name, self.low, self.high, self.unit = name, low, high, unit
+
+    def convert(self, value: Any, param: Any, context: Any) -> tuple[float, float]:
+        """Raises click's error."""
+        if isinstance(value, tuple):
+            return value
+        try:
+            first, second = (float(part) for part in str(value).split(","))
+        except ValueError:
+            self.fail(f"'{value}' is not {self.name} (two numbers, {self.unit}); nothing was simulated", param, context)
+        for number, low, high in zip((first, second), self.low, self.high, strict=True):
+            if not low <= number <= high:
+                self.fail(
+                    f"{number:g} is outside [{low:g}, {high:g}] {self.unit}; nothing was simulated", param, context
+                )
+        return first, second
+
+
+@click.command()
+@click.argument("source", metavar="RECORDING|LOG", type=click.Path(path_type=Path))
+@click.option("--scene", help="Scene that is towed. Needed with a log; of a recording the one it keeps.")
+@click.option("--mapping", type=click.Path(path_type=Path), metavar="FILE", help="What the fields of a log mean.")
+@click.option(
+    "--range",
+    "ranges",
+    multiple=True,
+    metavar="KEY=VALUE",
+    help="Half-width of 95 % of drag (share), speed, current (m/s), current_turn_deg or payout (m). Repeatable.",
+)
+@click.option(
+    "--factor",
+    type=Number(0.5, 1.0),
+    default=None,
+    metavar="F",
+    help="Of the cable out, for that way of the trade. Default: 0.9.",
+)
+@click.option(
+    "--astern",
+    type=click.Choice(["course", "heading"]),
+    default="course",
+    show_default=True,
+    help="Direction against which the ways of the trade lay the towbody.",
+)
+@click.option(
+    "--antenna",
+    type=Pair("X,Y", (-500.0, -100.0), (500.0, 100.0), "m"),
+    metavar="X,Y",
+    help="Antenna in base_link, m forward and to port. Default: 0,0.",
+)
+@click.option(
+    "--counter-offset",
+    type=Number(-1000.0, 1000.0, "m"),
+    metavar="M",
+    help="Added to the pay-out of a log, so that it counts from the sheave. Default: 0.",
+)
+@click.option("--fit-drag", is_flag=True, help="Adjust the drag, within its range, to the depths of a log.")
+@click.option(
+    "--origin",
+    type=Pair("LAT,LON", (-89.0, -180.0), (89.0, 180.0), "deg"),
+    metavar="LAT,LON",
+    help="Where the axes of the recording, or a log without positions, begin; WGS 84.",
+)
+@click.option("--began", metavar="TIME", help="When the log began, ISO 8601, where its times are no date.")
+@click.option("--out", type=click.Path(file_okay=False, path_type=Path), help="Folder for layback.csv and picture.")
+@click.option("--json", "as_json", is_flag=True, help="Print the figures as JSON, nothing else.")
+def layback(source, scene, mapping, ranges, out, as_json, **asked) -> None:
+    """Where the towbody was: simulated with a 95 % interval, beside the ways of the trade.
+
+    RECORDING is a run of the node or offline; LOG a CSV file with the columns time_s, payout_m, speed_mps, heading_deg,
+    depth_m, latitude, longitude, or any log with a mapping, under which the tow of --scene is simulated.
+    """
+    ready(out)
+    known, lines = _ranges(ranges)
+    from ...io.scenes.resources import find_bag
+
+    source = find_bag(source) if source.is_dir() else source
+    if (source / "metadata.yaml").is_file() or source.suffix.lower() == ".mcap":
+        if mapping is None:
+            given = [name for name in ("counter_offset", "began") if asked[name] is not None]
+            given += ["fit_drag"] if asked["fit_drag"] else []
+            if given:
+                raise LaybackError(
+                    f"--{given[0].replace('_', '-')} is of a log, and {source} is a recording of a run; nothing was "
+                    f"simulated. Leave it out, or give --mapping FILE where it is a bag of another origin"
+                )
+            found = _of_recording(source, scene, known, asked)
+            _tell(*found, lines, source, out, as_json)
+            return
+    if scene is None:
+        raise LaybackError(
+            f"{source} is a log, and a log does not say what is towed; nothing was simulated. Give --scene NAME or FILE"
+        )
+    with progress_bar(as_json) as progress:
+        found = _of_log(source, scene, mapping, known, asked, progress)
+    _tell(*found, lines, source, out, as_json)
+
+
+def _ranges(words: tuple[str, ...]) -> tuple[Ranges, list[str]]:
+    from pydantic import ValidationError
+
+    from ...physics.parameter import declared
+    from .ranges import Ranges, assumed
+
+    rows, values = {row.key: row for row in declared(Ranges)}, {}
+    for word in words:
+        key, _, text = word.partition("=")
+        if key not in rows:
+            raise LaybackError(
+                f"--range {word}: there is no range '{key}'; nothing was simulated. Known: {', '.join(rows)}"
+            )
+        try:
+            values[key] = float(text)
+            Ranges(**{key: values[key]})
+        except (ValueError, ValidationError):
+            row = rows[key]
+            raise LaybackError(
+                f"--range {word}: '{text}' is no number in {row.interval} {row.unit} ({row.doc}); nothing was "
+                f"simulated. Give the half-width of the 95 % interval"
+            ) from None
+    ranges = Ranges(**values)
+    return ranges, assumed(set(values), ranges)
+
+
+Found = tuple["Scene", "Laid", "Place", bool, "Verdict", dict[str, Any], list[str]]
+
+
+def _factor(asked: dict[str, Any], lines: list[str]) -> float:
+    from .ways import FACTOR
+
+    if asked["factor"] is None:
+        lines.append(f"assumed: the factor on the cable out is {FACTOR:g}; --factor")
+        return FACTOR
+    return asked["factor"]
+
+
+def _of_recording(source: Path, scene: str | None, ranges: Ranges, asked: dict[str, Any]) -> Found:
+    """Of a run that is recorded: its towbody is the simulated one, its depth stands for the measured one."""
+    from ...io.bags.bag_writer import BagError
+    from ...io.recordings.recorded_run import load_run
+    from ...io.scenes.load import load_scene, scene_from_text
+    from ...runs.offline import judged
+    from ...runs.result import Run
+    from .laid import laid, samples_of
+    from .report import Place
+    from .tow_log import EPOCH, STEP
+
+    recorded = load_run(source)
+    text = recorded.custom_data.get("scene_yaml")
+    if scene is None and not text:
+        raise BagError(f"bag '{source}' keeps no scene, so what was towed is not known; give --scene NAME or FILE")
+    tow = load_scene(scene) if scene is not None else scene_from_text(text or "", f"scene kept in {source}")
+    lines = ["assumed: the depth that a survey measures is that of the simulated towbody"]
+    antenna = asked["antenna"] or (0.0, 0.0)
+    if asked["antenna"] is None:
+        lines.append("assumed: the antenna stands at base_link; --antenna X,Y")
+    factor = _factor(asked, lines)
+    samples = samples_of(recorded.frames, STEP, antenna)
+    one = laid(tow, samples, ranges, factor, by_heading=asked["astern"] == "heading")
+    began = float(recorded.frames["time"][0]) * 1e-9
+    verdict = judged(Run(recorded.frames, {}, "", source, scene=tow), tow).verdict
+    place = Place(asked["origin"], began if began > EPOCH else None)
+    return tow, one, place, False, verdict, {"source": "recording"}, lines
+
+
+def _of_log(
+    source: Path, scene: str, mapping: Path | None, ranges: Ranges, asked: dict[str, Any], progress: Any
+) -> Found:
+    """Of a log, under which the tow is simulated."""
+    from ...io.scenes.load import load_scene
+    from . import by_log
+    from .laid import laid
+    from .report import Place
+    from .tow_log import moment_of, read_log
+
+    began = None if asked["began"] is None else moment_of(asked["began"])
+    tow, log = load_scene(scene), read_log(source, mapping)
+    lines = [*log.assumed]
+    antenna = asked["antenna"] or (0.0, 0.0)
+    if asked["antenna"] is None and log.origin is not None:
+        lines.append("assumed: the antenna stands at base_link; --antenna X,Y")
+    offset = asked["counter_offset"] or 0.0
+    if asked["counter_offset"] is None:
+        lines.append("assumed: the pay-out counts from the sheave, metre for metre of layback; --counter-offset M")
+    factor = _factor(asked, lines)
+    cable = by_log.checked_cable(log, tow, offset)
+    drag = 1.0
+    figures: dict[str, Any] = {"source": "log"}
+    if asked["fit_drag"]:
+        fit = by_log.adjusted(log, tow, cable, by_log.before_run(log, tow, cable, antenna), ranges)
+        drag = fit.factor
+        figures["drag_factor"] = fit._asdict()
+        lines.append(
+            f"adjusted: drag x {fit.factor:.3f}, for which the static depths are {fit.after:.2g} m rms from the "
+            f"measured ones (x 1: {fit.before:.2g} m)"
+            + ("; it is at the end of its range: something else is wrong too" if fit.at_end else "")
+        )
+    run = by_log.simulated(log, tow, cable, antenna, drag, progress)
+    samples = by_log.samples_of_log(log, run, antenna)
+    one = laid(tow, samples, ranges, factor, drag, asked["astern"] == "heading")
+    if log.depth is None:
+        lines.append("assumed: the depth that the ways of the trade take is the simulated one (no depth_m was logged)")
+    one.notes[:0] = [*log.notes, *run.notes]
+    place = Place(log.origin or asked["origin"], log.began if log.began is not None else began)
+    return tow, one, place, log.depth is not None, run.run.verdict, figures, lines
+
+
+def _tell(
+    tow: Scene,
+    one: Laid,
+    place: Place,
+    measured: bool,
+    verdict: Verdict,
+    extra: dict[str, Any],
+    own: list[str],
+    ranges: list[str],
+    source: Path,
+    out: Path | None,
+    as_json: bool,
+) -> None:
+    from .report import figures, verdict_on, write_table
+
+    found = figures(one, measured)
+    verdict = verdict_on(verdict, found, one.notes)
+    report = {"scene": tow.name, "path": str(source), **extra, **found}
+    report |= {"assumed": [*own, *ranges], "notes": one.notes, "static_tows": one.statics, "static_cpu_s": one.cpu}
+    report["verdict"] = verdict.as_dict()
+    paths = []
+    if out is not None:
+        write_table(out / "layback.csv", one, place, measured)
+        write_text(out / "layback.json", json.dumps(report, indent=1) + "\n")
+        paths = [("table", out / "layback.csv"), ("figures", out / "layback.json")]
+        try:
+            from .picture import plot
+
+            paths.append(("picture", plot(one, out / "layback.png", f"{tow.name}, {source.name}", measured)))
+        except RuntimeError as error:
+            say(f"note: {error}", err=True)
+    if as_json:
+        say(json.dumps(report, indent=1), lines=True)
+    else:
+        _table(report)
+        for line in [*report["assumed"], *(f"note: {note}" for note in one.notes)]:
+            say(line)
+        for what, path in paths:
+            say(f"{what + ':':11}{path}")
+    if not as_json or verdict.code:
+        for line in verdict.lines():
+            say(line, err=as_json)
+    sys.exit(verdict.code)
+
+
+def _table(report: dict[str, Any]) -> None:
+    from rich.table import Table
+
+    console = plain_console(120)
+    table = Table(title=f"Layback of {report['scene']}, {report['duration_s']:.5g} s", title_justify="left")
+    for name in ("figure, m", "least", "mean", "largest"):
+        table.add_column(name, justify="left" if name.startswith("figure") else "right")
+    rows = {name: report[f"{name}_m"] for name in ("layback", "along_track", "offset", "depth")}
+    rows |= {f"95 % of {name}": values for name, values in report["interval_95_m"].items()}
+    for name, values in rows.items():
+        table.add_row(name, *("-" if values[k] is None else f"{values[k]:.2f}" for k in ("min", "mean", "max")))
+    console.print(table)
+    other = Table(title="Ways: horizontal distance from the simulated towbody", title_justify="left")
+    for name in ("way", "mean m", "largest m", "at s", "layback longer by m", "no solution"):
+        other.add_column(name, justify="left" if name == "way" else "right")
+    for row in report["ways"]:
+        keys = ("apart_mean_m", "apart_largest_m", "apart_largest_s", "layback_difference_mean_m")
+        cells = ["-" if row[key] is None else f"{row[key]:.1f}" for key in keys]
+        other.add_row(row["way"], *cells, str(row["no_solution"] or ""))
+    console.print(other)
+    if "depth_difference_m" in report:
+        gap = report["depth_difference_m"]
+        say(
+            f"depth, simulated less measured: mean {gap['mean']:.2f} m, rms {gap['rms']:.2f} m, within the interval "
+            f"for {100.0 * gap['share_within_interval']:.3g} % of the time"
+        )

@@ -1,0 +1,238 @@
+"""Places of a towbody over a run: simulated, by the ways of the trade and by a static tow, with the interval."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass, field
+from math import pi
+from typing import NamedTuple
+
+import numpy as np
+from scipy.ndimage import uniform_filter1d
+
+from ...physics.section import material_of
+from ...sim.scene import Scene
+from ...sim.tables.current import flow_of
+from . import ways
+from .ranges import Ranges
+from .static_place import NoShape, Tow, band_of
+
+MOVING = 0.2  # m/s, under which the ship has no course of its own
+POINTS = 8  # static tows with an interval over a run, at most
+STILL = 1e-6  # m
+CALM = 15.0  # s, over which velocity and height of the sheave are averaged
+SAME = 0.02  # change of the state of a tow over which one of them holds
+WAYS = ("pythagoras", "factor", "follow_dog", "catenary", "catenary_of_depth", "static")
+
+
+class Samples(NamedTuple):
+    """What a survey has at each time: seconds [n]; antenna, sheave [n, 2] m east and north; velocity of the sheave over
+    ground [n, 2], smoothed of the waves; yaw [n]; height of the sheave [n]; cable out from the sheave, depth [n] as
+    measured or simulated; fish [n, 2] as simulated, and its depth."""
+
+    seconds: np.ndarray
+    antenna: np.ndarray
+    sheave: np.ndarray
+    velocity: np.ndarray
+    yaw: np.ndarray
+    height: np.ndarray
+    cable: np.ndarray
+    depth: np.ndarray
+    fish: np.ndarray
+    fish_depth: np.ndarray
+
+
+@dataclass
+class Laid:
+    """places: of each of WAYS [n, 2], NaN where it has no solution; band: columns of Band [n, 4], NaN where there is no
+    static shape; course [n] rad; cpu: s of the static tows."""
+
+    samples: Samples
+    course: np.ndarray
+    places: dict[str, np.ndarray]
+    band: np.ndarray
+    depths: dict[str, np.ndarray]
+    notes: list[str] = field(default_factory=list)
+    cpu: float = 0.0
+    statics: int = 0
+
+
+def courses(velocity: np.ndarray, yaw: np.ndarray) -> np.ndarray:
+    """Course made good [n]; where the ship hardly moves its heading."""
+    moves = np.hypot(*velocity.T) >= MOVING
+    return np.where(moves, np.arctan2(velocity[:, 1], velocity[:, 0]), yaw)
+
+
+def laid(
+    scene: Scene,
+    samples: Samples,
+    ranges: Ranges,
+    factor: float = ways.FACTOR,
+    drag: float = 1.0,
+    by_heading: bool = False,
+    points: int = POINTS,
+) -> Laid:
+    """Every way over the samples. by_heading: "astern" is against the heading, in place of the course made good."""
+    begun = time.process_time()
+    one = samples
+    course = courses(one.velocity, one.yaw)
+    away = one.yaw if by_heading else course
+    straight = ways.pythagoras(one.cable, one.depth, one.height)
+    weight, body, pull = of_scene(scene, np.hypot(*one.velocity.T))
+    plain, drop = ways.catenary(one.cable, weight, body, pull)
+    behind = -np.array([np.cos(away[0]), np.sin(away[0])])
+    middle, band, count, notes = static_along(scene, one, ranges, drag, points)
+    band = of_track(one, middle[:, :2], band, ranges.speed)
+    places = {
+        "pythagoras": ways.astern(one.sheave, straight, away),
+        "factor": ways.astern(one.sheave, ways.cable_factor(one.cable, factor), away),
+        "follow_dog": ways.follow_the_dog(one.sheave, straight, behind),
+        "catenary": ways.astern(one.sheave, plain, away),
+        "catenary_of_depth": ways.astern(one.sheave, ways.catenary_of_depth(one.cable, one.depth, one.height), away),
+        "static": one.sheave + middle[:, :2],
+    }
+    short = int(np.sum(~np.isfinite(straight)))
+    if short:
+        k = int(np.argmax(~np.isfinite(straight)))
+        notes.append(
+            f"Pythagoras has no solution at {short} of {len(straight)} samples, first at {one.seconds[k]:.6g} s: the "
+            f"cable out of {one.cable[k]:.4g} m is shorter than depth and sheave height, {one.depth[k]:.4g} + "
+            f"{one.height[k]:.4g} m; left empty. Check the zero of the counter (--counter-offset) and the depth"
+        )
+    return Laid(
+        one,
+        course,
+        places,
+        band,
+        {"catenary": drop - one.height, "static": middle[:, 2]},
+        notes,
+        time.process_time() - begun,
+        count,
+    )
+
+
+def of_scene(scene: Scene, speed: np.ndarray) -> tuple[float, float, np.ndarray]:
+    """What the plain catenary takes: weight of the outermost cable in water [N/m] and of the towbody [N], and the drag
+    of the towbody ahead at a speed [n], N."""
+    section = list(scene.cable.sections.values())[-1]
+    own = material_of(scene.cable, section)
+    lift = scene.water.density * 0.25 * pi * own.diameter**2
+    weight = (own.mass_per_length - lift) * scene.gravity
+    pull = 0.5 * scene.water.density * scene.towbody.drag_area[0] * np.asarray(speed, float) ** 2
+    return weight, scene.towbody.net_weight, pull
+
+
+def static_along(
+    scene: Scene, one: Samples, ranges: Ranges, drag: float, points: int
+) -> tuple[np.ndarray, np.ndarray, int, list[str]]:
+    """Static places [n, 3] (east, north of the sheave, depth) and intervals [n, 4] at the samples, interpolated between
+    at most ``points`` of them, in the axes of the course."""
+    course = np.unwrap(courses(one.velocity, one.yaw))
+    turns = any(
+        flow_of(scene.water, 0.0)(-part * float(one.cable.max())) != (0.0, 0.0) for part in (0.0, 0.25, 0.5, 1.0)
+    )
+    chosen = spread(one, course if turns else np.zeros_like(course), points)
+    rows, notes = [], []
+    for k in chosen:
+        east, north = one.velocity[k].tolist()
+        try:
+            place, band = band_of(scene, Tow(float(one.cable[k]), east, north, float(one.yaw[k])), ranges, drag)
+        except NoShape as error:
+            notes.append(f"no interval near {one.seconds[k]:.6g} s: {error}")
+            rows.append([np.nan] * 7)
+            continue
+        c, s = np.cos(course[k]), np.sin(course[k])
+        row = (place.east * c + place.north * s, place.north * c - place.east * s, place.depth + one.height[k])
+        rows.append([part / one.cable[k] for part in (*row, *band[:4])])
+    table = np.array(rows)
+    # shares of the cable out change less than lengths
+    at = np.column_stack([np.interp(one.seconds, one.seconds[chosen], table[:, k]) for k in range(7)])
+    at *= one.cable[:, None]
+    c, s = np.cos(course), np.sin(course)
+    world = np.column_stack([at[:, 0] * c - at[:, 1] * s, at[:, 0] * s + at[:, 1] * c, at[:, 2] - one.height])
+    return world, at[:, 3:], len(chosen), notes
+
+
+def of_track(one: Samples, steady: np.ndarray, band: np.ndarray, speed: float) -> np.ndarray:
+    """The intervals [n, 4] of a steady tow as those of the way that the sheave came; steady [n, 2]: its place, m east
+    and north of the sheave; speed: half-width of that of the ship [m/s].
+
+    The cable lies along the way of the sheave through the water, as long as the layback of the steady tow. A current c
+    that is not known moves what lies at its end by c t, t: the time since the sheave passed there, and ends it earlier
+    or later by the way along that current: E c t, E = I - u m^T, u: direction of the way there, m: its mean since.
+    On a straight way E c is the part of c across it, and t |c| the ``across`` of the steady tow; in a turn it has a
+    part along the line from the sheave to the towbody, and a speed that is wrong by s shifts it by (u - m) s t.
+    """
+    away, course = one.fish - one.sheave, courses(one.velocity, one.yaw)
+    known = np.isfinite(steady).all(axis=1)[:, None]
+    behind = np.where(known, steady, -np.column_stack([np.cos(course), np.sin(course)]))
+    size = np.maximum(np.where(known[:, 0], np.hypot(*behind.T), np.hypot(*away.T)), STILL)
+    heads = -behind / np.maximum(np.hypot(*behind.T), STILL)[:, None]
+    step = np.hypot(*np.diff(one.sheave, axis=0, prepend=one.sheave[:1]).T)
+    chain, way = np.cumsum(step), np.cumsum(heads * step[:, None], axis=0)
+    reach = float(size.max()) + 1.0  # straight before its beginning
+    marks = np.concatenate([[-reach], chain])
+    way = np.vstack([way[0] - reach * heads[0], way])
+    ends = np.column_stack([np.interp(chain - size, marks, way[:, k]) for k in (0, 1)])
+    first = heads[np.clip(np.searchsorted(marks, chain - size) - 1, 0, len(heads) - 1)]
+    mean = (way[1:] - ends) / size[:, None]
+    along = away / np.maximum(np.hypot(*away.T), STILL)[:, None]
+    wrong = speed * size / np.maximum(np.hypot(*one.velocity.T), MOVING)
+    parts = []
+    for axis in (along, np.column_stack([-along[:, 1], along[:, 0]])):
+        shifted = band[:, 2] * np.hypot(*(axis - (axis * first).sum(1)[:, None] * mean).T)  # E^T axis
+        parts.append(np.hypot(shifted, wrong * (axis * (first - mean)).sum(1)))
+    return np.column_stack([np.hypot(band[:, 0], parts[0]), np.hypot(band[:, 1], parts[0]), parts[1], band[:, 3]])
+
+
+def spread(one: Samples, course: np.ndarray, points: int) -> np.ndarray:
+    """Indices of at most ``points`` samples between which the state of the tow changes evenly; one where it stays.
+
+    course: rad, as far as the tow is another one along it: of a current.
+    """
+    speed = np.hypot(*one.velocity.T)
+    state = np.column_stack(
+        [one.cable / max(float(np.max(one.cable)), 1.0), speed / max(float(np.max(speed)), MOVING), course]
+    )
+    way = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(state, axis=0)).max(axis=1))])
+    if np.ptp(state, axis=0).max() < SAME:
+        return np.array([len(speed) // 2])
+    found = np.searchsorted(way, np.linspace(0.0, way[-1], points))
+    return np.unique(np.clip(found, 0, len(speed) - 1))
+
+
+def samples_of(frames: np.recarray, every: float, antenna: tuple[float, float] = (0.0, 0.0)) -> Samples:
+    """Samples of tick outputs, one each ``every`` s; velocity and height without the waves."""
+    begin = (frames["time"] - frames["time"][0]) * 1e-9
+    tick = float(np.median(np.diff(begin))) if len(begin) > 1 else every
+    pick = np.arange(0, len(frames), max(1, round(every / max(tick, 1e-9))))
+    yaw = np.unwrap(_yaw(frames["ship_quaternion"]))
+    c, s = np.cos(yaw), np.sin(yaw)
+    at = frames["ship_position"][:, :2] + np.column_stack(
+        [antenna[0] * c - antenna[1] * s, antenna[0] * s + antenna[1] * c]
+    )
+    sheave, body = frames["sheave_position"], frames["body_position"]
+    velocity = np.column_stack([_calm(frames["sheave_velocity"][:, k], tick) for k in (0, 1)])
+    return Samples(
+        begin[pick],
+        at[pick],
+        sheave[pick, :2].copy(),
+        velocity[pick],
+        yaw[pick],
+        _calm(sheave[:, 2], tick)[pick],
+        frames["scope"][pick].copy(),
+        -body[pick, 2],
+        body[pick, :2].copy(),
+        -body[pick, 2],
+    )
+
+
+def _yaw(quaternion: np.ndarray) -> np.ndarray:
+    x, y, z, w = quaternion.T
+    return np.arctan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
+
+
+def _calm(values: np.ndarray, tick: float) -> np.ndarray:
+    """Without the waves: the mean of CALM s, twice."""
+    width = max(1, round(CALM / max(tick, 1e-9)))
+    return uniform_filter1d(uniform_filter1d(np.asarray(values, float), width, mode="nearest"), width, mode="nearest")

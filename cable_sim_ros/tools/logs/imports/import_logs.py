@@ -1,0 +1,258 @@
+"""Foreign logs and a mapping to a bag: motion as odometry or IMU, what was measured, where it comes from."""
+
+from __future__ import annotations
+
+import hashlib
+import heapq
+import json
+import os
+import shutil
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ....files import open_file, read_text
+from ....io.bags.bag_writer import BagError, BagWriter
+from ....io.sources.imported_bag import ALONG
+from ....io.sources.motion_curves import Rounding
+from ....io.sources.motion_table import MotionError, stream_odometry
+from ....version import __version__
+from ..log import LogError
+from ..mapping.mapping_file import find_mapping
+from ..own_signals import IMPORT
+from ..read_signals import Reading, read
+from ..several import Paths
+from ..signals import QUANTITIES, Signal
+from . import attitude
+from .choice import Choice
+from .imu import imu_messages
+from .measured import MEASURED, Message, write_measured
+from .motion import ShipMotion, motion_of_signals
+
+ODOMETRY = "/tow_sim/odom"
+IMU = "/tow_sim/imu/data"
+HASHED = 1 << 20  # bytes at a time
+LISTED = 1000  # files in the provenance
+
+
+@dataclass
+class Imported:
+    """What an import made: figures for the JSON, and lines for a user."""
+
+    path: Path
+    figures: dict[str, Any]
+    assumed: list[str] = field(default_factory=list)
+    said: list[str] = field(default_factory=list)
+    missing: list[str] = field(default_factory=list)
+
+
+def import_logs(
+    files: Paths,
+    out: str | os.PathLike,
+    mapping: str | os.PathLike | None = None,
+    *,
+    format: str | None = None,
+    choice: Choice | None = None,
+    force: bool = False,
+) -> Imported:
+    """Write the bag `out` of foreign logs. Raises LogError, MappingError, MotionError or BagError; then nothing is
+    written."""
+    choice, path = choice or Choice(), Path(out)
+    if path.exists() and not force:
+        raise BagError(f"'{path}' exists already: nothing was imported; give --force to replace it, or another --out")
+    if path.exists() and not _only_a_bag(path):
+        raise BagError(
+            f"'{path}' is no bag, or has other files in it: --force replaces bags only; nothing was imported. Give "
+            f"another --out"
+        )
+    reading = read(files, mapping, format)
+    signals = {one.quantity: one for one in reading.signals}
+    assumed = [line for one in reading.signals for line in one.assumed]
+    vertical = {"heave", "z", "heave_rate"} & signals.keys()
+    if not vertical:
+        assumed += attitude.add_rates(signals)
+    assumed += attitude.upright(signals, mapping is None)
+    assumed += _attitude(signals)
+    imu = attitude.can(signals) and not vertical
+    motion = motion_of_signals(signals, choice) if _tells_motion(signals) and not imu else None
+    if motion is not None:
+        assumed += motion.assumed
+        reading.said += motion.said
+    if imu:
+        assumed.append(
+            "heave: not in the log; a run makes it of the accelerations by its heave filter, about its own mean track"
+        )
+    tow = [name for name in MEASURED if name in signals]
+    if motion is None and not imu and not tow:
+        known = ", ".join(signals)
+        raise LogError(
+            f"{reading.files[0]}: has neither ship motion nor anything of the tow (there is {known}): nothing was "
+            f"imported. Map heave, roll, pitch, or payout, tension, body_depth"
+        )
+    if motion is None and not imu:
+        assumed.append("ship motion: not in the log; a run under this bag needs --motion of another one")
+    for line, doubtful in _unused(signals, motion, imu):
+        (assumed if doubtful else reading.said).append(line)
+    figures = _figures(reading, signals, motion, imu, choice)
+    lines = grouped(assumed)
+    about = figures | {
+        "version": __version__,
+        "assumed": lines,
+        "signals_assumed": {one.quantity: one.assumed for one in reading.signals},
+        "said": reading.said,
+        "missing": reading.missing,
+        "mapping": _texts(reading),
+        "sources": _hashes(reading.files),
+        ALONG: motion.along if motion else None,
+        "rounding": {str(k): _kept(one) for k, one in (motion.rounded if motion else {}).items()},
+    }
+    with _in_place_of(path):
+        _write(path, about, signals, motion, imu)
+    return Imported(path, figures, lines, reading.said, reading.missing)
+
+
+def _only_a_bag(path: Path) -> bool:
+    names = [one.name for one in path.iterdir()] if path.is_dir() else []
+    return "metadata.yaml" in names and all(name == "metadata.yaml" or name.endswith(".mcap") for name in names)
+
+
+@contextmanager
+def _in_place_of(path: Path) -> Iterator[None]:
+    """The bag that is there goes when the new one is whole, and comes back where it does not get so far."""
+    if not path.exists():
+        yield
+        return
+    old = path.with_name(f".{path.name}.{os.getpid()}")
+    path.rename(old)
+    try:
+        yield
+    except BaseException:
+        shutil.rmtree(path, ignore_errors=True)
+        old.rename(path)
+        raise
+    shutil.rmtree(old)
+
+
+def _kept(one: Rounding) -> list[object]:
+    """A rounding as `io.sources.imported_bag` reads it again."""
+    return [*one.column, *one[1:]]
+
+
+def grouped(lines: list[str]) -> list[str]:
+    """Lines "name: text", those of the same text as one."""
+    names: dict[str, list[str]] = {}
+    for line in dict.fromkeys(lines):
+        name, _, text = line.partition(": ")
+        names.setdefault(text, []).append(name)
+    return [f"{', '.join(named)}: {text}" for text, named in names.items()]
+
+
+def _tells_motion(signals: Mapping[str, Signal]) -> bool:
+    return any(name in signals for name in ("heave", "z", "heave_rate", "roll", "pitch", "x", "latitude", "surge"))
+
+
+def _attitude(signals: dict[str, Signal]) -> list[str]:
+    """Put attitude made of rates and accelerations beside signals that have none; what is assumed of it."""
+    if "roll" in signals or "pitch" in signals or not attitude.can(signals):
+        return []
+    found, assumed = attitude.attitude(signals)
+    if "yaw" in signals:
+        del found["yaw"]
+    else:
+        assumed.append("yaw: relative, of the filter; its origin is where the record began")
+    signals.update(found)
+    return assumed
+
+
+INSTEAD = {  # signals that one of these makes needless
+    **dict.fromkeys(("speed", "course"), ("x", "latitude")),
+    **dict.fromkeys(("z", "heave_rate", *attitude.FORCES), ("heave", "z", "heave_rate")),
+    "roll_rate": ("roll",), "pitch_rate": ("pitch",), "yaw_rate": ("yaw",),
+}  # fmt: skip
+
+
+def _unused(signals: Mapping[str, Signal], motion: ShipMotion | None, imu: bool) -> Iterator[tuple[str, bool]]:
+    """A line for each signal without effect, and whether it is to stand in the verdict: nothing takes its place."""
+    used = set(motion.given if motion is not None else ()) | set(MEASURED)
+    by_filter = [one for one in signals.values() if one.source.endswith(attitude.FILTER)]
+    if imu or by_filter:
+        used |= {*attitude.RATES, *attitude.FORCES}
+    if imu:
+        used |= {"roll", "pitch", "yaw"}
+    if not {"heave", "z"} & signals.keys():
+        used.add("heave_rate")
+    for name in signals:
+        if name in used:
+            continue
+        better = next((one for one in INSTEAD.get(name, ()) if one in used and one != name), "")
+        why = f"{better} is there" if better else "nothing of the motion is made of it"
+        if name in attitude.FORCES and not better:
+            why = "a heave is made of all three with rates, or with roll and pitch"
+        yield f"{name}: read and kept, without effect on the motion: {why}", not better
+
+
+def _figures(
+    reading: Reading, signals: Mapping[str, Signal], motion: ShipMotion | None, imu: bool, choice: Choice
+) -> dict[str, Any]:
+    span = motion.samples.time if motion is not None else next(iter(signals.values())).time
+    return {
+        "files": len(reading.files),
+        "records": reading.records,
+        "lost": sum(one.total for one in reading.losses),
+        "without_value": reading.empty,
+        "losses": [str(one) for one in reading.losses],
+        "mappings": reading.mappings,
+        "signals": {name: len(one.time) for name, one in signals.items()},
+        "motion": "odometry" if motion is not None else "imu" if imu else "none",
+        "given": motion.given if motion is not None else [],
+        "track": choice.track,
+        "start_ns": int(span[0]),
+        "seconds": float((span[-1] - span[0]) * 1e-9),
+        "rounded": [one.as_dict() for one in motion.rounded.values()] if motion is not None else [],
+    }
+
+
+def _texts(reading: Reading) -> dict[str, str]:
+    return {name: read_text(find_mapping(name)) for name in reading.mappings}
+
+
+def _hashes(files: list[str]) -> list[dict[str, object]]:
+    """Name, bytes and SHA-256 of each file; of a bag those of its files."""
+    found: list[dict[str, object]] = []
+    for name in files:
+        path = Path(name)
+        for one in sorted(p for p in path.rglob("*") if p.is_file()) if path.is_dir() else [path]:
+            if len(found) == LISTED:
+                return [*found, {"name": f"and others of {len(files)} files"}]
+            digest = hashlib.sha256()
+            with open_file(one, "rb") as file:
+                while block := file.read(HASHED):
+                    digest.update(block)
+            found.append({"name": one.name, "bytes": one.stat().st_size, "sha256": digest.hexdigest()})
+    return found
+
+
+def _write(
+    path: Path, about: dict[str, Any], signals: Mapping[str, Signal], motion: ShipMotion | None, imu: bool
+) -> None:
+    text = json.dumps(about, ensure_ascii=False)
+    try:
+        with BagWriter(path, custom_data={IMPORT: text}, chunk_size=2**20) as bag:
+            streams: list[Iterable[Message]] = []  # each in order of time: no list of all messages is made
+            if motion is not None:
+                bag.declare(ODOMETRY, "nav_msgs/msg/Odometry", "sensor")
+                events = stream_odometry(motion.samples, about["sources"][0]["name"] if about["sources"] else "log")
+                streams.append((event.arrival, ODOMETRY, "nav_msgs/msg/Odometry", event.data) for event in events)
+            if imu:
+                bag.declare(IMU, "sensor_msgs/msg/Imu", "sensor")
+                streams.append((time, IMU, "sensor_msgs/msg/Imu", data) for time, data in imu_messages(signals))
+            streams += write_measured(bag, {n: s for n, s in signals.items() if n in QUANTITIES})
+            for time, topic, msgtype, data in heapq.merge(*streams, key=lambda row: row[0]):
+                bag.add(topic, msgtype, time, data)
+    except (MotionError, ValueError, np.linalg.LinAlgError):
+        shutil.rmtree(path, ignore_errors=True)
+        raise

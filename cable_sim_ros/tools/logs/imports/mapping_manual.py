@@ -1,0 +1,89 @@
+"""The reference of the mapping file, made from the declarations: keys, words, units, ready mappings."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from enum import Enum
+
+from ....io.scenes.resources import shipped_mappings
+from ....physics.parameter import Block, interval
+from ..mapping.mapping_file import Entry, Mapping, dimension_of, load_mapping
+from ..mapping.units import UNITS
+from ..mapping.words import VECTORS, WORDS
+
+TITLE = """# Keys of a mapping
+
+Made by `cable-sim manual mapping_keys --out docs/mapping_keys.md` from the declarations in the
+code; do not edit. How to write one: [mapping](mapping.md).
+"""
+
+
+def text() -> str:
+    """The page."""
+    parts = [
+        TITLE,
+        "## Top\n",
+        _keys(Mapping, leave=("signals",)),
+        "## Entries\n\n`signals` is a table of entries, each under its word.\n",
+        _keys(Entry),
+        "## Words\n",
+        _table(
+            ("word", "gives", "unit", "meaning"),
+            (
+                (f"`{name}`", "" if name == word.quantity else f"`{word.quantity}`", word.unit, word.meaning)
+                for name, word in WORDS.items()
+            ),
+        ),
+        "## Vectors\n",
+        _table(
+            ("word", "fields", "frames", "unit", "meaning"),
+            (
+                (f"`{name}`", str(one.fields), ", ".join(one.words), dimension_of(name), one.meaning)
+                for name, one in VECTORS.items()
+            ),
+        ),
+        "## Units\n",
+        _table(("SI", "names"), ((si, ", ".join(f"`{n}`" for n in names)) for si, names in _units().items())),
+        "## Ready mappings\n",
+        _table(
+            ("name", "entries", "about"), ((f"`{name}`", str(len(one.signals)), one.about) for name, one in _ready())
+        ),
+    ]
+    return "\n".join(parts)
+
+
+def _keys(block: type[Block], leave: Sequence[str] = ()) -> str:
+    rows = []
+    for name, field in block.model_fields.items():
+        if name in leave:
+            continue
+        extra = field.json_schema_extra or {}
+        assert isinstance(extra, dict)
+        default = field.default
+        shown = "required" if field.is_required() else default.value if isinstance(default, Enum) else default
+        if isinstance(shown, bool):
+            shown = "true" if shown else "false"
+        elif shown is None or shown in ("", ()):
+            shown = "empty" if shown == "" else "none"
+        unit = str(extra["unit"])
+        bounds = interval(extra["low"], extra["high"], extra["above"])  # type: ignore[arg-type]
+        meaning = str(field.description)
+        rows.append((f"`{name}`", str(shown), "" if unit == "1" else unit, bounds, meaning))
+    return _table(("key", "default", "unit", "range", "meaning"), rows)
+
+
+def _units() -> dict[str, list[str]]:
+    found: dict[str, list[str]] = {}
+    for name, one in UNITS.items():
+        found.setdefault(one.dimension, []).append(name)
+    return found
+
+
+def _ready() -> Iterable[tuple[str, Mapping]]:
+    return ((name, load_mapping(name)) for name in shipped_mappings())
+
+
+def _table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    lines = [f"| {' | '.join(head)} |", f"|{'---|' * len(head)}"]
+    lines += [f"| {' | '.join(cell.replace('|', '/') for cell in row)} |" for row in rows]
+    return "\n".join(lines) + "\n"

@@ -1,0 +1,142 @@
+"""Signals of what this product wrote: tick outputs of a run, channels and odometry of an imported bag."""
+
+from __future__ import annotations
+
+import json
+import os
+from typing import Any
+
+import numpy as np
+
+from ...io.bags.bag import BagError, BagReader
+from ...io.bags.typestore import STORE
+from ...io.messages.cdr import header_time
+from ...io.messages.channels import CHANNELS, decode
+from ...io.sources.recorded_tow import RecordedTow, odometry_of, read_tow, recorded_frames
+from ...physics.tick_output import TICK_OUTPUT
+from ...sim.tables.attitude import angles_of
+from .signals import QUANTITIES, Signal
+
+ODOMETRY = ("x", "y", "z", "roll", "pitch", "yaw")
+SIGNALS_TOPIC = "/tow_sim/import/signals"  # of an imported bag: every record of every signal
+JOINT_STATE = "sensor_msgs/msg/JointState"
+IMPORT = "import"  # of the custom data of an imported bag
+CHANNEL_QUANTITIES = (  # channel, field of the tick output, component, quantity, factor
+    ("sheave_tension", "tension", None, "tension", 1.0),
+    ("winch_state", "payout", None, "payout", 1.0),
+    ("winch_state", "payout_rate", None, "payout_rate", 1.0),
+    ("winch_state", "tension_drum", None, "tension_drum", 1.0),
+    ("towbody_pose", "body_position", 0, "body_x", 1.0),
+    ("towbody_pose", "body_position", 1, "body_y", 1.0),
+    ("towbody_pose", "body_position", 2, "body_depth", -1.0),
+)
+
+
+def signals_of_bag(path: str | os.PathLike) -> list[Signal]:
+    """Signals of a bag in the channels of this product: of a run, or of an import; empty where it has none of them."""
+    imported = _of_import(path)
+    if imported:
+        return imported
+    try:
+        tow = read_tow(path)
+    except BagError:
+        return []
+    frames = recorded_frames(tow)
+    if frames is not None and len(frames):
+        return signals_of_frames(frames, os.fspath(path))
+    found = _of_channels(tow)
+    return [*found, *_of_odometry(tow)] if found or IMPORT in tow.about else []
+
+
+def _of_import(path: str | os.PathLike) -> list[Signal]:
+    """Signals that an import kept as they were, with what it assumed of each."""
+    rows: dict[str, list[tuple[int, float]]] = {}
+    try:
+        with BagReader(path) as bag:
+            if bag.topics.get(SIGNALS_TOPIC) != JOINT_STATE:
+                return []
+            about = bag.custom_data.get(IMPORT, "{}")
+            for message in bag.read([SIGNALS_TOPIC]):
+                read: Any = STORE.deserialize_cdr(message.data, JOINT_STATE)
+                if len(read.name) == len(read.position) == 1 and read.name[0] in QUANTITIES:
+                    rows.setdefault(read.name[0], []).append((header_time(read.header), float(read.position[0])))
+    except (BagError, ValueError, KeyError, IndexError):
+        if not rows:
+            return []
+        about = "{}"
+    assumed = _assumed(about)
+    out = []
+    for name, pairs in rows.items():
+        time = np.array([time for time, _ in pairs], np.int64)
+        value = np.array([value for _, value in pairs], float)
+        good = later_only(time) & np.isfinite(value)
+        if good.any():
+            out.append(Signal(name, time[good], value[good], os.fspath(path), assumed.get(name, [])))
+    return out
+
+
+def _assumed(about: str) -> dict[str, list[str]]:
+    """What an import assumed of each signal, by what it kept of itself."""
+    try:
+        found = json.loads(about)["signals_assumed"]
+        return {str(name): [str(line) for line in lines] for name, lines in found.items()}
+    except (ValueError, KeyError, TypeError, AttributeError, RecursionError):
+        return {}
+
+
+def signals_of_frames(frames: np.recarray, source: str) -> list[Signal]:
+    """Every quantity that the tick outputs simulate, and the attitude of the ship."""
+    time = np.asarray(frames["time"], np.int64)
+    kept = later_only(time)
+    values = {}
+    for name, one in QUANTITIES.items():
+        if one.output:
+            value = np.asarray(frames[one.output], float)
+            values[name] = one.factor * (value if one.component < 0 else value[:, one.component])
+    values["departure_angle"] = 0.5 * np.pi - np.asarray(frames["departure_angle"], float)
+    turns = np.array([angles_of(*row) for row in np.asarray(frames["ship_quaternion"], float)]).reshape(-1, 3)
+    for k, name in enumerate(("roll", "pitch", "yaw")):
+        values[name] = np.unwrap(turns[:, k]) if len(turns) else turns[:, k]
+    values["speed"] = np.hypot(*np.asarray(frames["ship_velocity"], float)[:, :2].T)
+    out = []
+    for name, value in values.items():
+        good = kept & np.isfinite(value)  # a field that an older recording lacks is NaN
+        if good.any():
+            out.append(Signal(name, time[good], value[good], source))
+    return out
+
+
+def later_only(time: np.ndarray) -> np.ndarray:
+    """Which stamps are later than all before them: what a clock that jumps back repeats is left out."""
+    if not len(time):
+        return np.zeros(0, bool)
+    before = np.concatenate(([np.iinfo(np.int64).min], np.maximum.accumulate(time)[:-1]))
+    return time > before
+
+
+def _of_channels(tow: RecordedTow) -> list[Signal]:
+    table = {channel.name: channel for channel in CHANNELS}
+    decoded: dict[str, list[dict]] = {}
+    out = []
+    for channel, field, component, quantity, factor in CHANNEL_QUANTITIES:
+        assert field in (TICK_OUTPUT.names or ())
+        messages = tow.outputs.get(channel)
+        if not messages:
+            continue
+        if channel not in decoded:
+            decoded[channel] = [decode(table[channel], data) for data in messages]
+        rows = decoded[channel]
+        time = np.array([row["time"] for row in rows], np.int64)
+        value = np.array([row[field] if component is None else row[field][component] for row in rows], float)
+        good = later_only(time) & np.isfinite(value)
+        if good.any():
+            out.append(Signal(quantity, time[good], factor * value[good], f"{tow.path}: {table[channel].topic}"))
+    return out
+
+
+def _of_odometry(tow: RecordedTow) -> list[Signal]:
+    time, values = odometry_of(tow)
+    if not len(time):
+        return []
+    kept = later_only(time)
+    return [Signal(name, time[kept], values[kept, k], f"{tow.path}: odometry") for k, name in enumerate(ODOMETRY)]

@@ -1,0 +1,39 @@
+"""`cable-sim report`: a recorded run as one HTML file that prints."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import click
+
+from ...cli.report_option import checked_place, said, typed
+from ...runs.recorded import recorded
+from ...terminal import say
+
+
+@click.command()
+@click.argument("bag")
+@click.option(
+    "--out",
+    type=click.Path(path_type=Path),
+    metavar="FILE.html",
+    required=True,
+    callback=checked_place,
+    help="The file to write.",
+)
+def report(bag, out) -> None:
+    """A recorded run as one HTML file that prints, for somebody who has never seen this program.
+
+    BAG is a recording of the node or of an offline run. The figures are made from it again; how fast it was and what a
+    replay found is not in it: ask for --report where it is run.
+    """
+    from ...io.scenes.resources import find_bag
+    from .write import write_report
+
+    result = recorded(find_bag(bag), "no report is made", "cable-sim run SCENE --report FILE.html")
+    said(write_report(result, out, command=typed()))
+    if result.verdict.code:
+        for line in result.verdict.lines():
+            say(line, err=True)
+        sys.exit(result.verdict.code)

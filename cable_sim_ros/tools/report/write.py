@@ -1,0 +1,204 @@
+"""One self-contained HTML file of a run: what it says, in which order, and how it gets onto the disk."""
+
+from __future__ import annotations
+
+import os
+import re
+import tempfile
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from ...errors import CableSimError
+from ...files import place, write_text
+from ...plots.heading import date_of
+from ...runs.result import Run
+from ...sim.flag_rules import FAILED
+from . import compared, health, inputs, outcome, simulated, spectrum, verdict
+from .glossary import WORDS
+from .parts import Card, Section
+from .subject import Subject, subject_of
+
+MISSING = (
+    "{name} is not installed: no report was written, and nothing was simulated for it. Install what a report needs: "
+    "pip install 'cable_sim_ros[report]'"
+)
+PAGE = "page.html"
+
+
+class ReportError(CableSimError):
+    """A report that cannot be made or written."""
+
+
+def check_tools() -> None:
+    """ReportError where jinja2 or matplotlib is missing."""
+    for name in ("jinja2", "matplotlib"):
+        try:
+            __import__(name)
+        except ImportError:
+            raise ReportError(MISSING.format(name=name)) from None
+
+
+def check_place(path: str | os.PathLike) -> None:
+    """ReportError where a report cannot be written to a path: said before anything is run."""
+    path = Path(path)
+    if path.suffix.lower() not in (".html", ".htm"):
+        raise ReportError(
+            f"report = {path}: is no HTML file by its name; nothing was run. Give a name that ends in .html"
+        )
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        if path.is_dir():
+            raise IsADirectoryError(21, "Is a directory")
+        place(path)
+        tempfile.TemporaryFile(dir=path.parent).close()
+    except (OSError, ValueError) as error:  # ValueError: a NUL in the name
+        why = getattr(error, "strerror", None) or str(error)
+        raise ReportError(
+            f"report = {path}: cannot be written ({why}); nothing was run. Give a file that can be"
+        ) from None
+
+
+def write_report(
+    result: Run,
+    path: str | os.PathLike,
+    *,
+    command: Sequence[str] = (),
+    plan: Mapping[str, Any] | None = None,
+    scores: Sequence[Mapping[str, Any]] = (),
+    title: str | None = None,
+) -> Path:
+    """Write the report of a run and return its path.
+
+    result: of `run`, `replay`, a live run or a recording; its side view and contact need ``result.bag``. command: words
+    as typed, shown without folders; plan: as of `runs.plan.plan_of`; scores: dicts of figures, rendered as they are;
+    title: the scene's name if not given. The same run gives the same bytes. Raises ReportError, BagError.
+    """
+    check_tools()
+    check_place(path)
+    text = html(subject_of(result, command, plan, scores), title)
+    try:
+        write_text(path, text)
+    except OSError as error:
+        raise ReportError(
+            f"report = {path}: cannot be written ({error.strerror}); the run itself is not touched"
+        ) from None
+    return Path(path)
+
+
+def write_page(path: str | os.PathLike, **about: Any) -> Path:
+    """Write a page of the house, arguments as of `page`, and return its path. Raises ReportError."""
+    check_tools()
+    check_place(path)
+    try:
+        write_text(path, page(**about))
+    except OSError as error:
+        raise ReportError(
+            f"report = {path}: cannot be written ({error.strerror}); what it is about is not touched"
+        ) from None
+    return Path(path)
+
+
+def html(subject: Subject, title: str | None = None) -> str:
+    """The page of a run."""
+    name = title or str(subject.metrics.get("scene") or subject.recorded.custom_data.get("scene", "Cable tow"))
+    missed = compared.violated(subject)
+    state = FAILED if missed else subject.result.verdict.state
+    return page(
+        title=name,
+        line=what(subject),
+        state=state,
+        sentence=verdict.sentence(subject, missed),
+        beside=verdict.beside(subject),
+        cards=verdict.cards(subject),
+        sections=sections(subject),
+    )
+
+
+def page(
+    *,
+    title: str,
+    line: str,
+    state: str,
+    sentence: str,
+    beside: Sequence[str],
+    cards: Sequence[Card],
+    sections: Sequence[Section],
+) -> str:
+    """Any report on the page of the house; every text is escaped."""
+    check_tools()
+    import jinja2
+
+    environment = jinja2.Environment(
+        loader=jinja2.FileSystemLoader(Path(__file__).parent),
+        autoescape=True,
+        undefined=jinja2.StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    environment.filters["soft"] = soft
+    return environment.get_template(PAGE).render(
+        title=title,
+        line=line,
+        state=state,
+        sentence=sentence,
+        beside=beside,
+        cards=cards,
+        sections=sections,
+        words=WORDS,
+    )
+
+
+def soft(text: str) -> str:
+    """A text, escaped, that may break behind the dots, slashes and underscores of a long word."""
+    from markupsafe import Markup, escape
+
+    return Markup(re.sub(r"(?<=\w)([._/])(?=[a-zA-Z])", r"\1<wbr>", str(escape(text))))
+
+
+def what(subject: Subject) -> str:
+    """What was done, under the title."""
+    metrics, about = subject.metrics, subject.recorded.custom_data
+    kind = (
+        "live run in real time"
+        if subject.live
+        else "replay of a recording"
+        if verdict.is_replay(subject)
+        else "simulated tow"
+    )
+    motion = metrics.get("motion") or about.get("motion")
+    parts = [kind]
+    if len(subject.frames):
+        parts.append(f"{metrics.get('duration_s', 0.0) + subject.tick:.4g} s")
+    if motion:
+        parts.append("no ship motion" if motion == "none" else f"ship motion {motion}")
+    if date := date_of(subject.recorded):
+        parts.append(f"from {date}")
+    return "; ".join(parts)
+
+
+def sections(subject: Subject) -> list[Section]:
+    """Every section that the run has something for."""
+    first = [verdict.section(subject), simulated.section(subject)]
+    if not len(subject.frames):
+        return first
+    early = [health.halted(subject)] if subject.result.verdict.state == FAILED else []
+    every = [
+        *first,
+        inputs.section(subject),
+        compared.residuals(subject),
+        compared.scores(subject),
+        *early,
+        outcome.series(subject),
+        spectrum.section(subject),
+        outcome.contacts(subject),
+        outcome.drive(subject),
+        outcome.instruments(subject),
+        compared.rules(subject),
+        compared.faults(subject),
+        compared.plan(subject),
+        health.solver(subject),
+        health.energy(subject),
+        health.figures(subject),
+    ]
+    return [one for one in every if one is not None]

@@ -1,0 +1,131 @@
+"""Pictures of a vibration: spectra at a place, and what happens along the cable."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ...plots.run import BLUE, FAINT, INK, ORANGE, STYLE, WATER
+from ...plots.saved import save
+from .in_frequency.report import MAX_MODES
+from .in_frequency.response import Vibration, leading
+from .in_frequency.span import Span
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+SIZE = (14.0, 9.0)  # inches
+MIN_PLACES = 4  # of a half wave that is drawn
+SHOWN = 1e-5  # of the peak of a spectrum: what lies below is left out of the picture
+
+
+def draw(span: Span, result: Vibration, out: str | os.PathLike) -> Path:
+    """Draw a vibration to an image file and return its path. RuntimeError if matplotlib is missing."""
+    try:
+        import matplotlib
+    except ImportError:
+        raise RuntimeError("matplotlib is not installed: no picture was drawn; install cable_sim_ros[viz]") from None
+    with matplotlib.rc_context(STYLE):
+        return save(compose(span, result), out)
+
+
+def compose(span: Span, result: Vibration) -> Figure:
+    """The matplotlib Figure of a vibration."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=SIZE, dpi=100, facecolor="white", layout="constrained")
+    FigureCanvasAgg(figure)
+    panels = figure.subplots(2, 2)
+    figure.get_layout_engine().set(w_pad=0.15, h_pad=0.12)  # inches
+    figure.suptitle(result.name, x=0.012, ha="left", size=18, weight="bold", color=INK)
+    _spectrum(
+        panels[0, 0], result, result.displacement_spectrum * 1e6, "displacement", "mm$^2$/Hz",
+        1e3 * result.place_rms_displacement, "mm",
+    )  # fmt: skip
+    _spectrum(
+        panels[1, 0], result, result.acceleration_spectrum, "acceleration", "(m/s$^2$)$^2$/Hz",
+        result.place_rms_acceleration, "m/s$^2$",
+    )  # fmt: skip
+    _along(panels[0, 1], result)
+    _damping(panels[1, 1], span, result)
+    return figure
+
+
+def _spectrum(axis: Axes, result: Vibration, values, what, unit, rms, rms_unit) -> None:
+    """One spectrum at the place, with the modes, the range of shedding and the rms."""
+    f = result.frequency
+    axis.semilogy(f, values, color=BLUE, lw=1.8, zorder=3)
+    low, high = result.shedding
+    axis.axvspan(low, high, color=WATER, alpha=0.35, lw=0, label=f"shedding, {low:.3g} to {high:.3g} Hz")
+    some = "" if len(result.frequencies) <= MAX_MODES else f", {MAX_MODES} of the largest response"
+    for i, f_n in enumerate(result.frequencies[leading(result, MAX_MODES)]):
+        axis.axvline(
+            f_n, color=ORANGE, lw=0.9, ls=(0, (4, 3)), label=None if i else f"modes with a damping ratio{some}"
+        )
+    shown = np.flatnonzero(values > SHOWN * values.max())
+    axis.set_xlim(0.0, f[min(shown[-1] + 1, len(f) - 1)])
+    axis.set_ylim(SHOWN * values.max(), 12.0 * values.max())
+    axis.text(
+        0.985,
+        0.66,
+        f"rms {rms:.4g} {rms_unit}",
+        transform=axis.transAxes,
+        ha="right",
+        va="top",
+        size=16,
+        weight="bold",
+        bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.85, "pad": 3.0},
+        color=INK,
+    )
+    axis.legend(loc="upper right", fontsize=11)
+    axis.set_title(f"Spectrum of the {what} at s = {result.place:.4g} m")
+    axis.set_xlabel("frequency [Hz]")
+    axis.set_ylabel(unit)
+
+
+def _along(axis: Axes, result: Vibration) -> None:
+    """Rms displacement along the cable over the shapes of some modes."""
+    top = 1e3 * float(result.rms_displacement.max())
+    count = len(result.modes)
+    drawn = min(count, (len(result.arc) - 1) // MIN_PLACES)  # a shape of fewer places would look like another
+    shown = sorted({0, 1, 2, drawn - 1} & set(range(count)))
+    scale = 0.8 * top / float(np.abs(result.modes[shown]).max())
+    for n in shown:
+        axis.plot(result.arc, scale * result.modes[n], color=FAINT, lw=0.9, alpha=0.7)
+    axis.plot([], [], color=FAINT, lw=0.9, label=f"shapes of modes {', '.join(str(n + 1) for n in shown)}, no scale")
+    axis.plot(result.arc, 1e3 * result.rms_displacement, color=BLUE, lw=2.4, label="rms displacement")
+    axis.plot(
+        [result.place], [1e3 * result.place_rms_displacement], "o", color=ORANGE, ms=8, label="place of the spectra"
+    )
+    axis.set_xlim(0.0, result.arc[-1])
+    axis.set_ylim(-1.0 * top, 1.65 * top)
+    axis.legend(loc="upper right", fontsize=11)
+    axis.set_title(f"Along the cable: largest rms {float(result.diameters.max()):.3g} diameters")
+    axis.set_xlabel("s [m]")
+    axis.set_ylabel("mm")
+
+
+def _damping(axis: Axes, span: Span, result: Vibration) -> None:
+    """Where each mode is driven, and its damping ratio."""
+    shown = leading(result, MAX_MODES)
+    count = len(shown)
+    for row, n in enumerate(shown, 1):
+        axis.plot([0.0, result.arc[-1]], [row, row], color=FAINT, lw=0.6, alpha=0.6)
+        for a, b in result.driven[n]:
+            axis.plot([a, b], [row, row], color=BLUE, lw=min(9.0, 120.0 / count), solid_capstyle="butt")
+        ratio = f"{result.damping_ratios[n]:.4f}"
+        axis.text(1.02, row, ratio, transform=axis.get_yaxis_transform(), va="center")
+    axis.set_yticks(range(1, count + 1), [str(n + 1) for n in shown])
+    axis.set_ylim(0.4, count + 0.6)
+    axis.set_xlim(0.0, result.arc[-1])
+    axis.grid(axis="y", visible=False)
+    axis.set_xlabel("s [m]")
+    axis.set_ylabel("mode")
+    axis.set_title("Where each mode is driven")
+    given = " (given)" if span.damping.ratios else ""
+    axis.set_title(f"damping ratio{given}", loc="right", size=12, weight="normal")

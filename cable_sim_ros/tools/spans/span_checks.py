@@ -1,0 +1,88 @@
+"""Checks of a span in the keys of its file: cases that cannot be a line, or whose mesh cannot follow its vortices."""
+
+from __future__ import annotations
+
+from math import ceil
+
+from ...physics.wake_oscillator import WakeLaw
+from ...sim.problem import Problem, apart
+from ...sim.wake_tables import ELEMENTS, wave_length
+from .span_file import LEAD_ELEMENTS, MAX_ELEMENTS, Span, SpanCase, SpanEnds, seat_of, shedding_frequency, wet_lengths
+
+# of the radius that the cable may be pressed into the groove: found by trial, at 0.45 no rest is found any more
+MAX_DEPTH = 0.4
+MIN_REST = 0.05  # of what lies near the sheaves: length of the rest of the span
+# least tension at the end of a span over half its weight: min cosh(x)/x, that of the lightest catenary. The span is
+# shorter by no more than the two sheaves, and what hangs beside it longer by no more than the radius of one
+LIGHTEST = 1.5088795615
+
+
+def span_problems(span: Span) -> list[Problem]:
+    """What of a span cannot be run, case by case."""
+    found = []
+    for name, case in span.cases.items():
+        key = f"span.cases.{name}"
+        lines = _sheave_problems(span, case, key) if span.ends is SpanEnds.SHEAVES else []
+        found += lines or _element_problems(span, case, name)
+    return found
+
+
+def _sheave_problems(span: Span, case: SpanCase, key: str) -> list[Problem]:
+    """Cases that do not lie over their sheaves."""
+    (seat, depth), (lead, rest) = seat_of(span, case), wet_lengths(span, case)
+    if depth > MAX_DEPTH * seat:
+        given, maximum = apart(depth, MAX_DEPTH * seat)
+        text = (
+            f"= {case.tension:g} N presses the cable {given} m into the groove of a sheave on which it lies with a "
+            f"radius of {seat:.4g} m, more than {maximum} m, {100.0 * MAX_DEPTH:g} % of it: no rest is found there"
+        )
+        minimum = span.sheave.stiffness * (depth / (MAX_DEPTH * seat)) ** 1.5
+        remedy = (
+            f"Make span.sheave.stiffness at least {minimum:.3g} N/m^2.5, span.sheave.radius larger, or the tension less"
+        )
+        return [Problem(f"{key}.tension", text, remedy)]
+    if rest < MIN_REST * lead:
+        minimum = (2.0 + MIN_REST) * lead
+        text = (
+            f"= {case.length:g} m is shorter than {minimum:.4g} m: what lies near the two sheaves (span.sheave.radius "
+            f"= {span.sheave.radius:g} m) leaves no span between them"
+        )
+        remedy = f"Make it at least {minimum:.4g} m, span.sheave.radius smaller, or span.ends pinned"
+        return [Problem(f"{key}.length", text, remedy)]
+    weight = span.cable.mass_per_length * span.gravity
+    pull = 0.5 * LIGHTEST * weight * (case.length - 2.0 * seat)
+    minimum = pull - weight * (span.sheave.tail + seat)
+    if case.tension < minimum:
+        given, needed = apart(case.tension, minimum, 4)
+        text = (
+            f"= {given} N is less than {needed} N: with span.sheave.tail = {span.sheave.tail:g} m of cable beside it, "
+            f"such a mass does not hold {case.length:g} m of {weight:.4g} N/m, of which the lightest catenary "
+            f"pulls {pull:.4g} N, and runs up to the sheave"
+        )
+        remedy = f"Make it at least {minimum:.4g} N, well above for a taut span, or the length less"
+        return [Problem(f"{key}.tension", text, remedy)]
+    return []
+
+
+def _element_problems(span: Span, case: SpanCase, name: str) -> list[Problem]:
+    """Elements too long for the waves that the shedding of a case drives."""
+    if span.wake.law is WakeLaw.OFF:
+        return []
+    frequency = shedding_frequency(span, case)
+    bound = wave_length(span.cable, span.fluid.density, frequency, case.tension) / ELEMENTS
+    lead, rest = wet_lengths(span, case)
+    cause = (
+        f"1/{ELEMENTS} of a wave of this cable at the {frequency:.4g} Hz that case {name} sheds at {case.wind:g} m/s "
+        f"under {case.tension:g} N: the mesh does not carry the vibration"
+    )
+    if lead / LEAD_ELEMENTS > bound:
+        given, maximum = apart(lead / LEAD_ELEMENTS, bound)
+        text = f"= {case.wind:g} m/s with elements of {given} m next to the sheaves, longer than {maximum} m, {cause}"
+        return [Problem(f"span.cases.{name}.wind", text, "Give less wind, or a smaller span.sheave.radius")]
+    if rest / span.elements > bound * (1.0 + 1e-9):
+        given, maximum = apart(rest / span.elements, bound)
+        needed, top = 2 * ceil(0.5 * rest / bound), MAX_ELEMENTS
+        text = f"= {span.elements} makes elements of {given} m, longer than {maximum} m, {cause}"
+        remedy = f"Give at least {needed}" if needed <= top else f"It would take {needed}, above {top}: give less wind"
+        return [Problem("span.elements", text, remedy)]
+    return []

@@ -1,0 +1,102 @@
+"""The rows of a sweep as one data set: what was varied as coordinates, figures with units, provenance as attributes."""
+
+from __future__ import annotations
+
+import json
+import secrets
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ...version import __version__
+from ..report.sweep_page import declared_as
+from .figures import FIGURES, MEANINGS, RULE, unit_of
+from .store import EXTRA, StoreError
+from .sweep import Swept
+from .worker import AGAIN
+
+if TYPE_CHECKING:
+    import xarray
+
+WORDS = ("verdict", "reasons", "error", "warnings", "key")  # columns of text
+NUMBERS = ("cpu_s", "simulated_s")
+
+
+def names_of(swept: Swept) -> list[str]:
+    """Figures of the rows, in the order of FIGURES, then rules: that of the rows is another once they were kept."""
+    there = {name for row in swept.rows for name in row} - {*WORDS, *NUMBERS, "flags", "rule_units", AGAIN}
+    return [*(name for name in FIGURES if name in there), *sorted(there.difference(FIGURES))]
+
+
+def rule_units(swept: Swept) -> dict[str, str]:
+    """Unit of each rule on watch."""
+    return {name: unit for row in swept.rows for name, unit in row.get("rule_units", {}).items()}
+
+
+def dataset(swept: Swept) -> xarray.Dataset:
+    """Dimension `case`; coordinates: what was varied; variables: figures [case], NaN where a run gave none, verdict,
+    reasons, error. Raises StoreError where xarray is missing."""
+    try:
+        import xarray
+    except ImportError:
+        raise StoreError(f"the data set is made with xarray, which is not installed: rows are kept; {EXTRA}") from None
+    rows, rules = swept.rows, rule_units(swept)
+    made = xarray.Dataset(coords={"case": ("case", np.arange(len(rows)), {"long_name": "number of the case"})})
+    for key in dict.fromkeys(key for case in swept.cases for key in case.varied):
+        made = made.assign_coords({key: ("case", _column([case.varied[key] for case in swept.cases]), _about(key))})
+    for name in names_of(swept):
+        values = [row.get(name, np.nan) for row in rows]
+        meaning = MEANINGS.get(name, f"rule on watch: {name.removeprefix(RULE)}")
+        made[name] = ("case", np.array(values, float), {"units": unit_of(name, rules), "long_name": meaning})
+    for name in sorted({name for row in rows for name in row["flags"]}):
+        counts = [row["flags"].get(name, 0) for row in rows]
+        made[f"flag.{name}"] = ("case", np.array(counts, float), {"units": "1", "long_name": f"ticks with flag {name}"})
+    for name in WORDS:
+        made[name] = ("case", np.array([row[name] for row in rows], dtype=str))
+    for name in NUMBERS:
+        made[name] = ("case", np.array([row[name] for row in rows], float), {"units": "s"})
+    made.attrs = {
+        "title": swept.plan.sweep,
+        "source": f"cable_sim_ros {__version__}",
+        "sweep": json.dumps(swept.plan.model_dump(mode="json")),
+        "Conventions": "CF-1.11",
+    }
+    return made
+
+
+def write(swept: Swept, folder: Path) -> list[Path]:
+    """`sweep.nc`, and `sweep.csv` with one header line, each whole or not at all; answers their paths."""
+    whole = dataset(swept)
+    paths, own = [folder / "sweep.nc", folder / "sweep.csv"], f".{secrets.token_hex(4)}.writing"
+    made = [path.with_name(path.name + own) for path in paths]  # another sweep may be writing here
+    try:
+        whole.to_netcdf(made[0], engine="h5netcdf")
+        whole.to_dataframe().to_csv(made[1], index_label="case")
+        for new, path in zip(made, paths, strict=True):
+            new.replace(path)
+    except OSError as error:
+        for new in made:
+            new.unlink(missing_ok=True)
+        why = f" ({error.strerror})" if error.strerror else ""  # none: words of the HDF5 library for its makers
+        raise StoreError(
+            f"{folder}: sweep.nc and sweep.csv cannot be written{why}; the rows are kept in {folder / 'rows'}. Another "
+            "sweep may be writing there: wait until it has ended, or make room, and start the same command again, or "
+            "give another --out"
+        ) from None
+    return paths
+
+
+def _about(key: str) -> dict[str, str]:
+    """Attributes of what was varied: unit and meaning of a key of the scene."""
+    if key == "seed":
+        return {"units": "1", "long_name": "seed of waves, turbulence and instruments"}
+    item = declared_as(key)
+    if item is None:
+        return {}
+    return {"units": item.unit, "long_name": item.doc} if item.unit else {"long_name": item.doc}
+
+
+def _column(values: list[Any]) -> np.ndarray:
+    plain = all(isinstance(value, int | float) and not isinstance(value, bool) for value in values)
+    return np.array(values, float) if plain else np.array([str(value) for value in values])

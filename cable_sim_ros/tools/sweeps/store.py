@@ -1,0 +1,104 @@
+"""Rows of a sweep on disk: Parquet files that grow by parts, each whole; what is there need not be computed again."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import secrets
+import time
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Any
+
+from ...errors import CableSimError
+from ...files import open_file
+
+PART_ROWS, PART_SECONDS = 256, 5.0  # a part is written when it has so many rows, or is so old
+COUNT = b"rows"  # in the metadata of a part: checksums are of its pages alone
+NUMBER = re.compile(r"part-(\d+)")
+EXTRA = "pip install 'cable_sim_ros[sweep]'"
+
+
+class StoreError(CableSimError, ValueError):
+    """Rows that cannot be read or written."""
+
+
+class Store:
+    """Folder of rows: `rows/part-*.parquet`. A part that was cut off by a power failure, or whose bytes are not those
+    that were written, is set aside and named."""
+
+    def __init__(self, folder: str | os.PathLike, look: bool = False) -> None:
+        """look: nothing is written, made or set aside. Raises StoreError where the folder cannot be made or a library
+        is missing."""
+        try:
+            import pyarrow  # noqa: F401
+        except ImportError:
+            raise StoreError(
+                f"rows are kept as Parquet, and pyarrow is not installed: nothing was done; {EXTRA}"
+            ) from None
+        self.folder, self._look = Path(folder) / "rows", look
+        self._own = secrets.token_hex(4)  # in the names of its parts: another sweep may be writing here
+        try:
+            if not look:
+                self.folder.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise StoreError(f"{self.folder}: cannot be made ({error.strerror}); nothing was simulated") from None
+        self.damaged: list[str] = []
+        self.rows: dict[str, dict[str, Any]] = {}
+        self._waiting: list[dict[str, Any]] = []
+        self._since = time.monotonic()
+        for path in sorted(self.folder.glob("part-*.parquet")):
+            self._load(path)
+
+    def _load(self, path: Path) -> None:
+        import pyarrow
+        import pyarrow.parquet as parquet
+
+        try:
+            with open_file(path, "rb") as file:
+                table = parquet.read_table(file, columns=["row"], page_checksum_verification=True)
+            rows = {row["key"]: row for row in map(json.loads, table["row"].to_pylist())}
+            whole = len(rows) == int((table.schema.metadata or {})[COUNT])
+        except (pyarrow.ArrowException, OSError, ValueError, KeyError, TypeError):
+            whole = False
+        if whole:
+            self.rows.update(rows)
+            return
+        self.damaged.append(path.name)
+        if not self._look:
+            path.rename(path.with_suffix(".damaged"))
+
+    def add(self, row: dict[str, Any]) -> None:
+        """Keep a row; it is on disk at the latest PART_SECONDS after the next row that comes, or at `flush`."""
+        self.rows[row["key"]] = row
+        self._waiting.append(row)
+        if len(self._waiting) >= PART_ROWS or time.monotonic() - self._since > PART_SECONDS:
+            self.flush()
+
+    def flush(self) -> None:
+        """Write what waits as a part of its own, whole or not at all."""
+        self._since = time.monotonic()
+        if not self._waiting:
+            return
+        import pyarrow
+        import pyarrow.parquet as parquet
+
+        numbers = [int(found[1]) for p in self.folder.glob("part-*") if (found := NUMBER.match(p.name))]
+        path = self.folder / f"part-{max(numbers, default=-1) + 1:06d}-{self._own}.parquet"
+        text = [json.dumps(row, sort_keys=True) for row in self._waiting]
+        table = pyarrow.table({"key": [row["key"] for row in self._waiting], "row": text})
+        table = table.replace_schema_metadata({COUNT: str(len({row["key"] for row in self._waiting}))})
+        try:
+            parquet.write_table(table, path.with_suffix(".writing"), write_page_checksum=True)
+            path.with_suffix(".writing").rename(path)
+        except OSError as error:
+            raise StoreError(
+                f"{path}: cannot be written ({error.strerror}); {len(self._waiting)} rows are lost, those before are "
+                "kept. Make room, and start the sweep again: it goes on"
+            ) from None
+        self._waiting = []
+
+    def of(self, keys: Iterable[str]) -> list[dict[str, Any]]:
+        """Rows by key, in the order that is asked for; KeyError for one that is not there."""
+        return [self.rows[key] for key in keys]

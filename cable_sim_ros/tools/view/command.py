@@ -1,0 +1,200 @@
+"""`cable-sim view`: the tow in a browser, beside a node or on a bag; `cable-sim film`: of a bag, for a slide."""
+
+from __future__ import annotations
+
+import signal
+from pathlib import Path
+
+import click
+
+from ...cli.number import Count, Number
+from ...limits import LONGEST_RUN
+from ...terminal import say
+
+
+class Alive:
+    """True until SIGINT or SIGTERM."""
+
+    def __init__(self) -> None:
+        self.asked = False
+        for number in (signal.SIGINT, signal.SIGTERM):
+            signal.signal(number, self._end)
+
+    def _end(self, *_) -> None:
+        self.asked = True
+
+    def __call__(self) -> bool:
+        return not self.asked
+
+
+scene_option = click.option("--scene", help="Scene in place of the one that the bag keeps or the node has.")
+top_option = click.option(
+    "--tension",
+    "top",
+    type=Number(0.0, 1e8, "N", above=True),
+    metavar="N",
+    help="Top of the colours. Default: of a bag its largest tension, rounded up; of a node 1.25 times "
+    "contact.working_tension.",
+)
+start_option = click.option(
+    "--start", type=Number(0.0, LONGEST_RUN, "s"), default=0.0, metavar="S", help="Seconds of the bag to skip."
+)
+
+
+@click.command()
+@click.argument("bag", required=False)
+@scene_option
+@click.option("--namespace", default="/tow_sim", show_default=True, help="Namespace of the node.")
+@click.option("--wait", type=Number(0.0, 3600.0, "s"), default=10.0, show_default=True, metavar="S",
+              help="How long to wait for the node.")  # fmt: skip
+@click.option("--open", "open_", is_flag=True, help="Listen to every host of the subnet, not to this one alone.")
+@click.option("--host", default="127.0.0.1", show_default=True, help="Address that the page is served at.")
+@click.option("--port", type=Count(0, 65535), default=8080, show_default=True, help="Its port; 0: any that is free.")
+@click.option("--rate", type=Number(0.1, 60.0, "Hz"), default=10.0, show_default=True, metavar="HZ",
+              help="Pictures a second, at most: no more than there are messages of the cable's shape.")  # fmt: skip
+@top_option
+@click.option("--save", type=click.Path(dir_okay=False, path_type=Path), metavar="FILE.html",
+              help="Write the page of BAG as one file that plays without this program, and end.")  # fmt: skip
+@start_option
+@click.option("--seconds", type=Number(0.0, LONGEST_RUN, "s", above=True), metavar="S",
+              help="Seconds of the bag for --save. Default: 60, or all there are.")  # fmt: skip
+@click.option("--camera", type=click.Choice(["whole", "sheave", "fish", "drum"]), default="whole", show_default=True,
+              help="First camera.")  # fmt: skip
+def view(bag, scene, namespace, wait, open_, host, port, rate, top, save, start, seconds, camera) -> None:
+    """Show the tow in a browser: of a running node, or of a recorded BAG, to pause and scrub."""
+    if bag is None and (save or seconds or start):
+        raise click.UsageError("--save, --start and --seconds are of a bag; nothing was started; give BAG")
+    if save is None and seconds:
+        raise click.UsageError("--seconds is of --save; nothing was started; give --save FILE.html or leave it out")
+    if bag is not None and (open_ or namespace != "/tow_sim"):
+        raise click.UsageError("--namespace and --open are of a node; nothing was started; leave them or BAG out")
+    from . import page
+
+    if bag is None:
+        from ...cli.commands import _need_ros
+
+        _need_ros()
+        _beside_a_node(scene, namespace, wait, open_, host, port, rate, top, camera)
+        return
+    from ...io.scenes.resources import find_bag
+    from .bag_run import BagRun
+
+    if save is not None:
+        from .saved import save_page
+
+        page.need("viser", "the page")
+        run = BagRun(find_bag(bag), scene)
+        made = save_page(run, save, rate, top, start, seconds, camera)
+        say(f"page: {save} ({made.seconds:g} s in {made.pictures} pictures, {made.size / 1e6:.1f} MB)")
+        return
+    from .play_bag import play
+
+    page.need("viser", "the page")
+    page.check_port(host, port or page.free_port(host))
+    run = BagRun(find_bag(bag), scene)
+    alive = Alive()
+    server = page.serve(host, port, f"cable-sim view: {run.scene.name}")
+    _say(page.addresses(host, server.get_port()))
+    try:
+        play(server, run, rate, top, alive, start, camera)
+    finally:
+        server.stop()
+
+
+def _say(lines) -> None:
+    if "warning" in lines:
+        say(f"warning: {lines['warning']}", err=True)
+    say(f"page: {lines['page']}  (Ctrl-C ends it)")
+
+
+def _beside_a_node(scene, namespace, wait, open_, host, port, rate, top, camera) -> None:
+    from ...ros.watcher import Watcher, watching
+    from . import page
+    from .beside_node import follow
+
+    page.need("viser", "the page")
+    page.check_port(host, port or page.free_port(host))
+    alive = Alive()
+    with watching(namespace, wait, alive, open_, Watcher) as watcher:
+        tow = watcher.scene(scene)
+        server = page.serve(host, port, f"cable-sim view: {tow.name}")
+        _say(page.addresses(host, server.get_port()))
+        try:
+            follow(server, watcher, tow, rate, top, alive, camera)
+        finally:
+            server.stop()
+
+
+class Size(click.ParamType):
+    """Width and height of a picture, even numbers, as in 1280x720."""
+
+    name = "size"
+    least, most = (320, 180), (3840, 2160)
+
+    def convert(self, value, param, ctx) -> tuple[int, int]:
+        """(width, height); a usage error, code 2, where it is none."""
+        if isinstance(value, tuple):
+            return value
+        parts = value.lower().split("x")
+        if len(parts) != 2 or not all(part.isascii() and part.isdigit() and len(part) < 6 for part in parts):
+            self.fail(
+                f"{value!r} is no size; nothing was drawn. Give width x height in pixels, as 1280x720", param, ctx
+            )
+        size = int(parts[0]), int(parts[1])
+        if any(not low <= n <= high or n % 2 for n, low, high in zip(size, self.least, self.most)):
+            self.fail(
+                f"{value} px is outside 320x180 to 3840x2160, or odd: a film wants even numbers; nothing was drawn. "
+                "Give for example 1280x720",
+                param,
+                ctx,
+            )
+        return size
+
+
+@click.command()
+@click.argument("bag")
+@click.option("--out", type=click.Path(dir_okay=False, path_type=Path), required=True, metavar="FILE",
+              help="FILE.mp4 or FILE.gif.")  # fmt: skip
+@scene_option
+@click.option("--camera", type=click.Choice(["whole", "sheave"]), default="whole", show_default=True,
+              help="What the large panel shows; the other is beside it.")  # fmt: skip
+@start_option
+@click.option("--seconds", type=Number(0.0, LONGEST_RUN, "s", above=True), metavar="S",
+              help="Seconds of the bag. Default: all there are.")  # fmt: skip
+@click.option("--speed", type=Number(0.01, 1000.0), default=2.0, show_default=True, metavar="X",
+              help="Seconds of the bag in a second of film.")  # fmt: skip
+@click.option("--fps", type=Number(1.0, 60.0, "1/s"), metavar="N",
+              help="Pictures a second. Default: 20; of a GIF 10.")  # fmt: skip
+@click.option("--size", type=Size(), metavar="WxH", help="Pixels. Default: 1280x720; of a GIF 960x540.")
+@top_option
+@click.option("--json", "as_json", is_flag=True, help="Print what was made as JSON, nothing else.")
+def film(bag, out, scene, camera, start, seconds, speed, fps, size, top, as_json) -> None:
+    """Make a film of a recorded BAG for a slide: tow, sheave with its line loads, strip charts."""
+    import json
+
+    from ...io.scenes.resources import find_bag
+    from .bag_run import BagRun
+    from .film import check_film, make_film
+
+    check_film(out)
+    gif = out.suffix.lower() == ".gif"
+    run = BagRun(find_bag(bag), scene)
+    made = make_film(
+        run,
+        out,
+        view=camera,
+        start=start,
+        seconds=seconds,
+        speed=speed,
+        fps=fps or (10.0 if gif else 20.0),
+        size=size or ((960, 540) if gif else (1280, 720)),
+        top=top,
+    )
+    if as_json:
+        figures = made._asdict() | {"path": str(out), "cpu_per_picture_s": made.cpu / made.pictures}
+        say(json.dumps(figures, indent=1), lines=True)
+        return
+    say(
+        f"film: {out} ({made.seconds:.1f} s, {made.pictures} pictures of {made.of_tow:.1f} s of tow, "
+        f"{made.size / 1e6:.2f} MB, {made.cpu:.1f} CPU seconds: {1e3 * made.cpu / made.pictures:.0f} ms a picture)"
+    )

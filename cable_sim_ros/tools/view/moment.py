@@ -1,0 +1,43 @@
+"""What is drawn at once: a tick output with the shape of the cable and the contact that were published with it."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ...physics.tick_output import CONTACT_COLUMNS, SHAPE_COLUMNS
+
+COLUMN = {name: k for k, (name, _) in enumerate(CONTACT_COLUMNS)}
+ARC = [name for name, _ in SHAPE_COLUMNS].index("arc_length")
+POINTS, FINE = 240, 400  # of the cable, about; nodes beyond which it is drawn straight between them
+NO_CONTACT = np.zeros((0, len(CONTACT_COLUMNS)))
+
+
+class Moment(NamedTuple):
+    """One moment of a tow. seconds: since the start; frame: record of TICK_OUTPUT; shape: columns of SHAPE_COLUMNS;
+    contact: of CONTACT_COLUMNS, in the axes of sheave_link."""
+
+    seconds: float
+    frame: np.record
+    shape: np.ndarray
+    contact: np.ndarray
+
+
+def smooth_shape(shape: np.ndarray) -> np.ndarray:
+    """The table with slopes behind it, as `cable_points` takes it: through three nodes each, by arc length.
+
+    A message has no slopes; a parabola's do not overshoot where long elements follow short ones.
+    """
+    place, arc = shape[:, :3], shape[:, ARC]
+    step = np.maximum(np.diff(arc), 1e-9)[:, None]
+    chord = np.diff(place, axis=0) / step
+    slope = np.empty_like(place)
+    slope[1:-1] = (chord[:-1] * step[1:] + chord[1:] * step[:-1]) / (step[1:] + step[:-1])
+    slope[0], slope[-1] = (2.0 * chord[0] - slope[1], 2.0 * chord[-1] - slope[-2]) if len(shape) > 2 else chord[[0, 0]]
+    return np.column_stack((shape[:, : len(SHAPE_COLUMNS)], slope))
+
+
+def parts_of(shape: np.ndarray) -> int:
+    """Points an element, so that the line looks smooth: fewer where the mesh is fine."""
+    return 1 if len(shape) > FINE else min(8, max(4, POINTS // max(len(shape) - 1, 1)))

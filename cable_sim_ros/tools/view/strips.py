@@ -1,0 +1,58 @@
+"""Strip charts: what they show, and the last minute of it in few enough points."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+
+from ...io.messages.markers import Colours
+from ...sim.scene import Scene
+
+POINTS = 240  # of a chart, at most twice so many where a swing is kept
+
+
+class Strip(NamedTuple):
+    """One chart: title with unit, colour, and its value from tick outputs (an array of them)."""
+
+    title: str
+    colour: str
+    of: Callable[[np.ndarray], np.ndarray]
+    least: float  # span of the scale, at least
+
+
+def strips_of(scene: Scene, forces: Colours) -> tuple[Strip, ...]:
+    """The charts of a scene; forces: their unit. A scale spans at least a thousandth of the cable, or so of tension."""
+    least = 1e-3 * sum(section.length for section in scene.cable.sections.values())
+    swing = 4e-3 * scene.contact.working_tension / forces.divisor
+    return (
+        Strip(f"tension at the sheave [{forces.unit}]", "#1f6fb2", lambda f: f["tension"] / forces.divisor, swing),
+        Strip("depth of the towbody [m]", "#d4651b", lambda f: -f["body_position"][..., 2], least),
+        Strip("pay-out [m]", "#6a4c9c", lambda f: f["payout"], least),
+        Strip("height of the sheave above mean water [m]", "#2a8a5e", lambda f: f["sheave_position"][..., 2], least),
+    )
+
+
+def thinned(time: np.ndarray, value: np.ndarray, points: int = POINTS) -> tuple[np.ndarray, np.ndarray]:
+    """A series with least and most of each piece kept, in their order: no peak is lost."""
+    n = len(time)
+    if n <= 2 * points:
+        return time, value
+    edges = np.linspace(0, n, points + 1).astype(int)[:-1]
+    size = np.diff(np.append(edges, n))
+    low = np.array([a + int(np.argmin(value[a : a + m])) for a, m in zip(edges, size)])
+    high = np.array([a + int(np.argmax(value[a : a + m])) for a, m in zip(edges, size)])
+    keep = np.unique(np.concatenate((low, high, [n - 1])))
+    return time[keep], value[keep]
+
+
+def scale(value: np.ndarray, least: float) -> tuple[float, float]:
+    """Ends of the scale: what there is with a tenth of room, and at least a span."""
+    good = value[np.isfinite(value)]
+    if not len(good):
+        return 0.0, least
+    low, high = float(good.min()), float(good.max())
+    span = max(high - low, least, 1e-3 * abs(high))
+    middle = 0.5 * (low + high)
+    return middle - 0.6 * span, middle + 0.6 * span

@@ -1,0 +1,315 @@
+"""Run times as ratios to an earlier commit: ``cable-sim bench --against COMMIT``.
+
+A per cent here and there cannot be measured one by one; their sum against a fixed version can. Both trees run the same
+benchmark in processes of their own, in turn. The earlier one is driven through its own command line alone, so that its
+figures are what it says of itself; its error stands beside them.
+"""
+
+from __future__ import annotations
+
+import statistics
+from collections.abc import Callable, Sequence
+from functools import cache, partial
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from cable_sim_ros.io.scenes.load import load_scene
+from cable_sim_ros.io.scenes.resources import find_bag
+from cable_sim_ros.io.sources.recorded_tow import read_tow
+from cable_sim_ros.runs.summary import summarize
+from cable_sim_ros.sim.checks.deviation_checks import SKIP
+
+from .checkout import ROOT, CompareError, Tree, checked_out, described, first_that_runs
+from .row import METRES
+from .tow_bench import FINE_TICK, drive, refined
+from .turns import in_turn
+
+TICKS = ("full_scale", "side_scan")  # scenes whose ticks of real time are timed
+BENCHMARKS = ("P2", "P5", "P6", "P7", "P8", "P9", *TICKS)
+ROUNDS = 3
+BAG, SECONDS = "nbp1406", 40.0  # of the ticks
+TIMES = ("realtime_factor", "over_contact_")  # metrics of a row that begin so are run times
+TICK_RESULTS = ("tension_mean_n", "tension_std_n", "body_depth_m", "body_position_m", "ticks", "steps", "iterations")
+OURS = "cable_sim_ros"
+Shown = Callable[[str, float, float], None]
+
+
+class Found(NamedTuple):
+    """One setting of a benchmark in one tree and round; cpu: s per simulated s; results: what is no run time."""
+
+    setting: str
+    elements: int | None
+    step: float
+    error_tension: float | None
+    error_position: float | None
+    cpu: float
+    results: dict[str, Any]
+
+
+class Ratio(NamedTuple):
+    """A row: this tree beside the other one (``there_``); ratio: of the medians, below 1 this tree is the faster one.
+
+    least and largest ratio: of the rounds. Errors are fractions, of position metres in P7 to P9 and of ticks; None: the
+    benchmark has none. same_bits: every result is the same in all rounds of both.
+    """
+
+    benchmark: str
+    setting: str
+    there_setting: str
+    elements: int | None
+    there_elements: int | None
+    step_s: float
+    there_step_s: float
+    cpu_s_per_sim_s: float
+    there_cpu_s_per_sim_s: float
+    ratio: float
+    ratio_min: float
+    ratio_max: float
+    error_tension: float | None
+    there_error_tension: float | None
+    error_position: float | None
+    there_error_position: float | None
+    same_bits: bool
+
+
+class Comparison(NamedTuple):
+    """Both commits, rounds, rows, geometric mean of the ratios of each benchmark, and in words what has no ratio."""
+
+    commit: str
+    against: str
+    rounds: int
+    rows: list[Ratio]
+    means: dict[str, float]
+    absent: list[str]
+
+
+def compare(
+    commit: str,
+    names: Sequence[str] = BENCHMARKS,
+    rounds: int = ROUNDS,
+    out: Path | None = None,
+    progress: Shown = lambda *_: None,
+    root: Path | None = None,
+) -> Comparison:
+    """Each benchmark in this tree and at a commit, ``rounds`` times in turn. Raises CompareError.
+
+    Before the rounds each tree runs the benchmark once, which compiles its kernels and counts nothing.
+    """
+    root = root or ROOT
+    rows: list[Ratio] = []
+    absent: list[str] = []
+    with checked_out(commit, out, root) as there:
+        trees = there, Tree(described(root), root)
+        for name in names:
+            jobs = [partial(_timed, tree, name) for tree in trees]
+            try:
+                (theirs, mine), _ = in_turn(jobs, rounds, progress, [f"{name} at {tree.name}" for tree in trees])
+            except _Absent as error:
+                if error.tree is not there:
+                    raise CompareError(f"{name} of this tree failed ({error}); nothing was compared. Mend it") from None
+                absent.append(f"{there.name} does not run {name}: {error}")
+                continue
+            made, alone = ratios(name, mine, theirs, there.name)
+            rows += made
+            absent += alone
+    if not rows:
+        raise CompareError(f"--against {commit}: nothing was compared: {'; '.join(absent)}. Give a later commit")
+    return Comparison(trees[1].name, there.name, rounds, rows, means(rows), absent)
+
+
+class _Absent(Exception):
+    """A tree does not run a benchmark; the text is its last words."""
+
+    def __init__(self, tree: Tree, words: str) -> None:
+        super().__init__(words.rstrip("."))
+        self.tree = tree
+
+
+def commands_of(name: str) -> list[list[str]]:
+    """Arguments of ``cable-sim`` for a benchmark, the newest form first: an option may be younger than a commit."""
+    if name not in TICKS:
+        return [["bench", name, "--repeats", "1"]]
+    run = ["run", name, "--motion", BAG, "--duration", f"{SECONDS:g}"]
+    return [[*run, "--step", "fixed"], run]
+
+
+def _timed(tree: Tree, name: str) -> tuple[list[Found], None]:
+    report, words = first_that_runs(tree, commands_of(name))
+    if report is None:
+        raise _Absent(tree, words)
+    try:
+        return (ticks_found(name, report) if name in TICKS else rows_found(report)), None
+    except (KeyError, TypeError, AttributeError) as error:
+        raise _Absent(tree, f"its JSON is another one ({type(error).__name__}: {error})") from None
+
+
+def rows_found(report: list[dict[str, Any]]) -> list[Found]:
+    """Our own settings in what ``cable-sim bench --json`` printed, at any commit."""
+    found = []
+    for row in report:
+        if row["code"] != OURS or row["cpu_s_per_sim_s"] is None:
+            continue
+        metrics = row.get("metrics", row.get("figures", {}))
+        results = {name: value for name, value in metrics.items() if not name.startswith(TIMES)}
+        results |= {name: row[name] for name in ("error_tension", "error_position", "iterations_per_step")}
+        found.append(
+            Found(
+                row["setting"],
+                row["elements"],
+                row["dt_s"],
+                row["error_tension"],
+                row["error_position"],
+                row["cpu_s_per_sim_s"],
+                results,
+            )
+        )
+    return found
+
+
+def ticks_found(name: str, report: dict[str, Any]) -> list[Found]:
+    """The ticks of a scene in what ``cable-sim run --json`` printed, at any commit; elements are not in it."""
+    if "problem" in report:
+        raise KeyError(report["problem"])
+    fine = reference(name)
+    tension = max(abs(report[key] / fine[key] - 1.0) for key in ("tension_mean_n", "tension_std_n"))
+    place = float(np.linalg.norm(np.subtract(report["body_position_m"], fine["body_position_m"])))
+    step = round(report["duration_s"] / (report["ticks"] - 1), 4)
+    results = {key: report[key] for key in TICK_RESULTS}
+    return [Found(f"ticks of {BAG}", None, step, tension, place, 1.0 / report["realtime_factor"], results)]
+
+
+@cache
+def reference(name: str) -> dict[str, Any]:
+    """Summary of the ticks of a scene on this tree's mesh doubled twice, with steps of FINE_TICK."""
+    fine = refined(load_scene(name), 2, FINE_TICK)
+    frames = drive(fine.scene, read_tow(find_bag(BAG)), fine.mesh, None, SECONDS).frames
+    return summarize(frames, skip_s=SKIP)
+
+
+def ratios(name: str, mine: list[list[Found]], theirs: list[list[Found]], other: str) -> tuple[list[Ratio], list[str]]:
+    """Rows of a benchmark from the settings found in each round of both trees, and in words what has no partner."""
+    rows, alone, taken = [], [], set()
+    for k, first in enumerate(mine[0]):
+        partner = partner_of(first, theirs[0])
+        if partner is None:
+            alone.append(first.setting)
+            continue
+        taken.add(partner)
+        here, there = [found[k] for found in mine], [found[partner] for found in theirs]
+        each = [a.cpu / b.cpu for a, b in zip(here, there, strict=True)]
+        cost, base = (statistics.median(found.cpu for found in tree) for tree in (here, there))
+        rows.append(
+            Ratio(
+                name,
+                first.setting,
+                there[0].setting,
+                first.elements,
+                there[0].elements,
+                first.step,
+                there[0].step,
+                cost,
+                base,
+                cost / base,
+                min(each),
+                max(each),
+                first.error_tension,
+                there[0].error_tension,
+                first.error_position,
+                there[0].error_position,
+                same_bits([*here, *there]),
+            )
+        )
+    left = [found.setting for k, found in enumerate(theirs[0]) if k not in taken]
+    words = [f"{name}: {other} has no setting {'; '.join(alone)}"] if alone else []
+    return rows, words + ([f"{name}: only {other} has {'; '.join(left)}"] if left else [])
+
+
+def partner_of(mine: Found, theirs: list[Found]) -> int | None:
+    """Which of the other tree's settings a setting is compared with: the same one, or of a whole tow the same set-point
+    and step on the mesh that the other tree had for it; None: none."""
+    for k, found in enumerate(theirs):
+        if found.setting == mine.setting:
+            return k
+    for k, found in enumerate(theirs):
+        if _tow(mine.setting) is not None and _same_tow(_tow(mine.setting), _tow(found.setting)):
+            return k
+    return None
+
+
+def _tow(setting: str) -> tuple[str, str, str] | None:
+    """Set-point, drum ("": not named) and step of a row of P7 to P9; None of P1 to P6 and of a refined reference."""
+    law, _, rest = setting.partition(", ")
+    mesh, _, step = rest.partition(", ")
+    if not law.isidentifier() or "refined" in mesh:
+        return None
+    return law, mesh.partition(" ")[0] if " " in mesh else "", step
+
+
+def _same_tow(mine: tuple[str, str, str], other: tuple[str, str, str] | None) -> bool:
+    if other is None or (mine[0], mine[2]) != (other[0], other[2]):
+        return False
+    return mine[1] == other[1] or "" in (mine[1], other[1])
+
+
+def same_bits(found: Sequence[Found]) -> bool:
+    """Is every result that all of them have the same, to the last bit, of one setting?"""
+    first = found[0]
+    common = set(first.results).intersection(*(other.results for other in found))
+    return all(
+        (other.setting, other.step) == (first.setting, first.step)
+        and all(other.results[key] == first.results[key] for key in common)
+        for other in found
+    )
+
+
+def means(rows: list[Ratio]) -> dict[str, float]:
+    """Geometric mean of the ratios of each benchmark."""
+    names = dict.fromkeys(row.benchmark for row in rows)
+    return {name: statistics.geometric_mean(r.ratio for r in rows if r.benchmark == name) for name in names}
+
+
+def as_json(found: Comparison) -> dict[str, Any]:
+    """The comparison for JSON."""
+    return found._asdict() | {"rows": [row._asdict() for row in found.rows]}
+
+
+def markdown(found: Comparison) -> str:
+    """The table, the mean of each benchmark, and in words what has no ratio."""
+    lines = [
+        f"This tree, {found.commit}, beside {found.against}: CPU s per simulated s, medians, rounds: {found.rounds}.",
+        "A ratio below 1: this tree is faster. In brackets: least and largest of the rounds.",
+        "",
+        f"| benchmark | setting | elements, {found.against} | step [ms] | CPU s per s | {found.against} | ratio | "
+        f"error tension, {found.against} | error position, {found.against} | same bits |",
+        "|---|---|---|---|---|---|---|---|---|---|",
+    ]
+    lines += ["| " + " | ".join(_cells(row)) + " |" for row in found.rows]
+    shown = ", ".join(f"{name} {mean:.3f}" for name, mean in found.means.items())
+    lines += ["", f"Geometric mean of the ratios: {shown}.", *(f"* {words}" for words in found.absent)]
+    return "\n".join(lines)
+
+
+def _cells(row: Ratio) -> tuple[str, ...]:
+    metres = row.benchmark in (*METRES, *TICKS)
+
+    def percent(value: float | None) -> str:
+        return "-" if value is None else f"{100.0 * value:.2g} %"
+
+    def place(value: float | None) -> str:
+        return f"{100.0 * value:.2g} cm" if metres and value is not None else percent(value)
+
+    setting = row.setting if row.setting == row.there_setting else f"{row.setting} for {row.there_setting}"
+    return (
+        row.benchmark,
+        setting,
+        f"{row.elements or '-'}, {row.there_elements or '-'}",
+        f"{1e3 * row.step_s:.3g}" if row.step_s else "-",
+        f"{row.cpu_s_per_sim_s:.3g}",
+        f"{row.there_cpu_s_per_sim_s:.3g}",
+        f"{row.ratio:.3f} ({row.ratio_min:.3f} to {row.ratio_max:.3f})",
+        f"{percent(row.error_tension)}, {percent(row.there_error_tension)}",
+        f"{place(row.error_position)}, {place(row.there_error_position)}",
+        "yes" if row.same_bits else "no",
+    )

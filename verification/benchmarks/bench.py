@@ -1,0 +1,268 @@
+"""Run time against error: ``cable-sim bench``. The product on P1 to P9, other codes beside it in the same process.
+
+Each setting is run once to warm up and then REPEATS times, taking turns with the other settings and codes of its scene;
+the figure is the median of the CPU time. A speed stands in one row with its mesh, step and error.
+"""
+
+from __future__ import annotations
+
+import platform
+import statistics
+import time
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numba
+import numpy as np
+
+from cable_sim_ros.runs.message_run import Progress, silent
+from cable_sim_ros.version import __version__
+
+from .. import ours
+from ..ours import Setting, even, links
+from ..scenes import errors
+from . import haul_bench, tow_bench
+from .row import METRES, Row
+from .turns import in_turn
+
+REPEATS = 5
+# P4 meshes: before, on and after the sheave
+OVER_SHEAVE_COARSE, OVER_SHEAVE = ((0.33, 1), (0.29, 12), (0.38, 2)), ((0.32, 2), (0.32, 27), (0.36, 3))
+
+
+SWEEPS: dict[str, tuple[Callable, tuple[Setting, ...]]] = {
+    "P1": (ours.catenary, tuple(even(n) for n in (4, 8, 16, 32, 64))),
+    "P2": (
+        ours.released,
+        tuple(
+            even(n, dt, 0.5)
+            for n, dt in ((6, 0.01), (8, 0.005), (10, 0.005), (12, 0.0025), (16, 0.01 / 3.0), (20, 0.0025), (40, 0.001))
+        )
+        + links(*(even(n, dt, 0.5) for n, dt in ((20, 0.01), (40, 0.005), (80, 0.005), (80, 0.00125), (160, 0.00125)))),
+    ),
+    "P3": (ours.cantilever, tuple(even(n, dt, 0.5) for n, dt in ((4, 0.01), (6, 0.005), (8, 0.0025), (16, 0.001)))),
+    "P4": (
+        ours.pulled_over,
+        (
+            Setting(OVER_SHEAVE_COARSE, 0.05),
+            Setting(OVER_SHEAVE_COARSE, 0.04),
+            Setting(OVER_SHEAVE_COARSE, 0.02),
+            Setting(OVER_SHEAVE, 0.1 / 3.0),
+            Setting(OVER_SHEAVE, 0.0125),
+            even(64, 0.01),
+            even(96, 0.01),
+            even(192, 0.005),
+        ),
+    ),
+    "P5": (
+        ours.towed,
+        (
+            Setting(((0.5, 4), (0.3, 4), (0.2, 6)), 0.2, 0.5),
+            Setting(((0.5, 4), (0.3, 4), (0.2, 6)), 0.1, 0.5),
+            Setting(((0.6, 5), (0.3, 6), (0.1, 6)), 0.1, 0.5),
+            even(10, 0.1, 0.5),
+            even(20, 0.1, 0.5),
+            even(40, 0.1, 0.5),
+            even(40, 0.05, 0.5),
+            *links(
+                Setting(((0.5, 8), (0.3, 12), (0.2, 16)), 0.1, 0.5),
+                Setting(((0.5, 16), (0.3, 24), (0.2, 32)), 0.1, 0.5),
+                even(20, 0.1, 0.5),
+                even(40, 0.1, 0.5),
+                even(80, 0.1, 0.5),
+                even(160, 0.05, 0.5),
+            ),
+        ),
+    ),
+    "P6": (
+        ours.towed,
+        (even(69, 0.1, 0.5), even(69, 0.1 / 1.5, 0.5), even(69, 0.05, 0.5), Setting(((0.7, 25), (0.3, 44)), 0.1, 0.5)),
+    ),
+}
+TOWS: dict[str, Callable[[int, Progress], list[Row]]] = {
+    "P7": tow_bench.rows,
+    "P8": haul_bench.hauled,
+    "P9": haul_bench.deep_tow,
+}
+SCENES = (*SWEEPS, *TOWS)
+MAX_NAMES = 5  # beside each other in a legend
+PEER_SCENES = ("P2", "P4", "P5", "P6")
+
+
+def bench(
+    scenes: tuple[str, ...] = SCENES, *, with_peers: bool = False, repeats: int = REPEATS, progress: Progress = silent
+) -> list[Row]:
+    """Rows of the chosen scenes. The lumped chain always runs where it can; the other codes with ``with_peers``."""
+    rows = []
+    for i, scene in enumerate(scenes):
+        progress(scene, i, len(scenes))
+        rows += TOWS[scene](repeats, progress) if scene in TOWS else _scene(scene, with_peers, repeats)
+    return rows
+
+
+def _scene(scene: str, with_peers: bool, repeats: int) -> list[Row]:
+    solve, settings = SWEEPS[scene]
+    jobs: list[tuple[str, Any, Callable]] = [("cable_sim_ros", s, solve) for s in settings]
+    rows: list[Row] = []
+    if scene in PEER_SCENES:
+        from ..peers import jobs_of
+
+        more, missing = jobs_of(scene, all_codes=with_peers)
+        jobs += more
+        rows += [
+            Row(scene, code, "", 0, 0.0, float("nan"), float("nan"), float("nan"), None, None, why)
+            for code, why in missing
+        ]
+    problem = [""] * len(jobs)
+
+    def attempt(k: int) -> tuple[float, Any]:
+        if problem[k]:
+            return float("nan"), None
+        try:
+            done = jobs[k][2](jobs[k][1])
+        except Exception as error:  # another code's failure is a result of the table, not the end of it
+            problem[k] = f"failed: {str(error).splitlines()[0][:160]}"
+            return float("nan"), None
+        return done.cpu_s / done.simulated_s, done
+
+    times, last = in_turn([partial(attempt, k) for k in range(len(jobs))], repeats)
+    for k, (code, setting, _) in enumerate(jobs):
+        if problem[k]:
+            rows.append(
+                Row(scene, code, str(setting), 0, 0.0, float("nan"), float("nan"), float("nan"), None, None, problem[k])
+            )
+            continue
+        run, cpu = last[k], statistics.median(times[k])
+        tension, position = errors(scene, run.history)
+        iterations, steps = getattr(run, "iterations", None), getattr(run, "steps", None)
+        each = 1e6 * cpu * run.simulated_s / (run.elements * iterations) if iterations else None
+        rows.append(
+            Row(
+                scene,
+                code,
+                run.setting,
+                run.elements,
+                run.dt_s,
+                float(tension),
+                float(position),
+                cpu,
+                each,
+                iterations / steps if iterations and steps else None,
+                getattr(jobs[k][1], "note", ""),
+            )
+        )
+    return rows
+
+
+def as_json(row: Row) -> dict[str, Any]:
+    """A row for JSON: what is not a number is null."""
+    return {k: None if isinstance(v, float) and not np.isfinite(v) else v for k, v in row._asdict().items()}
+
+
+def about() -> dict[str, str]:
+    """Machine and versions that belong to the figures."""
+    model = (
+        next(
+            (
+                line.split(":", 1)[1].strip()
+                for line in Path("/proc/cpuinfo").read_text().splitlines()
+                if line.startswith("model name")
+            ),
+            platform.processor(),
+        )
+        if Path("/proc/cpuinfo").exists()
+        else ""
+    )
+    return {
+        "machine": model,
+        "threads": "1",
+        "python": platform.python_version(),
+        "numba": numba.__version__,
+        "numpy": np.__version__,
+        "cable_sim_ros": __version__,
+        "date": time.strftime("%Y-%m-%d"),
+    }
+
+
+def markdown(rows: list[Row]) -> str:
+    """The table of docs/benchmarks.md."""
+    head = (
+        "| scene | code | setting | elements | step [ms] | error tension | error position | CPU s per s | us per "
+        "element and iteration | iterations per step | note |\n|---|---|---|---|---|---|---|---|---|---|---|"
+    )
+    return "\n".join([head, *("| " + " | ".join(cells(r)) + " |" for r in rows)])
+
+
+def cells(r: Row) -> tuple[str, ...]:
+    """A row as text: errors in percent (P7 to P9: position in cm)."""
+
+    def number(x, form):
+        return "-" if x is None or not np.isfinite(x) else form.format(x)
+
+    where = number(100.0 * r.error_position, "{:.2g} cm" if r.scene in METRES else "{:.2g} %")
+    return (
+        r.scene,
+        r.code,
+        r.setting,
+        str(r.elements or "-"),
+        number(1e3 * r.dt_s, "{:.3g}") if r.dt_s else "-",
+        number(100.0 * r.error_tension, "{:.2g} %"),
+        where,
+        number(r.cpu_s_per_sim_s, "{:.2g}"),
+        number(r.us_per_element_iteration, "{:.2g}"),
+        number(r.iterations_per_step, "{:.2f}"),
+        r.note,
+    )
+
+
+def series(row: Row) -> str:
+    """What a plot distinguishes: the codes, links, and in P7 the set-point algorithms with the model of the drum."""
+    if row.code == "cable_sim_ros" and " links" in row.setting:
+        return f"{row.code}, links"
+    return f"{row.code}, {' '.join(row.setting.split()[:2])}" if row.scene == "P7" else row.code
+
+
+def front(points: list[tuple[float, float]]) -> list[tuple[float, float]]:
+    """Of (cost, error), sorted by cost, those that no cheaper one undercuts: what the line of a code joins."""
+    best = [points[0]]
+    for point in points[1:]:
+        if point[1] < best[-1][1]:
+            best.append(point)
+    return best
+
+
+def plots(rows: list[Row], folder: Path) -> list[Path]:
+    """One work-precision plot a scene, a point a setting; RuntimeError where matplotlib is missing."""
+    from cable_sim_ros.plots.canvas import canvas
+
+    made = []
+    for scene in dict.fromkeys(r.scene for r in rows):
+        mine = [r for r in rows if r.scene == scene and np.isfinite(r.cpu_s_per_sim_s)]
+        path = folder / f"bench_{scene.lower()}.png"
+        title = f"{scene}: error over cost, a point a setting, lines the best of them"
+        with canvas(path, (13.0, 6.0), title, "`cable-sim bench`: docs/benchmarks.md") as figure:
+            for axis, what in zip(figure.subplots(1, 2), ("error_tension", "error_position"), strict=True):
+                for name in dict.fromkeys(series(r) for r in mine):
+                    points = sorted(
+                        (r.cpu_s_per_sim_s, max(getattr(r, what), 1e-9))
+                        for r in mine
+                        if series(r) == name and np.isfinite(getattr(r, what))
+                    )
+                    if points:
+                        own = name.startswith("cable_sim_ros")
+                        drawn = axis.loglog(*zip(*points, strict=True), "o" if own else "s", label=name, ms=6)
+                        axis.loglog(
+                            *zip(*front(points), strict=True),
+                            "-" if own else "--",
+                            lw=2.0 if own else 1.0,
+                            color=drawn[0].get_color(),
+                        )
+                unit = "m" if scene in METRES and what == "error_position" else "fraction"
+                axis.set_xlabel("CPU s per simulated s" if scene != "P1" else "CPU s")
+                axis.set_title(f"{what.replace('_', ' of ').capitalize()} [{unit}]")
+            handles = axis.get_legend_handles_labels()
+            figure.legend(*handles, loc="outside lower center", ncols=min(max(len(handles[0]), 1), MAX_NAMES))
+        made.append(path)
+    return made

@@ -1,0 +1,158 @@
+"""Longest tick in real time with the winch at work. ``cable-sim bench --ticks``.
+
+The compiled real-time loop of the node (sim/loop.py) in a thread of its own, fed with a heave and a winch plan as they
+go, without topics: the work of a tick is from its waking to its tick output, with caches as cold as the sleep left
+them.
+"""
+
+from __future__ import annotations
+
+import os
+import threading
+import time
+from collections.abc import Callable
+from math import cos, pi, radians, sin
+from typing import NamedTuple
+
+import numpy as np
+
+from cable_sim_ros.io.scenes.load import load_scene, override
+from cable_sim_ros.io.scenes.winch_plan import WinchPlan
+from cable_sim_ros.sim.build import make_output
+from cable_sim_ros.sim.inputs import ShipMotion, WinchCommand
+from cable_sim_ros.sim.inputs import push as push_to
+from cable_sim_ros.sim.loop import (
+    CONTROL_WORDS,
+    COUNT,
+    DONE,
+    EVENTFD,
+    HALTED,
+    LIVE,
+    MAPPING,
+    MAX_CATCHUP,
+    ONE,
+    OVERRUNS,
+    PERIOD,
+    REACHED,
+    SKIPPED,
+    SLEW,
+    STATS_COLUMNS,
+    STOP,
+    TARGET,
+    WAKE,
+    drive,
+)
+from cable_sim_ros.sim.simulator import Simulator
+
+TICK = 0.01  # s
+SECONDS, RATE = 60.0, 2.0  # s, m/s: in for half the time, then out again
+HEAVE, PERIOD_S = 1.0, 8.0  # m, s
+ROWS, POLL = 128, 0.2  # rows of the ring, s between looks at it
+AHEAD, SAMPLE = 1.0, 0.02  # s that inputs are pushed ahead; s between samples of motion
+REHEARSED = 20  # ticks before the loop, as in the node
+PRIORITY = 60  # of SCHED_FIFO where it is allowed
+SECOND = 1_000_000_000
+SHARES = (0.5, 0.99, 0.999, 1.0)
+
+
+class Ticks(NamedTuple):
+    """Elements, metres moved, scheduler, ticks, missed ones, and the work of a tick [ms]: median, 99 %, 99.9 %,
+    longest."""
+
+    elements: int
+    travel: float
+    scheduler: str
+    ticks: int
+    missed: int
+    p50: float
+    p99: float
+    p999: float
+    longest: float
+
+
+def ticks(seconds: float | None = None, progress: Callable[[str, float, float], None] = lambda *_: None) -> Ticks:
+    """full_scale at 100 Hz with compensation, so many seconds, SECONDS by default. Raises RuntimeError at a halt."""
+    seconds = SECONDS if seconds is None else seconds
+    scene = override(load_scene("full_scale"), {"solver.tick": TICK})
+    sim = Simulator(scene)
+    sim.warm_up()
+    sim.start()
+    plan = WinchPlan(f"0 rate {-RATE:g}, {0.5 * seconds:g} rate {RATE:g}, {seconds:g} hold")
+    drum, speed, yaw = sim.model.settings[0].drum, scene.ship.tow_speed, radians(scene.ship.heading_deg)
+    pushed = 0
+
+    def give(item: ShipMotion | WinchCommand, now: int) -> None:
+        push_to(sim.inputs, item, now, scene.ship.max_gap)
+
+    def push(now: int) -> None:
+        """Motion and commands from where they end to AHEAD of now [ns]."""
+        nonlocal pushed
+        until, every = max(pushed, now + round(AHEAD * SECOND)), round(SAMPLE * SECOND)
+        for command in plan.commands(drum, 0, pushed, until):
+            give(command, now)
+        for k in range(-(-pushed // every), -(-until // every)):
+            t, omega = k * SAMPLE, 2.0 * pi / PERIOD_S
+            height = scene.ship.reference_height + HEAVE * sin(omega * t)
+            sample = ShipMotion(
+                time_ns=k * every + 1,
+                position=(speed * t * cos(yaw), speed * t * sin(yaw), height),
+                velocity=(speed * cos(yaw), speed * sin(yaw), HEAVE * omega * cos(omega * t)),
+                rate=(0.0, 0.0, 0.0),
+                attitude=(0.0, 0.0, yaw),
+            )
+            give(sample, now)
+        pushed = until
+
+    push(0)
+    minimum = maximum = float(sim.run(REHEARSED).payout[-1])
+    now, period = int(sim.frame.time), int(sim.model.settings[0].tick_ns)
+    output = make_output(sim.model, sim.nodes, ROWS)
+    control, stats = np.zeros(CONTROL_WORDS, np.int64), np.zeros((ROWS, STATS_COLUMNS), np.int64)
+    heads = np.zeros((ROWS, 2), np.int64)
+    bell = os.eventfd(0, os.EFD_CLOEXEC)
+    offset = time.monotonic_ns() - now + SECOND // 10
+    control[[PERIOD, SLEW, MAX_CATCHUP, EVENTFD, ONE]] = period, period // 50, 3, bell, 1
+    control[[TARGET, MAPPING, REACHED]] = offset, offset, now
+    scheduler = ["other"]
+
+    def enter() -> None:
+        try:
+            os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(PRIORITY))
+            scheduler[0] = f"fifo {PRIORITY}"
+        except OSError:
+            pass
+        drive(sim.model, sim.state, sim.inputs, output, LIVE, 0, control, stats, heads)
+
+    thread = threading.Thread(target=enter, daemon=True)
+    thread.start()
+    work, seen, wanted = [], 0, round(seconds * SECOND) // period
+    try:
+        while seen < wanted and thread.is_alive():
+            time.sleep(POLL)
+            count = int(control[COUNT])
+            rows = [k % ROWS for k in range(seen, count)]
+            work += list(stats[rows, DONE] - stats[rows, WAKE])
+            payout = output.frame["payout"][rows]
+            minimum, maximum = min(minimum, *payout, maximum), max(maximum, *payout, minimum)
+            seen = count
+            push(int(control[REACHED]))
+            progress("ticks", seen * period / SECOND, seconds)
+    finally:
+        control[STOP] = 1
+        thread.join()
+        os.close(bell)
+    if control[HALTED]:
+        raise RuntimeError(f"the solver gave up after {seen * period / SECOND:.2f} s")
+    shown = np.quantile(np.array(work) * 1e-6, SHARES).tolist()
+    missed = int(control[OVERRUNS] + control[SKIPPED])
+    return Ticks(sim.nodes - 1, maximum - minimum, scheduler[0], len(work), missed, *shown)
+
+
+def markdown(found: Ticks) -> str:
+    """A line of the ticks as a table."""
+    return (
+        "| elements | cable moved [m] | scheduler | ticks | missed | work p50 / p99 / p99.9 / longest [ms] |\n"
+        "|---|---|---|---|---|---|\n"
+        f"| {found.elements} | {found.travel:.0f} | {found.scheduler} | {found.ticks} | {found.missed} | "
+        f"{found.p50:.2f} / {found.p99:.2f} / {found.p999:.2f} / {found.longest:.2f} |"
+    )

@@ -1,0 +1,102 @@
+"""Experiments of the source documents: what was measured, what the product gives, what is allowed and who says so."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from importlib import import_module
+from inspect import signature
+from pathlib import Path
+from types import ModuleType
+from typing import NamedTuple
+
+from .workers import Over, here
+
+
+class Comparison(NamedTuple):
+    """One figure of an experiment. measured None: not printed in the source."""
+
+    name: str
+    unit: str
+    ours: float
+    measured: float | None
+    allowed: float | None  # largest difference the source reports for its own model; None: not printed
+    source: str
+    why: str = ""  # what the difference comes from
+    simulated: float | None = None  # what the source's own simulation gives
+
+
+KEPT, MISSED, OPEN = "within", "MISSED", "nothing is allowed or measured"
+
+
+def verdict_of(row: Comparison) -> str:
+    """KEPT or MISSED; OPEN where the source gives no value or no difference."""
+    if row.measured is None or row.allowed is None:
+        return OPEN
+    return KEPT if abs(row.ours - row.measured) <= row.allowed else MISSED  # of what is no number: missed
+
+
+class Result(NamedTuple):
+    experiment: str
+    rows: list[Comparison]
+    choices: list[dict]  # what had to be chosen, and what choosing otherwise changes: key "choice", then figures
+    plot: Callable[[Path], Path]
+    chosen: str = "chosen otherwise: what changes"  # heading of the choices
+    tables: Callable[[], list[str]] | None = None  # Markdown in place of the table of all rows
+    shortened: str = ""  # what --quick left out
+    shown: Callable[[], list[str]] | None = None  # Markdown of its own in docs/experiments.md
+
+
+# each a module of this folder with experiment(duration, progress); duration: s, None: its own. One that can be quick
+# takes `quick` and says in QUICK what that leaves out; one that hands out its runs takes `over` (workers.py)
+EXPERIMENTS = (
+    "pulley",
+    "moving_pulley",
+    "drag",
+    "viv",
+    "viv_tow",
+    "wake",
+    "segments",
+    "turbulence",
+    "flume",
+    "full_scale",
+    "convergence",
+    "drive",
+    "load_cell",
+    "lowered",
+    "layback",
+)
+
+
+def hands_out(name: str) -> bool:
+    """Does an experiment hand out its runs itself? Else it is run whole."""
+    return "over" in signature(module_of(name).experiment).parameters
+
+
+def run(
+    name: str,
+    duration: float | None,
+    progress: Callable[[str, float, float], None] = lambda *_: None,
+    quick: bool = False,
+    over: Over = here,
+) -> Result:
+    """Run one experiment.
+
+    duration: s, None: its own; quick: shorter runs, fewer choices where it takes long; over: what runs are handed to.
+
+    Raises KeyError for an unknown name.
+    """
+    module = module_of(name)
+    takes = signature(module.experiment).parameters
+    options = {key: value for key, value in (("quick", quick), ("over", over)) if key in takes}
+    result = module.experiment(duration, progress, **options)
+    if not quick or "quick" not in takes:
+        return result
+    longer = "" if duration is None else f"; runs of {duration:g} s where it has any"
+    return result._replace(shortened=module.QUICK + longer)
+
+
+def module_of(name: str) -> ModuleType:
+    """Module of an experiment. Raises KeyError."""
+    if name not in EXPERIMENTS:
+        raise KeyError(name)
+    return import_module(f".{name}", __name__)

@@ -1,0 +1,148 @@
+"""Is the promise kept by tows of other kinds? ``cable-sim bench --mesh``: each against four times its elements and
+small fixed steps."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from cable_sim_ros.io.scenes.winch_plan import WinchPlan
+from cable_sim_ros.io.sources.motion_table import sine_heave
+from cable_sim_ros.physics.heave_compensation import SetpointLaw
+from cable_sim_ros.runs.mesh import at_scope
+from cable_sim_ros.runs.message_run import MessageRun, Progress, silent
+from cable_sim_ros.runs.step_choice import stepped
+from cable_sim_ros.sim.layout import layout_of
+from cable_sim_ros.sim.mesh.mesh_kinds import FeedMesh
+from cable_sim_ros.sim.scene import Scene
+from cable_sim_ros.sim.simulator import Simulator
+
+from .mesh_other_tows import Tow, other_tows
+
+SECONDS, SKIP = 60.0, 20.0  # of a run, and what of it is left out of mean and deviation
+EVERY = 0.1  # s between tick outputs
+STEP, SMALL_STEP = 0.01, 0.0025  # s: as in real time, and of the reference
+
+
+class Got(NamedTuple):
+    """A tow: promised, and got by fixed steps of STEP and by chosen ones; tension relative, place in m."""
+
+    tow: str
+    scope: float
+    elements: int
+    tension_promised: float
+    position_promised: float
+    tension_static: float
+    position_static: float
+    tension_mean: float
+    tension_deviation: float
+    position: float
+    deviation_of_mean: float  # deviation of the tension over its mean: what the errors are relative to
+    chosen_mean: float
+    chosen_deviation: float
+    chosen_position: float
+    kept: bool
+    problem: str
+
+
+def _run(tow: Tow, scene: Scene, mesh: FeedMesh, seconds: float) -> tuple[np.ndarray, np.ndarray, str]:
+    """Tension [n] and place of the towbody [n, 3] each EVERY s, and why it ended early."""
+    motion = None if tow.heave is None else sine_heave(*tow.heave, seconds, scene.ship)
+    plan = None if tow.plan is None else WinchPlan(tow.plan)
+    done = MessageRun(scene, motion, winch=plan, mesh=mesh).run(seconds, None)
+    fraction = round(EVERY / scene.solver.tick)
+    frames = done.frames[fraction - 1 :: fraction]
+    return frames["tension"], frames["body_position"], done.problem
+
+
+def _with_step(scene: Scene, step: float) -> Scene:
+    return scene.model_copy(update={"solver": scene.solver.model_copy(update={"tick": step, "tension_error": None})})
+
+
+def measure(tow: Tow, seconds: float = SECONDS, small_step: float = SMALL_STEP) -> Got:
+    """Promise and result of one tow; seconds 0: statics alone (zeros for the rest)."""
+    hold = tow.scene.setpoint.model_copy(update={"algorithm": SetpointLaw.HOLD})
+    scene = tow.scene.model_copy(update={"setpoint": hold})
+    plan = layout_of(scene).plan
+    if plan is None:
+        raise ValueError(f"{scene.name} has no mesh made for it")
+    start, fine = layout_of(scene).route.scope, plan.mesh.doubled.doubled
+    promised, rest = at_scope(plan, start), []
+    for mesh in (plan.mesh, fine):
+        sim = Simulator(scene, mesh)
+        sim.start()
+        rest.append(sim.frame.copy())
+    static = float(rest[0].tension / rest[1].tension - 1.0)
+    apart = float(np.linalg.norm(rest[0].body_position - rest[1].body_position))
+    errors, fraction, problem = [(0.0, 0.0, 0.0)] * 2, 0.0, ""
+    if seconds > 0.0:
+        reference = _run(tow, _with_step(scene, small_step), fine, seconds)
+        late = slice(round(SKIP / SECONDS * seconds / EVERY), len(reference[0]))
+        pull, problem, errors = reference[0][late], reference[2], []
+        fraction = float(pull.std() / pull.mean())
+        for one in (_with_step(scene, STEP), stepped(scene, "chosen", EVERY)):
+            tension, place, ended = _run(tow, one, plan.mesh, seconds)
+            problem = problem or ended
+            count = min(len(tension), len(reference[0]))
+            got = tension[:count][late]
+            away = np.linalg.norm(place[:count] - reference[1][:count], axis=1)
+            errors.append(
+                (float(got.mean() / pull.mean() - 1.0), float(got.std() / pull.std() - 1.0), float(away.max()))
+            )
+    kept = not problem and all(
+        abs(mean) <= promised.tension and abs(deviation) <= promised.tension and place <= promised.position
+        for mean, deviation, place in [(static, 0.0, apart), *errors]
+    )
+    return Got(
+        scene.name,
+        start,
+        plan.mesh.nodes - 1,
+        promised.tension,
+        promised.position,
+        static,
+        apart,
+        *errors[0],
+        fraction,
+        *errors[1],
+        kept,
+        problem,
+    )
+
+
+def others(seconds: float = SECONDS, progress: Progress = silent) -> list[Got]:
+    """Every tow of mesh_other_tows."""
+    tows, found = other_tows(), []
+    for i, tow in enumerate(tows):
+        progress(tow.scene.name, float(i), float(len(tows)))
+        found.append(measure(tow, seconds))
+    return found
+
+
+def page(first: str, second: str) -> str:
+    """docs/mesh_tables.md: both tables, under what they are."""
+    return (
+        "# Is the promise of the mesh kept?\n\n"
+        "Made by `cable-sim bench --mesh --out DIR` as `DIR/mesh.md`; do not edit. Conditions and\n"
+        "misses: [mesh](mesh.md#is-the-promise-kept).\n\n"
+        f"## Tows of one cable, one towbody\n\n{first}\n\n## Other tows\n\n{second}"
+    )
+
+
+def markdown(rows: list[Got]) -> str:
+    """The second table of docs/mesh_tables.md."""
+    lines = [
+        "| tow | scope [m] | elements | promised: tension [%] / place [mm] | static | fixed 10 ms: mean / deviation "
+        "[%] / place [mm] | chosen steps | deviation over mean [%] | kept |",
+        "|---|---|---|---|---|---|---|---|---|",
+    ]
+    for r in rows:
+        kept = "yes" if r.kept else f"**no** {r.problem}".strip()
+        lines.append(
+            f"| `{r.tow}` | {r.scope:.4g} | {r.elements} | {100 * r.tension_promised:.2g} "
+            f"/ {1e3 * r.position_promised:.2g} | {100 * r.tension_static:.1g} / {1e3 * r.position_static:.1g} "
+            f"| {100 * r.tension_mean:.1g} / {100 * r.tension_deviation:.2g} / {1e3 * r.position:.2g} "
+            f"| {100 * r.chosen_mean:.1g} / {100 * r.chosen_deviation:.2g} / {1e3 * r.chosen_position:.2g} "
+            f"| {100 * r.deviation_of_mean:.2g} | {kept} |"
+        )
+    return "\n".join(lines)
