@@ -24,7 +24,6 @@ BESIDE = {  # no number of a run comes from them: what they are for
     "io/messages/fault_hypotheses.py": "matrices of 0 and 1, to be compared with bounds",
     "io/messages/markers.py": "what RViz draws",
     "io/geodesy.py": "latitude and longitude of a layback",
-    "tools/layback/ways.py": "ways of the trade, beside a run",
     "tools/logs/inspection/axes.py": "findings on a log",
     "tools/logs/inspection/times.py": "the same",
     "tools/logs/mapping/apply.py": "an import: a run has the numbers of the bag that it made",
@@ -66,7 +65,9 @@ def found(source: str) -> set[str]:
 def test_a_run_takes_nothing_that_is_chosen_by_the_processor():
     used = {}
     for path in (
-        path for floor in ("compiler", "physics", "sim", "io") for path in sorted((PACKAGE / floor).rglob("*.py"))
+        path
+        for floor in ("compiler", "physics", "sim", "io", "tools/logs")
+        for path in sorted((PACKAGE / floor).rglob("*.py"))
     ):
         if names := found(path.read_text("utf-8")):
             used[path.relative_to(PACKAGE).as_posix()] = names

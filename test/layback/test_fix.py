@@ -3,7 +3,6 @@
 import math
 import os
 import time
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -83,6 +82,5 @@ def test_the_fix_is_the_towbody_on_the_earth_and_is_recorded(tow_sim, tmp_path):
 
 
 def test_without_an_origin_nothing_is_made():
-    """The node is not even asked for a publisher, a timer or a table."""
-    node = SimpleNamespace(settings=SimpleNamespace(node=NodeBlock()))
-    assert vars(TowbodyFix(node, None, None)) == {"node": node, "fix": NodeBlock().fix}
+    """The part is not started: no publisher, timer or table."""
+    assert not TowbodyFix.asked(NodeBlock().fix) and TowbodyFix.asked(settle({"scene": "side_scan"} | ORIGIN).node.fix)
