@@ -271,6 +271,7 @@ def test_readme_and_index_have_the_same_doors():
 
 def test_the_readme_is_a_page_of_short_lines():
     assert len(README.splitlines()) <= 100
+    assert f"Version {cable_sim_ros.__version__} " in README
     for page in (README, CONTRIBUTING, INDEX):
         lines = [line for line in page.splitlines() if not line.startswith(("|", "!["))]
         assert [line for line in lines if len(line) > 100] == []
