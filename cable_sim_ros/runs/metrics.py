@@ -3,15 +3,11 @@ pages."""
 
 from __future__ import annotations
 
-from .summary import OF_BODIES
+from .summary import DEPARTURE, OF_BODIES
 
 # JSON names beside those of runs/summary.py: name, unit, meaning
 METRICS = (
-    (
-        "departure_angle_deg",
-        "deg",
-        "mean angle of the cable at the sheave from the downward vertical, read as in [fields](fields.md)",
-    ),
+    DEPARTURE,
     ("contact_resultant_n", "N", "mean resultant of the cable on the sheave, whole run"),
     (
         "bodies",

@@ -362,7 +362,7 @@ def test_out_has_bag_figures_and_picture(tmp_path):
     assert result.exit_code == 0, result.output
     assert (tmp_path / "out" / "run.png").read_bytes()[:4] == b"\x89PNG"
     assert (tmp_path / "out" / "tow" / "metadata.yaml").is_file() and (tmp_path / "out" / "summary.json").is_file()
-    for word in ("picture:", "recording:", "figures:", "tension_mean_n"):
+    for word in ("picture:", "recording:", "figures:", "tension at the sheave"):
         assert word in result.stdout
 
 

@@ -619,6 +619,20 @@ def test_a_caution_names_the_line_that_loads_the_scene(tmp_path):
     assert [item.filename for item in caught] == [__file__]
 
 
+def test_what_its_author_accepts_is_not_warned_of_in_that_line_alone():
+    """An override of the scene has no lines, and is warned of."""
+    text = re.sub(r"wrap: 6\.0(.*)", r"wrap: 2.0\1  # accepted: a test", SCENE)
+    text += "setpoint: {algorithm: simplified_sheave}\n"
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        scene = scene_from_text(text, "tow.yaml")
+    for other in (text.replace("accepted: a test", "accepted:"), text.replace("accepted: a test", "a test")):
+        with pytest.warns(SceneWarning, match="winch.wrap = 2 rad"):
+            scene_from_text(other, "tow.yaml")
+    with pytest.warns(SceneWarning, match="winch.wrap = 2 rad"):
+        override(scene, {})
+
+
 def test_elements_that_resolve_the_bending_length_are_no_caution():
     stiff = SCENE.replace("axial_stiffness: 6.786e+6", "axial_stiffness: 6.786e+6\n  bending_stiffness: 7.0")
     with warnings.catch_warnings():
