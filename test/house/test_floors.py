@@ -6,6 +6,8 @@ from pathlib import Path
 
 import pytest
 
+pytestmark = pytest.mark.check
+
 ROOT = Path(__file__).resolve().parents[2]
 PACKAGE = ROOT / "cable_sim_ros"
 MODULES = sorted(PACKAGE.rglob("*.py"))

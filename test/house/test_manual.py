@@ -14,6 +14,8 @@ from cable_sim_ros.physics.tick_output import BODY_COLUMNS, CONTACT_COLUMNS, FIE
 from cable_sim_ros.runs import field_manual
 from cable_sim_ros.sim.scene import Scene
 
+pytestmark = pytest.mark.check
+
 DOCS = Path(__file__).resolve().parents[2] / "docs"
 
 

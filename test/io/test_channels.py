@@ -24,6 +24,8 @@ from cable_sim_ros.io.messages.channels import (
 from cable_sim_ros.io.messages.frame_numbers import NAMES, numbers_of
 from cable_sim_ros.physics.tick_output import CONTACT_COLUMNS, FIELDS, SHAPE_COLUMNS, TICK_OUTPUT
 
+pytestmark = pytest.mark.check
+
 CONTEXT = Context()
 BY_NAME = {channel.name: channel for channel in CHANNELS}
 finite = st.floats(allow_nan=False, allow_infinity=False, width=64)

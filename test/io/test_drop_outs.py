@@ -15,6 +15,8 @@ from cable_sim_ros.physics.ship import Ship as Parameters
 from cable_sim_ros.physics.state import MEMORY, records
 from cable_sim_ros.sim.loop import look
 
+pytestmark = pytest.mark.check
+
 TICK = S // 100
 LATE = 3 * S // 100  # ns, the delay with which the motion is used
 HEADING, TOWED = 0.7, 2.2  # rad, m/s: the tow frame's

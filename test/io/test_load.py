@@ -20,9 +20,7 @@ from cable_sim_ros.io.scenes.load import (
     scene_from_text,
 )
 
-pytestmark = pytest.mark.filterwarnings(
-    "ignore::cable_sim_ros.io.scenes.load.SceneWarning"
-)  # those expected are caught
+pytestmark = [pytest.mark.check, pytest.mark.filterwarnings("ignore::cable_sim_ros.io.scenes.load.SceneWarning")]
 
 SCENE = """\
 name: short_tow

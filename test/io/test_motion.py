@@ -24,6 +24,8 @@ from cable_sim_ros.physics.inputs import EPOCH, MOTION_ROWS, SOURCE, make_inputs
 from cable_sim_ros.physics.ship import Ship
 from cable_sim_ros.physics.tick_output import Source
 
+pytestmark = pytest.mark.trust
+
 BAGS = Path(__file__).parents[2] / "bags"
 G = 9.81
 S = 10**9

@@ -21,6 +21,8 @@ from cable_sim_ros.physics.ship import Ship
 from cable_sim_ros.physics.tick_output import Source
 from cable_sim_ros.sim.tables.attitude import angles_of, rotation
 
+pytestmark = pytest.mark.trust
+
 DEGREES = 180.0 / pi
 KNOTS = 1.943844
 

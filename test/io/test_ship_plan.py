@@ -8,6 +8,8 @@ from hypothesis import strategies as st
 from cable_sim_ros.io.scenes.ship_plan import MAX_TURN_RATE, PEAK, UNITS, PlanError, ShipPlan
 from cable_sim_ros.physics.ship import Ship
 
+pytestmark = pytest.mark.check
+
 SHIP = Ship(tow_speed=2.0, heading_deg=30.0)
 STEP = 0.1
 items = st.tuples(st.sampled_from(sorted(UNITS)), st.floats(0.0, 15.0), st.floats(0.0, 50.0), st.floats(20.0, 90.0))

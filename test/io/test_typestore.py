@@ -12,6 +12,8 @@ import yaml
 
 from cable_sim_ros.io.bags import typestore
 
+pytestmark = pytest.mark.trust
+
 USED = ("sensor_msgs/msg/Imu", "nav_msgs/msg/Odometry", "sensor_msgs/msg/JointState", "sensor_msgs/msg/PointCloud2")
 USED += ("geometry_msgs/msg/PoseStamped", "geometry_msgs/msg/WrenchStamped", "diagnostic_msgs/msg/DiagnosticArray")
 WRITE = """

@@ -13,6 +13,8 @@ from cable_sim_ros.physics.winch import DRUM, WINCH, servo
 from cable_sim_ros.physics.winch_command import approach, between, command, command_between
 from cable_sim_ros.sim.loop import look
 
+pytestmark = pytest.mark.check
+
 NAN, S, TICK = np.nan, 1_000_000_000, 10_000_000
 
 

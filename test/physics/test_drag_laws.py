@@ -30,6 +30,8 @@ from cable_sim_ros.physics.jit import LANES
 from cable_sim_ros.physics.section import Section
 from cable_sim_ros.physics.water import Water
 
+pytestmark = pytest.mark.check
+
 LAWS_OF_RE = [law for law in LAWS if law is not DragLaw.OFF]
 WATER = Water(density=1026.0, viscosity=1.2e-3)
 UNIT = 0.5 * 1026.0 * 0.01  # rho d/2

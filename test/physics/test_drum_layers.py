@@ -25,7 +25,7 @@ from cable_sim_ros.sim.layout import layout_of
 from cable_sim_ros.sim.live_parameters import set_live
 from cable_sim_ros.verification.experiments.drum import MU, RADIUS, hanging, started
 
-pytestmark = pytest.mark.filterwarnings("ignore::cable_sim_ros.io.scenes.load.SceneWarning")
+pytestmark = [pytest.mark.check, pytest.mark.filterwarnings("ignore::cable_sim_ros.io.scenes.load.SceneWarning")]
 
 
 def drum(turns=20.0, radius=0.3, pitch=0.02, rise=0.017):

@@ -16,6 +16,8 @@ from cable_sim_ros.io.sources.bag_motion import read_motion
 from cable_sim_ros.physics.heave_filter import SETTLED, Heave, HeaveFilter, response
 from cable_sim_ros.sim.tables.attitude import rotation
 
+pytestmark = pytest.mark.check
+
 BAGS = Path(__file__).parents[2] / "bags"
 G = 9.81
 BIAS = 1e-3 * G  # 1 mg on every axis

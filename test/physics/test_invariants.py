@@ -18,6 +18,8 @@ from cable_sim_ros.physics.drag_laws import LAWS, DragLaw, choo_casarella, loadi
 from cable_sim_ros.physics.tick_output import Flag
 from cable_sim_ros.physics.workspace import LOST_POWER, OWN, SURFACES, WATER
 
+pytestmark = pytest.mark.check
+
 angles = st.floats(-3.0, 3.0)
 
 

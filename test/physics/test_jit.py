@@ -9,6 +9,8 @@ import pytest
 from cable_sim_ros.physics import contact
 from cable_sim_ros.physics.jit import driver, link, opaque, returned_by, symbol_of
 
+pytestmark = pytest.mark.check
+
 compiled = pytest.mark.skipif(bool(numba.config.DISABLE_JIT), reason="needs compilation")
 
 

@@ -17,7 +17,7 @@ from cable_sim_ros.physics.tick_output import Flag
 from cable_sim_ros.sim.simulator import Simulator, SolverError
 
 ROOT = Path(__file__).parents[2]
-pytestmark = pytest.mark.filterwarnings("ignore::cable_sim_ros.io.scenes.load.SceneWarning")
+pytestmark = [pytest.mark.check, pytest.mark.filterwarnings("ignore::cable_sim_ros.io.scenes.load.SceneWarning")]
 
 
 def leaves(record, kind: np.dtype = MEMORY, name: str = "") -> dict[str, bytes]:

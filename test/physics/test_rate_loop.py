@@ -13,6 +13,8 @@ from cable_sim_ros.physics.rate_loop import changed, early, follow_rate
 from cable_sim_ros.physics.winch import DRUM, WINCH
 from cable_sim_ros.physics.winch_drive import DRIVE, DRIVING, balance, begin_turn
 
+pytestmark = pytest.mark.check
+
 FREE = 1e6
 
 

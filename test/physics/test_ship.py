@@ -23,6 +23,8 @@ from cable_sim_ros.physics.ship import (
 from cable_sim_ros.physics.state import MEMORY, records
 from cable_sim_ros.sim.loop import look
 
+pytestmark = pytest.mark.check
+
 ARM = (-36.8, 0.4, 3.7)
 AMPLITUDE = np.array([0.8, 0.5, 1.5, 0.21, 0.087, 0.052])
 OMEGA = np.array([0.55, 0.43, 0.62, 0.5, 0.6, 0.2])

@@ -23,6 +23,8 @@ from cable_sim_ros.physics.jit import NO
 from cable_sim_ros.physics.state import NOW, STEP, Q, make_state
 from cable_sim_ros.verification.stress.sheave_depth import depth
 
+pytestmark = pytest.mark.check
+
 STIFFNESS, SEAT = 1e9, 0.255
 ROW = record(surface_row((0, 0, 0), SEAT, np.pi / 3, 0.01, 0.008, STIFFNESS, 0.0))
 SOLID = solid(ROW)

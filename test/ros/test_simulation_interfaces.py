@@ -98,7 +98,7 @@ def test_in_lockstep_all_of_it_works(world, standard):
     assert it.set(PAUSED)[0] == OK and it.state() == PAUSED
     code, text = it.set(NO_WORLD)
     assert code == UNSUPPORTED and text.startswith("state 4 is none that can be set: give 0 (stopped), 1 (playing)")
-    poll(lambda: differences(ears.node) == [], 5.0, "the policy has the services")
+    poll(lambda: differences(ears.node) == [], "the policy has the services")
     assert it.set(QUITTING) == (OK, "") and node.wait(5.0) == 0
 
 

@@ -20,7 +20,7 @@ from cable_sim_ros.runs.winch_size import NoWinch, smallest
 from cable_sim_ros.sim.layout import layout_of
 from cable_sim_ros.sim.verdict import check, verdict_of
 
-pytestmark = pytest.mark.filterwarnings("ignore::cable_sim_ros.io.scenes.load.SceneWarning")
+pytestmark = [pytest.mark.trust, pytest.mark.filterwarnings("ignore::cable_sim_ros.io.scenes.load.SceneWarning")]
 SHORT = [
     "water.waves.kind=off",
     "water.waves.height=0",

@@ -26,6 +26,8 @@ from cable_sim_ros.runs.summary import (
     tow_axes,
 )
 
+pytestmark = pytest.mark.trust
+
 
 def run(seconds=60.0, tick_s=0.1):
     frames = make_frames(round(seconds / tick_s), tick_s)

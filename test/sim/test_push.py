@@ -16,6 +16,8 @@ from cable_sim_ros.physics.tick_output import Source
 from cable_sim_ros.sim.inputs import InputError, ShipMotion, WinchCommand, push
 from cable_sim_ros.sim.tables.attitude import angle_rates, angles_of, body_rates, to_world
 
+pytestmark = pytest.mark.trust
+
 STILL = {"position": (0, 0, 0), "velocity": (0, 0, 0), "rate": (0, 0, 0), "attitude": (0, 0, 0)}
 GAP = 1.5  # s
 angle = st.floats(-1.2, 1.2)

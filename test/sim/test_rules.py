@@ -18,6 +18,8 @@ from cable_sim_ros.sim.rules.latch import RULES, rules_markdown
 from cable_sim_ros.sim.rules.rainflow import Bends, Rainflow
 from cable_sim_ros.sim.rules.watch import rule_watch, watched
 
+pytestmark = pytest.mark.trust
+
 BREAKS = 20_000.0
 MOTOR = {
     "drive.model": "motor",

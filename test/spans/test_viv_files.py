@@ -22,6 +22,8 @@ from cable_sim_ros.spans.in_frequency.response import leading, vibration
 from cable_sim_ros.spans.in_frequency.span import Span
 from cable_sim_ros.verification.experiments import run as run_experiment
 
+pytestmark = pytest.mark.trust
+
 DOCS = Path(__file__).resolve().parents[2] / "docs"
 PAGE = (DOCS / "viv.md").read_text("utf-8")
 EXPERIMENTS = (DOCS / "experiments.md").read_text("utf-8").partition("\n## viv\n")[2].partition("\n## ")[0]

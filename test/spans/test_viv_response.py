@@ -14,6 +14,8 @@ from cable_sim_ros.spans.in_frequency.modes import frequencies, modal_mass, shap
 from cable_sim_ros.spans.in_frequency.response import vibration
 from cable_sim_ros.verification.experiments.viv import CASES, as_printed
 
+pytestmark = pytest.mark.trust
+
 
 @pytest.mark.parametrize("name, f, value", [("capozucca_5_5", 2.77, 0.027935), ("capozucca_5_7", 2.78, 0.027740)])
 def test_green_s_function_at_the_middle(name, f, value):

@@ -184,6 +184,7 @@ def test_in_a_steady_turn_the_added_mass_across_does_not_count():
     assert out[2000.0] == pytest.approx(out[10.0], abs=0.1)
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("name", ["full_scale", "side_scan", "lowered_ctd"])
 def test_constant_tension_holds_for_half_an_hour(name):
     """Under 1 m of heave; with a return of 60 s each of them ran away."""

@@ -82,6 +82,7 @@ def test_a_worker_is_counted_while_all_of_them_have_work(monkeypatch):
     assert timed.whole == pytest.approx(120.0 / 20.0)
 
 
+@pytest.mark.nightly
 def test_the_throughput_of_a_sweep_is_a_command(monkeypatch, tmp_path):
     monkeypatch.setattr(sweep_cost, "SECONDS", 1.0)
     monkeypatch.setattr(sweep_cost, "CASES", 4)
@@ -117,6 +118,7 @@ def test_the_mesh_at_the_sheave_is_a_command(monkeypatch):
     assert "| resultant | 6 | 6 | 6 | 6 |" in text and "largest_line_load" in text
 
 
+@pytest.mark.nightly
 def test_the_whole_tow_has_both_drums_and_says_what_feeding_brings(monkeypatch):
     monkeypatch.setattr(tow_bench, "SECONDS", 3.0)
     monkeypatch.setattr(tow_bench, "SKIP", 1.0)
@@ -139,6 +141,7 @@ def test_the_whole_tow_has_both_drums_and_says_what_feeding_brings(monkeypatch):
     assert all("cm" in bench.cells(r)[6] for r in rows)
 
 
+@pytest.mark.nightly
 def test_a_haul_and_back_is_a_row(monkeypatch):
     monkeypatch.setattr(haul_bench, "METRES", 24.0)
     monkeypatch.setattr(haul_bench, "STARTED", 20.0)  # s; the mean flow knows the haul after 5
