@@ -6,6 +6,7 @@ The tiers stand in pytest.ini, the mark of one in the test's file: so a new test
 from __future__ import annotations
 
 import json
+import re
 import subprocess
 import sys
 import time
@@ -13,6 +14,7 @@ from collections import defaultdict
 from pathlib import Path
 
 import pytest
+from hypothesis import HealthCheck, settings
 
 HERE = Path(__file__).parent
 TIERS = {"check", "trust", "rest", "realtime", "nightly", "install"}
@@ -23,8 +25,23 @@ from cable_sim_ros.sim.rig.rig import warm_up
 Simulator("flume").warm_up()
 warm_up()
 """
+settings.register_profile("repeated", deadline=None, derandomize=True, suppress_health_check=[HealthCheck.too_slow])
+settings.load_profile("repeated")  # no example judged by a clock, and the same ones in every run
 _costs: dict[str, float] = defaultdict(float)
 _begun = time.monotonic()
+
+
+def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool | None:
+    """Do not import files of which no test is of a tier that is asked for: that takes as long as many tests."""
+    words = set(re.findall(r"\w+", config.option.markexpr))
+    if not words & TIERS or "not" in words or collection_path.suffix != ".py":
+        return None
+    text = collection_path.read_text("utf-8")
+    tiers = TIERS & set(re.findall(r"mark\.(\w+)", text))
+    whole = re.search(r"^pytestmark = \[?\s*pytest\.mark\.(\w+)", text, re.M)
+    if whole is None or whole[1] not in TIERS:
+        tiers.add("rest")
+    return None if tiers & words else True
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:

@@ -55,7 +55,7 @@ def run_child(code: str, *args, **popen):
         max_size=30,
     )
 )
-@settings(max_examples=25, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=25, suppress_health_check=[HealthCheck.function_scoped_fixture])
 def test_what_is_added_is_read_in_order_of_time(tmp_path_factory, messages):
     path = tmp_path_factory.mktemp("bag") / "run"
     with BagWriter(path) as writer:

@@ -83,7 +83,7 @@ def test_the_imu_bridges_a_drop_out_of_the_odometry():
 
 
 @given(st.integers(0, 10_000))
-@settings(max_examples=8, deadline=None)
+@settings(max_examples=8)
 def test_duplicates_swaps_losses_and_odd_stamps_leave_the_motion_as_it_was(seed):
     """One message in ten twice, later than its neighbour, lost, or with a stamp of 1970 or an hour ahead, each."""
     random, m = np.random.default_rng(seed), sail(12.0)

@@ -146,7 +146,7 @@ def test_choo_casarella_and_crossflow_without_a_constant_are_one():
     st.floats(-5.0, 1.2),
     st.sampled_from(("both", "normal")),
 )
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=100)
 def test_no_law_adds_energy(law, way, size, of):
     """Drag takes power from any relative flow, from 1e-5 to 16 m/s, amplified or not."""
     flow = 10.0**size * np.array(way)

@@ -61,7 +61,7 @@ def test_hull_point_against_rotation_and_differences(t, slide):
 
 
 @given(st.tuples(*[st.floats(-3, 3)] * 6), st.tuples(*[st.floats(-50, 50)] * 3))
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=50)
 def test_rotation_there_and_back(c, s):
     np.testing.assert_allclose(unrotate(np.array(c), rotate(np.array(c), s)), s, atol=1e-12)
 

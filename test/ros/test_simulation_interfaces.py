@@ -10,7 +10,7 @@ from types import SimpleNamespace
 
 import pytest
 import standard_package
-from conftest import poll
+from conftest import LONG, poll
 
 pytest.importorskip("rclpy")
 from cable_sim_ros.ros.services.simulation_interfaces import service_name
@@ -99,7 +99,7 @@ def test_in_lockstep_all_of_it_works(world, standard):
     code, text = it.set(NO_WORLD)
     assert code == UNSUPPORTED and text.startswith("state 4 is none that can be set: give 0 (stopped), 1 (playing)")
     poll(lambda: differences(ears.node) == [], "the policy has the services")
-    assert it.set(QUITTING) == (OK, "") and node.wait(5.0) == 0
+    assert it.set(QUITTING) == (OK, "") and node.wait(LONG) == 0
 
 
 def test_in_real_time_what_needs_time_to_stand_is_refused(package):

@@ -6,7 +6,7 @@ from math import nan, pi
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from cable_sim_ros.physics.inputs import COMMAND_ROWS, EPOCH, MOTION_ROWS, SOURCE, make_inputs
@@ -27,7 +27,6 @@ def moved(time_ns=0, **values):
     return ShipMotion(time_ns=time_ns, **(STILL | values))
 
 
-@settings(deadline=None)  # compiles
 @given(st.tuples(angle, angle, st.floats(-3.0, 3.0)), st.tuples(angle, angle, angle))
 def test_body_rates_become_the_rates_that_the_kernels_turn_by(angles, rate):
     rates = angle_rates(*angles[:2], rate)

@@ -58,6 +58,7 @@ def test_set_points_and_drums_of_the_whole_tow_are_told_apart():
     assert series(row._replace(scene="P5")) == "cable_sim_ros"
 
 
+@pytest.mark.nightly
 def test_the_cost_of_the_water_is_a_command(monkeypatch, tmp_path):
     monkeypatch.setattr(water_cost, "SECONDS", 0.1)
     done = CliRunner().invoke(commands.main, ["bench", "--water", "--repeats", "1", "--out", str(tmp_path)])
@@ -95,6 +96,7 @@ def test_the_throughput_of_a_sweep_is_a_command(monkeypatch, tmp_path):
     assert len((tmp_path / "sweep.md").read_text().splitlines()) == 2 + len(rows)
 
 
+@pytest.mark.nightly
 def test_the_cost_of_each_feature_is_a_command(monkeypatch, tmp_path):
     monkeypatch.setattr(features, "STEPS", 2)
     done = CliRunner().invoke(commands.main, ["bench", "--features", "--repeats", "1", "--out", str(tmp_path)])
@@ -105,6 +107,7 @@ def test_the_cost_of_each_feature_is_a_command(monkeypatch, tmp_path):
     assert done.stdout == (tmp_path / "features.md").read_text() and len(done.stdout.splitlines()) == 2 + len(rows)
 
 
+@pytest.mark.nightly
 def test_the_mesh_at_the_sheave_is_a_command(monkeypatch):
     monkeypatch.setattr(sheave, "RATIOS", (6.0, 1.0, 0.15))
     monkeypatch.setattr(sheave, "PHASES", (0.0,))
@@ -172,6 +175,7 @@ def test_the_sea_has_its_height_and_comes_again():
     assert 1.0 / peak == pytest.approx(haul_bench.PERIOD, rel=0.15)
 
 
+@pytest.mark.nightly
 def test_a_deep_tow_is_a_row_a_step(monkeypatch):
     for name, value in (("DEEP_SECONDS", 24.0), ("DEEP_BEGIN", 12.0), ("DEEP_HAUL", 3.0), ("DEEP_TICKS", (0.05, None))):
         monkeypatch.setattr(haul_bench, name, value)
@@ -181,6 +185,7 @@ def test_a_deep_tow_is_a_row_a_step(monkeypatch):
     assert all(r.error_tension < 0.05 and r.error_position < 0.2 for r in rows)
 
 
+@pytest.mark.nightly
 def test_the_cost_of_a_haul_is_a_command(monkeypatch, tmp_path):
     monkeypatch.setattr(haul_cost, "SECONDS", 1.0)
     monkeypatch.setattr(haul_cost, "ON_DRUM", (50.0, 100.0))
@@ -199,6 +204,7 @@ def test_a_slope_is_per_hundred_metres():
     assert haul_cost.slope(points, "drum", 2) == pytest.approx(0.1) and abs(haul_cost.slope(points, "drum", 3)) < 1e-12
 
 
+@pytest.mark.nightly
 def test_the_longest_tick_is_a_command(monkeypatch):
     monkeypatch.setattr(ticks, "SECONDS", 2.0)
     done = CliRunner().invoke(commands.main, ["bench", "--ticks", "--json"])
