@@ -43,7 +43,11 @@ def call(*command, cwd, **environment):
     return done.stdout
 
 
-@pytest.fixture(scope="module", params=["", "--symlink-install"], ids=["copied", "symlinked"])
+@pytest.fixture(
+    scope="module",
+    params=["", pytest.param("--symlink-install", marks=pytest.mark.nightly)],
+    ids=["copied", "symlinked"],
+)
 def workspace(request, tmp_path_factory):
     """Workspace with the package built by colcon."""
     pytest.importorskip("colcon_core")
