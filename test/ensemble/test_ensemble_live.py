@@ -11,7 +11,7 @@ import time
 import pytest
 
 pytest.importorskip("rclpy")
-pytestmark = [pytest.mark.ros, pytest.mark.skipif(os.environ.get("NUMBA_DISABLE_JIT") == "1", reason="needs real time")]
+pytestmark = pytest.mark.skipif(os.environ.get("NUMBA_DISABLE_JIT") == "1", reason="needs real time")
 
 COMMAND = [sys.executable, "-m", "cable_sim_ros.cli", "ensemble", "--copies", "5"]  # its scene is the node's
 TICK = {"solver.tick": 0.05}  # s; what is computed costs a fifth

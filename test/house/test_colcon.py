@@ -75,7 +75,6 @@ def sourced(workspace, *command, **environment):
     )
 
 
-@pytest.mark.colcon
 def test_colcon_installs_share_and_index(workspace):
     prefix = workspace / "install" / "cable_sim_ros"
     assert (prefix / "share" / "ament_index" / "resource_index" / "packages" / "cable_sim_ros").is_file()
@@ -88,20 +87,16 @@ def test_colcon_installs_share_and_index(workspace):
     assert str(prefix) in sourced(workspace, "bash", "-c", "echo $AMENT_PREFIX_PATH")
 
 
-@pytest.mark.colcon
 def test_executable_installed_by_colcon_runs(workspace):
     executable = workspace / "install" / "cable_sim_ros" / "lib" / "cable_sim_ros" / "cable-sim"
     assert "make-bags" in sourced(workspace, str(executable), "--help")
 
 
-@pytest.mark.colcon
 def test_scenes_and_bags_are_found_after_colcon(workspace):
     fraction, *names = sourced(workspace, sys.executable, "-c", WHERE).split()
     assert fraction.startswith(str(workspace)) and {"full_scale", "nbp1406"} <= set(names)
 
 
-@pytest.mark.colcon
-@pytest.mark.ros
 def test_node_installed_by_colcon_starts(workspace):
     pytest.importorskip("rclpy")
     executable = workspace / "install" / "cable_sim_ros" / "lib" / "cable_sim_ros" / "node"
@@ -124,7 +119,6 @@ def test_node_installed_by_colcon_starts(workspace):
     assert done.returncode == 2 and "no_such_parameter" in done.stderr, done.stderr
 
 
-@pytest.mark.slow
 def test_scenes_and_bags_are_found_after_pip(tmp_path):
     (tmp_path / "source").mkdir()
     copied(tmp_path / "source")

@@ -59,7 +59,6 @@ def test_bag_says_the_distribution_it_was_made_with(tmp_path, name):
     assert info["ros_distro"] == name
 
 
-@pytest.mark.ros
 def test_text_and_hash_are_those_of_the_messages_installed():
     """The definition files and hashes that the distribution in use ships, where its wheels are here."""
     pytest.importorskip("rclpy")

@@ -30,10 +30,6 @@ LONG = 115.0  # s of wall time that only something that hangs takes
 ROOT = HERE.parents[1]
 
 
-def pytest_configure(config):
-    config.addinivalue_line("markers", "ros: needs rclpy; runs several processes")
-
-
 def poll(condition, what: str = "", within: float = LONG, step: float = 0.02):
     """The first true value of condition(); fails the test after `within` seconds."""
     deadline = time.monotonic() + within

@@ -6,7 +6,6 @@ import pytest
 from conftest import LONG, poll
 
 pytest.importorskip("rclpy")
-pytestmark = pytest.mark.ros
 
 S = 1_000_000_000
 MS = 1_000_000

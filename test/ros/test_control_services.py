@@ -11,7 +11,7 @@ import pytest
 from conftest import poll
 
 pytest.importorskip("rclpy")
-pytestmark = [pytest.mark.ros, pytest.mark.skipif(os.environ.get("NUMBA_DISABLE_JIT") == "1", reason="needs real time")]
+pytestmark = pytest.mark.skipif(os.environ.get("NUMBA_DISABLE_JIT") == "1", reason="needs real time")
 
 
 class Remote:

@@ -13,7 +13,7 @@ from conftest import poll
 from cable_sim_ros.ros.child import Process
 
 pytest.importorskip("rclpy")
-pytestmark = [pytest.mark.ros, pytest.mark.skipif(os.environ.get("NUMBA_DISABLE_JIT") == "1", reason="needs real time")]
+pytestmark = pytest.mark.skipif(os.environ.get("NUMBA_DISABLE_JIT") == "1", reason="needs real time")
 PAGE = Path(__file__).resolve().parents[2] / "docs" / "winch.md"
 WITHIN = 0.1  # m
 

@@ -17,7 +17,6 @@ def stamp(message) -> int:
     return message.header.stamp.sec * 10**9 + message.header.stamp.nanosec
 
 
-@pytest.mark.ros
 @pytest.mark.trust
 def test_topics_frames_stamps_and_recording(world, bag):
     from diagnostic_msgs.msg import DiagnosticArray
@@ -75,7 +74,6 @@ def test_topics_frames_stamps_and_recording(world, bag):
     assert segment.start.time == stamp(tow["towbody/pose"][0]) - TICK and segment.ticks == metrics["ticks"]
 
 
-@pytest.mark.ros
 def test_a_signal_ends_the_node_cleanly(world):
     """SIGTERM; every other node here ends by SIGINT."""
     from geometry_msgs.msg import PoseStamped
@@ -91,7 +89,6 @@ def test_a_signal_ends_the_node_cleanly(world):
     assert node.state()["state"] == "stopped"
 
 
-@pytest.mark.ros
 def test_a_signal_during_configure_ends_at_once(world):
     node = world.node()
     poll(node.state, "the first state")
@@ -99,14 +96,12 @@ def test_a_signal_during_configure_ends_at_once(world):
     assert "Traceback" not in node.text
 
 
-@pytest.mark.ros
 def test_without_a_static_start_nothing_runs(world):
     node = world.node(environment={"FAKE_START_FAILS": "1"})
     assert node.wait(120.0) == 1
     assert "residual 123 N" in node.text and "Traceback" not in node.text
 
 
-@pytest.mark.ros
 def test_the_player_keeps_stamps_and_leaves_odometry_out(world, bag):
     from nav_msgs.msg import Odometry
     from sensor_msgs.msg import Imu

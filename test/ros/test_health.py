@@ -13,7 +13,6 @@ from conftest import poll
 pytest.importorskip("rclpy")
 pytestmark = [
     pytest.mark.realtime,
-    pytest.mark.ros,
     pytest.mark.skipif(os.environ.get("NUMBA_DISABLE_JIT") == "1", reason="needs real time"),
 ]
 

@@ -13,7 +13,6 @@ import pytest
 from conftest import poll
 
 pytest.importorskip("rclpy")
-pytestmark = pytest.mark.ros
 
 
 @pytest.fixture(scope="module")

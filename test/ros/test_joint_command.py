@@ -36,7 +36,6 @@ def package(tmp_path_factory):
         del sys.modules[name]
 
 
-@pytest.mark.ros
 @pytest.mark.skipif(os.environ.get("NUMBA_DISABLE_JIT") == "1", reason="needs real time")
 @pytest.mark.skipif(bool(standard_package.why_not()), reason=standard_package.why_not())
 def test_a_node_takes_both_messages_and_records_both(world, package):

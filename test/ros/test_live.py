@@ -8,7 +8,6 @@ from pathlib import Path
 import pytest
 
 pytest.importorskip("rclpy")
-pytestmark = pytest.mark.ros
 
 FAKE = [sys.executable, str(Path(__file__).with_name("fake_sim.py")), "cable_sim_ros.ros.node"]
 

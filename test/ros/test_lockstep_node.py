@@ -9,7 +9,6 @@ import pytest
 from conftest import poll
 
 pytest.importorskip("rclpy")
-pytestmark = pytest.mark.ros
 
 S = 1_000_000_000
 TICK = 10_000_000  # ns, of the scene

@@ -10,8 +10,6 @@ import pytest
 pytest.importorskip("rclpy")
 from conftest import LONG
 
-pytestmark = pytest.mark.ros
-
 WRONG = [  # overrides, parts of the text
     ({"water.density": 5000.0}, ["water.density", "5000", "kg/m^3", "900", "1100"]),
     ({"water.density": 1000}, ["water.density", "integer 1000", "nothing was started; write 1000.0"]),

@@ -10,7 +10,6 @@ import pytest
 pytest.importorskip("rclpy")
 pytestmark = [
     pytest.mark.realtime,
-    pytest.mark.ros,
     pytest.mark.skipif(os.environ.get("NUMBA_DISABLE_JIT") == "1", reason="needs real time"),
 ]
 

@@ -18,7 +18,6 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "io"))
 from hardware_component import INTERFACES, Component, of_urdf
 
 pytest.importorskip("rclpy")
-pytestmark = pytest.mark.ros
 FILES = ROOT / "config" / "ros2_control"
 CYCLE = 0.02  # s, 1 / update_rate
 TIMEOUT = 1.0  # s; a busy machine holds up a sender for half of it

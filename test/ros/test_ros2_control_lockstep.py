@@ -18,7 +18,6 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "io"))
 from hardware_component import of_urdf
 
 pytest.importorskip("rclpy")
-pytestmark = pytest.mark.ros
 PERIOD = 20_000_000  # ns, 1 / update_rate of controllers.yaml
 
 

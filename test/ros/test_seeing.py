@@ -8,7 +8,6 @@ import pytest
 from conftest import ROOT, poll
 
 pytest.importorskip("rclpy")
-pytestmark = pytest.mark.ros
 
 MARKERS, TF = "/tow_sim/cable/markers", "/tow_sim/tf"
 

@@ -16,7 +16,6 @@ pytest.importorskip("rclpy")
 from cable_sim_ros.ros.services.simulation_interfaces import service_name
 
 pytestmark = [
-    pytest.mark.ros,
     pytest.mark.skipif(os.environ.get("NUMBA_DISABLE_JIT") == "1", reason="needs real time"),
     pytest.mark.skipif(bool(standard_package.why_not()), reason=standard_package.why_not()),
 ]

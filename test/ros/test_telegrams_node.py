@@ -9,7 +9,7 @@ import pytest
 from conftest import poll
 
 pytest.importorskip("rclpy")
-pytestmark = [pytest.mark.realtime, pytest.mark.ros]
+pytestmark = pytest.mark.realtime
 MS, DAY = 1_000_000, 86_400_000_000_000  # ns
 
 

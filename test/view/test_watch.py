@@ -9,7 +9,6 @@ import pytest
 from cable_sim_ros.errors import CODE_FAILED, CODE_INPUT
 
 rclpy = pytest.importorskip("rclpy")
-pytestmark = pytest.mark.ros
 
 
 @pytest.fixture
