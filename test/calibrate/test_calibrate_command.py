@@ -135,12 +135,14 @@ def test_a_log_beside_the_bag_of_its_motion_gives_drag_and_gain(under_way, gaine
         assert one["interval"][1] - one["interval"][0] < 0.1
 
 
+@pytest.mark.nightly
 def test_a_winch_plan_stands_in_for_the_commands(gained):
     told = json.loads(call(*gained, "--heave", "1,8", "--duration", "34", "--winch", PLAN, *FIT).stdout)
     assert not {reason["flag"] for reason in told["verdict"]["reasons"]} - {"FEW_SAMPLES"}, told["verdict"]
     assert told["parameters"][0]["value"] == pytest.approx(TRUE, abs=0.03)
 
 
+@pytest.mark.nightly
 def test_a_damaged_bag_of_the_motion_is_told_though_the_log_is_whole(under_way, gained, tmp_path):
     shutil.copytree(under_way[0], tmp_path / "cut")
     (mcap,) = (tmp_path / "cut").rglob("*.mcap")
