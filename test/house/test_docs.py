@@ -9,6 +9,8 @@ import pytest
 
 from cable_sim_ros.io.messages.messages import CAUSES
 
+pytestmark = pytest.mark.check
+
 ROOT = Path(__file__).resolve().parents[2]
 PACKAGE = ROOT / "cable_sim_ros"
 DOCS = ROOT / "docs"

@@ -25,6 +25,8 @@ from cable_sim_ros.physics.towbody import LineBody
 from cable_sim_ros.runs import offline
 from cable_sim_ros.runs.summary import SUMMARY, summary_markdown
 
+pytestmark = pytest.mark.trust
+
 ROOT = Path(__file__).resolve().parents[2]
 README = (ROOT / "README.md").read_text("utf-8")
 CONTRIBUTING = (ROOT / "CONTRIBUTING.md").read_text("utf-8")
@@ -77,7 +79,8 @@ def test_make_targets_exist(page):
     targets = set(re.findall(r"`make ([a-z-]+)", page)) | set(re.findall(r"^make ([a-z-]+)", page, re.M))
     assert targets
     for target in targets:
-        assert re.search(rf"^{target}:", MAKEFILE, re.M), target
+        folder = ROOT / "test" / target.removeprefix("test-")  # of the rule test-%
+        assert re.search(rf"^{target}:", MAKEFILE, re.M) or folder.is_dir(), target
 
 
 def test_every_make_target_stands_in_contributing():

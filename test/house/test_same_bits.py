@@ -8,6 +8,8 @@ from pathlib import Path
 
 import pytest
 
+pytestmark = pytest.mark.check
+
 PACKAGE = Path(__file__).resolve().parents[2] / "cable_sim_ros"
 # numpy computes them by other code with AVX-512 than with AVX2, or gives them to the BLAS (numpy 2.4)
 CHOSEN = {

@@ -20,9 +20,7 @@ from cable_sim_ros.io.scenes.load import (
     scene_from_text,
 )
 
-pytestmark = pytest.mark.filterwarnings(
-    "ignore::cable_sim_ros.io.scenes.load.SceneWarning"
-)  # those expected are caught
+pytestmark = [pytest.mark.check, pytest.mark.filterwarnings("ignore::cable_sim_ros.io.scenes.load.SceneWarning")]
 
 SCENE = """\
 name: short_tow
@@ -483,7 +481,7 @@ DATA = st.dictionaries(
 )
 
 
-@settings(deadline=None, derandomize=True, max_examples=50)
+@settings(derandomize=True, max_examples=50)
 @given(DATA)
 @example({"a": "0" * 130 + "\x1f0 0"})
 def test_what_is_dumped_is_read_alike_by_yaml_1_1_and_1_2(data):
@@ -492,7 +490,7 @@ def test_what_is_dumped_is_read_alike_by_yaml_1_1_and_1_2(data):
     assert yaml.safe_load(text) == data, "by those of 1.1"
 
 
-@settings(deadline=None, derandomize=True, max_examples=10)
+@settings(derandomize=True, max_examples=10)
 @given(
     st.text(),
     st.floats(900.0, 1100.0),

@@ -19,6 +19,8 @@ from cable_sim_ros.compiler.kernel_cache import KernelFiles, sweep
 from cable_sim_ros.compiler.kernel_form import Kernel
 from cable_sim_ros.compiler.kernel_key import UnknownContent, changed, content_of, functions_of, spell, type_text
 
+pytestmark = pytest.mark.check
+
 compiled = pytest.mark.skipif(bool(numba.config.DISABLE_JIT), reason="needs compilation")
 
 

@@ -8,6 +8,8 @@ from cable_sim_ros.runs import offline, refinement_check
 from cable_sim_ros.sim.saved.savefile import SaveError
 from cable_sim_ros.sim.verdict import Reason, verdict_of
 
+pytestmark = pytest.mark.trust
+
 METRICS = {"tension_std_n": 100.0, "tension_min_n": 10.0, "tension_max_n": 2000.0}
 
 

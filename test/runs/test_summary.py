@@ -27,6 +27,8 @@ from cable_sim_ros.runs.summary import (
     tow_axes,
 )
 
+pytestmark = pytest.mark.trust
+
 
 def run(seconds=60.0, tick_s=0.1):
     frames = make_frames(round(seconds / tick_s), tick_s)
@@ -164,7 +166,7 @@ def test_ellipsoid_of_points_holds_its_share():
 
 
 @given(st.floats(0.1, 10), st.floats(-3, 3), st.floats(-5, 5))
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 def test_ellipsoid_scales_with_the_cube_and_ignores_place_heading_and_speed(scale, heading, speed):
     time = np.linspace(0, 50, 400)
     waves = np.array([np.sin(time), np.cos(1.3 * time), np.sin(0.7 * time)]).T

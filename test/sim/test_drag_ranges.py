@@ -16,6 +16,8 @@ from cable_sim_ros.sim.checks.scene_warnings import part_warnings
 from cable_sim_ros.sim.layout import layout_of
 from cable_sim_ros.sim.simulator import Simulator
 
+pytestmark = pytest.mark.trust
+
 BARE = "cable.sections.bare."
 
 

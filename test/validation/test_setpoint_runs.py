@@ -19,7 +19,7 @@ def seen(frames: np.recarray, flag: Flag) -> float:
     return float(np.mean((frames.status & flag) != 0))
 
 
-@pytest.mark.parametrize("scene", ["full_scale", "full_scale_contact"])
+@pytest.mark.parametrize("scene", ["full_scale", pytest.param("full_scale_contact", marks=pytest.mark.nightly)])
 @pytest.mark.parametrize("law", ["simplified_waterline", "rigorous_waterline"])
 def test_a_waterline_law_on_a_flat_tow_does_not_destroy_it(scene, law):
     """Recorded motion, 78 deg: halted after 12 s with 102 kN, or ran on beside the sheave with 21 kN."""
@@ -30,7 +30,7 @@ def test_a_waterline_law_on_a_flat_tow_does_not_destroy_it(scene, law):
     assert seen(run.frames[SETTLED:], Flag.SETPOINT_LIMITED) > 0.9
 
 
-@pytest.mark.parametrize("tick", [0.01, 0.0025])
+@pytest.mark.parametrize("tick", [0.01, pytest.param(0.0025, marks=pytest.mark.nightly)])
 def test_the_measured_angle_does_not_rattle_the_winch(tick):
     """Winch acceleration and tension as with the constant angle, whatever the step; were 8 and 1.7 times as much."""
     maximum, std = [], []
@@ -184,6 +184,7 @@ def test_in_a_steady_turn_the_added_mass_across_does_not_count():
     assert out[2000.0] == pytest.approx(out[10.0], abs=0.1)
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("name", ["full_scale", "side_scan", "lowered_ctd"])
 def test_constant_tension_holds_for_half_an_hour(name):
     """Under 1 m of heave; with a return of 60 s each of them ran away."""
