@@ -240,6 +240,15 @@ def begin_turn(h, drum, drive, old, before, driving, winch, length, rate):
     winch.target, winch.target_rate = length, driving.reference
 
 
+@inline
+def taken_up(gain, integral, error, new, up, motor):
+    """What of its change ``up`` [N] an integral takes in a step whose motor ends at a bound, ``motor`` [N]: none while
+    the law is past the bound, and what keeps it there where its proportional part, gain times the error, falls."""
+    before, after = gain * error + integral, gain * new + integral + up
+    part = clip((motor - before) / (after - before), 0.0, 1.0) if after != before else 0.0
+    return clip(motor - gain * new - integral, min(part * up, up), max(part * up, up))
+
+
 @driver
 def balance(h, alpha, drum, drive, old, before, winch, driving, at, tension):
     """Pay-out at the end of a step of h [s] from (1), with the tension at the drum ``tension`` [N] where the pay-out is
@@ -323,8 +332,9 @@ def balance(h, alpha, drum, drive, old, before, winch, driving, at, tension):
     most = largest_pull(drive, gear, v)
     driving.spent = 1 if mode != EMERGENCY_STOP and abs(motor) >= most * (1.0 - 1e-9) else 0
     up = drive.gain_i * (0.5 * h * (error + v - driving.reference) - driving.lead)
-    free = (up >= 0.0 or motor > max(low, -most)) and (up <= 0.0 or motor < min(high, most))
-    driving.integral = before.integral + (up if free else 0.0)
+    if (up > 0.0 and motor >= min(high, most)) or (up < 0.0 and motor <= max(low, -most)):
+        up = taken_up(drive.gain_p, before.integral, error, v - driving.reference, up, motor)
+    driving.integral = before.integral + up
     if mode == TENSION:  # what takes over goes on from the pull of now
         driving.integral = motor - drive.gain_p * v
     elif driving.brake > 0.0:
