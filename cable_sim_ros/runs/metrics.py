@@ -105,7 +105,8 @@ METRICS = (
     (
         "check",
         "",
-        "`--check`: `agreed`, and of tension and its peaks [this run, with half the step and twice the elements]",
+        "`--check`: `agreed`, of tension and its peaks [this run, with half the step and twice the elements], and how "
+        "far apart the two are at most, `body_moved_m` and `payout_moved_m`",
     ),
     ("problem", "", "why the run ended early; absent when it did not"),
     (

@@ -342,9 +342,9 @@ CHECKS = (
     (
         "CHECK",
         DOUBTFUL,
-        PEAKS,
+        (*PEAKS, *BODY, *WINCH),
         "`run --check`: with half the step and twice the elements a peak or the deviation of the tension differs by "
-        "more than 2 %; where they agree, `SLACK` is taken back",
+        "more than 2 %, or towbody or pay-out by more than accuracy.position; where they agree, `SLACK` is taken back",
     ),
     (
         "STEP_CONTROL",
