@@ -234,6 +234,7 @@ def test_chosen_steps_see_the_drum_as_its_brake_stops_it():
     assert chosen.frames.brake_slip[-1] == pytest.approx(fine.frames.brake_slip[-1], abs=2e-3)
     deep_off = np.interp(chosen.frames.time, fine.frames.time, fine.frames.body_position[:, 2])
     assert np.abs(deep_off - chosen.frames.body_position[:, 2]).max() < 0.01, "the position asked for"
+    assert [run.verdict.headline.count("STOP_PLACE") for run in (chosen, fine)] == [1, 0], "not so in every tow"
 
 
 def test_the_verdict_of_a_stop_says_the_step_that_its_peak_needs():
