@@ -21,8 +21,8 @@ PIP := $(BIN)/python -m pip install -qq --disable-pip-version-check
 PACKAGING := setup.py setup.cfg package.xml cable_sim_ros/requirements.txt
 SECONDS_OF_TOW ?= 60
 PYTEST_ARGS ?=
-# make nightly compares run times with this commit: the last release, or one of 2026-11-21 while there is none
-AGAINST ?= $(or $(shell git describe --tags --abbrev=0 HEAD^ 2>/dev/null),911d3e8)
+# make nightly compares run times with this commit: that of the release before this one
+AGAINST ?= $(shell sed -n 's/^| [0-9.]* | [0-9-]* | \([0-9a-f]\{8\}\) .*/\1/p' docs/releases.md | sed -n 2p)
 # a file of tests stays on one worker: its starts are shared
 PYTEST = $(BIN)/python -m pytest -n auto --maxprocesses 4 --dist loadfile
 

@@ -80,7 +80,7 @@ def stop_displaced(frames: np.recarray, scene: Scene) -> tuple[Reason, ...]:
     at = float(frames["time"][stops[0]] - frames["time"][0]) * 1e-9 + tick
     text = (
         f"a brake stopped the drum {at:.4g} s after the start, in steps chosen by their error: from then on the "
-        f"towbody may be further off than solver.position_error, 0.02 to 0.7 m in tows that were measured. Take --step fixed "
-        f"--every 0.005, or compare with --check"
+        f"towbody may be further off than solver.position_error, 0.02 to 0.7 m in tows that were measured. Take "
+        f"--step fixed --every 0.005, or compare with --check"
     )
     return (check("STOP_PLACE", text),)
