@@ -171,7 +171,9 @@ def test_the_mesh_of_a_fit_stays_with_it():
     assert own.fractions[0].tolist() == Layout(scene).mesh.fractions[0].tolist() != of_fit.fractions[0].tolist()
 
 
-@pytest.mark.parametrize("kind, off", [("bias", (10.0, 1.0)), ("gain", (0.0, 1.01))])
+@pytest.mark.parametrize(
+    "kind, off", [pytest.param("bias", (10.0, 1.0), marks=pytest.mark.nightly), ("gain", (0.0, 1.01))]
+)
 def test_the_effect_of_an_error_that_is_not_freed_is_that_of_another_fit(tmp_path, shown, kind, off):
     rng, t = np.random.default_rng(5), np.arange(0.0, 600.0, 0.5)
     noise = 8.0 * rng.standard_normal(len(t))

@@ -53,7 +53,9 @@ def test_ros_domain_coordinator_finds_another():
 
 def test_a_domain_that_somebody_is_on_is_left_out(few):
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as node:
-        node.bind(("127.0.0.1", domain.RTPS + domain.PORTS * 99 + 10))  # the first participant of domain 99 listens there
+        node.bind(
+            ("127.0.0.1", domain.RTPS + domain.PORTS * 99 + 10)
+        )  # the first participant of domain 99 listens there
         found = domain.reserve()
         found.close()
     assert found.number == 100
