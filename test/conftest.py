@@ -45,13 +45,12 @@ def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool 
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Mark as rest what has no tier; two of them would run it twice."""
-    for item in items:
-        tiers = TIERS & {mark.name for mark in item.iter_markers()}
-        if len(tiers) > 1:
-            raise pytest.UsageError(f"{item.nodeid} is of {len(tiers)} tiers, {', '.join(sorted(tiers))}: leave one")
-        if not tiers:
-            item.add_marker("rest")
+    """Leave each test the mark of its tier that is nearest to it, or the rest: a file's own may differ from it."""
+    tiers = [next((mark.name for mark in item.iter_markers() if mark.name in TIERS), "rest") for item in items]
+    for node in {node for item in items for node in item.listchain()}:
+        node.own_markers[:] = [mark for mark in node.own_markers if mark.name not in TIERS]
+    for item, tier in zip(items, tiers, strict=True):
+        item.add_marker(tier)
 
 
 @pytest.hookimpl(tryfirst=True)

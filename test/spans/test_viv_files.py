@@ -380,6 +380,7 @@ def test_the_sensitivity_is_printed_as_a_table(monkeypatch):
     assert result.exit_code == 0 and "reading B of the lift" in result.stdout and "least zeta %" in result.stdout
 
 
+@pytest.mark.nightly
 def test_printed_figures_stand_beside_ours_on_the_page_of_experiments_and_those_apart_say_why(tmp_path):
     result = run_experiment("viv", 1.0)
     page = numbers(EXPERIMENTS.partition("Chosen otherwise")[0])
