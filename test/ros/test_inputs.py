@@ -130,6 +130,12 @@ def test_a_halt_lasts_until_reset(running):
     poll(lambda: publisher.publish(fatal) or task(ears, "solver")[0] == 2, "an ERROR of the solver", step=0.05)
     node.until("halted")
     assert "~/reset" in task(ears, "solver")[1]
+    counts = []
+    for _ in range(2):  # what was on its way has come by then
+        heard = len(ears.received["/diagnostics"]) + 2
+        poll(lambda heard=heard: len(ears.received["/diagnostics"]) >= heard, "two more diagnostics")
+        counts.append(len(ears.received["towbody/pose"]))
+    assert counts[0] == counts[1], "poses are published after the halt"
     answer = ears.call(Trigger, "/tow_sim/cable_sim/reset", Trigger.Request())
     assert answer.success, answer.message
     more_poses(ears, 20, "poses after the reset")
