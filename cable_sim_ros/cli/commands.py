@@ -23,7 +23,7 @@ from .bags import recover as recover_command
 from .mesh import mesh as mesh_command
 from .motion_options import SHIPPED_BAG, motion_options, simulated
 from .number import Number
-from .options import bag_options, json_option, markers_option, needs_out, out_option, settings_options
+from .options import all_option, bag_options, json_option, markers_option, needs_out, out_option, settings_options
 from .out_folder import ready
 from .replay import replay as replay_command
 from .report import tell
@@ -147,6 +147,7 @@ def node(ros_arguments: tuple[str, ...]) -> None:
 @out_option
 @markers_option
 @report_option
+@all_option
 @json_option
 def run(scene, begin, as_json, report, out, **asked) -> None:
     """Simulate SCENE offline, as fast as it goes."""
@@ -175,6 +176,7 @@ def run(scene, begin, as_json, report, out, **asked) -> None:
     help="Folder for the bag, figures and picture. Default: runs/<date and time>.",
 )
 @report_option
+@all_option
 @json_option
 def live(bag, scene, duration, imu_only, out, report, as_json) -> None:
     """Play BAG over real topics into the node, in real time: summary, picture, recorded bag."""

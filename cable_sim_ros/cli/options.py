@@ -20,6 +20,20 @@ SET_HELP = (
     "taken in (heave.imu_position=[1, 0, 2]). May be repeated."
 )
 json_option = click.option("--json", "as_json", is_flag=True, help="Print the figures as JSON, nothing else.")
+EVERYTHING = "cable_sim_ros.everything"  # of click's context: print all figures
+
+
+def _everything(context: click.Context, param: click.Parameter, value: bool) -> None:
+    context.meta[EVERYTHING] = value
+
+
+all_option = click.option(
+    "--all",
+    is_flag=True,
+    expose_value=False,
+    callback=_everything,
+    help="Print every figure with its meaning, not only those that matter most for this run.",
+)
 out_option = click.option(
     "--out", type=click.Path(file_okay=False, path_type=Path), help="Folder for the bag, figures and picture."
 )

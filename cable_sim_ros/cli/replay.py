@@ -5,7 +5,16 @@ from __future__ import annotations
 import click
 
 from .. import extensions
-from .options import json_option, junit_option, limits_option, markers_option, needs_out, out_option, settings_options
+from .options import (
+    all_option,
+    json_option,
+    junit_option,
+    limits_option,
+    markers_option,
+    needs_out,
+    out_option,
+    settings_options,
+)
 from .progress import progress_bar
 from .report import tell
 from .report_option import report_option, reporting, unrecorded
@@ -21,6 +30,7 @@ from .report_option import report_option, reporting, unrecorded
 @limits_option
 @junit_option
 @report_option
+@all_option
 @json_option
 def replay(bag, scene, algorithm, convention, topics, settings, out, markers, limits, junit, report, as_json) -> None:
     """Simulate a recorded BAG again and print the residuals against what it recorded of the tow.

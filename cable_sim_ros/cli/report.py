@@ -8,9 +8,12 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import click
+
 from ..sim.flag_rules import OK
 from ..terminal import plain_console, say
 from .faults import tell_faults
+from .options import EVERYTHING
 from .rules import tell_rules
 
 if TYPE_CHECKING:
@@ -24,15 +27,12 @@ def tell(result: Run, out: Path | None, as_json: bool) -> None:
     if as_json:
         say(json.dumps(result.metrics, indent=1), lines=True)
     else:
-        from ..runs.offline import METRICS
-        from ..runs.summary import format_value, summary_table
+        from ..runs.short_summary import short_table
+        from ..runs.summary import summary_table
 
         metrics = result.metrics
-        table = summary_table(metrics, f"{metrics.get('scene', '')}, motion {metrics.get('motion')}")
-        for name, unit, meaning in METRICS[:1]:
-            if name in metrics:
-                table.add_row(name, format_value(metrics[name]), unit, meaning)
-        plain_console(120).print(table)
+        table = summary_table if click.get_current_context().meta.get(EVERYTHING) else short_table
+        plain_console(120).print(table(metrics, f"{metrics.get('scene', '')}, motion {metrics.get('motion')}"))
         if "phases" in metrics:
             phase_table(metrics["phases"])
         if "rules" in metrics:

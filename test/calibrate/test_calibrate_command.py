@@ -71,6 +71,7 @@ def steady(tmp_path, shown):
     return write(tmp_path, t, tension=tension, depth=depth)
 
 
+@pytest.mark.nightly
 def test_a_run_with_another_drag_is_found_with_noise_and_latency(tmp_path):
     """Latency 0.3 s, noise 5 N: the interval holds the drag that made the log, and the lag."""
     pytest.importorskip("iminuit")
@@ -134,12 +135,14 @@ def test_a_log_beside_the_bag_of_its_motion_gives_drag_and_gain(under_way, gaine
         assert one["interval"][1] - one["interval"][0] < 0.1
 
 
+@pytest.mark.nightly
 def test_a_winch_plan_stands_in_for_the_commands(gained):
     told = json.loads(call(*gained, "--heave", "1,8", "--duration", "34", "--winch", PLAN, *FIT).stdout)
     assert not {reason["flag"] for reason in told["verdict"]["reasons"]} - {"FEW_SAMPLES"}, told["verdict"]
     assert told["parameters"][0]["value"] == pytest.approx(TRUE, abs=0.03)
 
 
+@pytest.mark.nightly
 def test_a_damaged_bag_of_the_motion_is_told_though_the_log_is_whole(under_way, gained, tmp_path):
     shutil.copytree(under_way[0], tmp_path / "cut")
     (mcap,) = (tmp_path / "cut").rglob("*.mcap")
@@ -169,6 +172,7 @@ def test_the_mesh_of_a_fit_stays_with_it():
 
 
 @pytest.mark.parametrize("kind, off", [("bias", (10.0, 1.0)), ("gain", (0.0, 1.01))])
+@pytest.mark.nightly
 def test_the_effect_of_an_error_that_is_not_freed_is_that_of_another_fit(tmp_path, shown, kind, off):
     rng, t = np.random.default_rng(5), np.arange(0.0, 600.0, 0.5)
     noise = 8.0 * rng.standard_normal(len(t))
@@ -203,6 +207,7 @@ def test_a_fit_that_stops_short_is_failed_and_writes_no_scene(steady, tmp_path, 
     assert not out.exists() and f"{out} was not written" in result.stderr
 
 
+@pytest.mark.nightly
 def test_an_interval_over_which_the_tow_bends_is_told_to_be_rough(steady):
     """Depth known to 30 m alone: over the interval of the drag it is no parabola."""
     pytest.importorskip("iminuit")
@@ -213,6 +218,7 @@ def test_an_interval_over_which_the_tow_bends_is_told_to_be_rough(steady):
     assert any(rise is not None and abs(rise - 1.0) > 0.2 for rise in told["parameters"][0]["rise"])
 
 
+@pytest.mark.nightly
 def test_the_truth_is_in_the_intervals_of_twenty_logs():
     """Tension with 5 N of noise, 20 N of bias and 0.3 s of latency, depth with 0.2 m; each fit simulates the tow
     itself. Fewer than 17 of 20 has a probability of 2 % at 95 %. 7 minutes."""
@@ -248,20 +254,25 @@ def test_a_steady_tow_and_the_scene_that_is_written(steady, tmp_path):
     assert written == override(load_scene("side_scan"), {DRAG: value_of(written, DRAG)})
 
 
+DOUBTS = (
+    ({"payout": 5.0}, (), {"PAYOUT"}),
+    ({"speed": 0.3}, (), {"SPEED"}),
+    ({}, ("--signal", "tension~0.1"), {"NOISE"}),
+    ({"tension": 500.0}, ("--signal", "tension"), {"AT_BOUND", "MISFIT"}),
+    ({"sign": -1.0}, (), {"MISFIT"}),
+    ({"spike": 1e5}, (), {"OUTLIERS"}),
+    ({"spike": 1e5, "spikes": 10}, (), {"OUTLIERS"}),
+    ({"rounded": 40.0}, ("--signal", "tension"), {"ROUNDED"}),
+    ({}, ("--set", "cable.breaking_load=500"), {"OVERLOAD"}),
+)
+
+
 @pytest.mark.parametrize(
     "off, more, flags",
     [
         ({}, (), set()),
-        ({"payout": 5.0}, (), {"PAYOUT"}),
-        ({"speed": 0.3}, (), {"SPEED"}),
         ({"late": 200.0}, (), {"HOLD_OUT"}),
-        ({}, ("--signal", "tension~0.1"), {"NOISE"}),
-        ({"tension": 500.0}, ("--signal", "tension"), {"AT_BOUND", "MISFIT"}),
-        ({"sign": -1.0}, (), {"MISFIT"}),
-        ({"spike": 1e5}, (), {"OUTLIERS"}),
-        ({"spike": 1e5, "spikes": 10}, (), {"OUTLIERS"}),
-        ({"rounded": 40.0}, ("--signal", "tension"), {"ROUNDED"}),
-        ({}, ("--set", "cable.breaking_load=500"), {"OVERLOAD"}),
+        *(pytest.param(*doubt, marks=pytest.mark.nightly) for doubt in DOUBTS),
     ],
 )
 def test_a_doubt_is_told_and_leaves_with_its_code(tmp_path, shown, off, more, flags):
@@ -287,6 +298,7 @@ def test_a_doubt_is_told_and_leaves_with_its_code(tmp_path, shown, off, more, fl
     assert result.exit_code == (4 if told["reasons"] else 0)
 
 
+@pytest.mark.nightly
 def test_a_number_that_begins_at_the_end_of_its_range_moves(steady):
     """The scene has 1.8: its own value is the commonest bound, and a trust region there has no size."""
     told = json.loads(call(*steady, "--steady", "--free", f"{DRAG}=1.8:3", "--intervals", "linear", "--json").stdout)
@@ -294,6 +306,7 @@ def test_a_number_that_begins_at_the_end_of_its_range_moves(steady):
     assert "AT_BOUND" not in {reason["flag"] for reason in told["verdict"]["reasons"]}
 
 
+@pytest.mark.nightly
 def test_what_was_assumed_of_the_log_is_said_and_a_prior_or_mesh_that_contradicts(steady, tmp_path, monkeypatch):
     (tmp_path / "map.yaml").write_text((tmp_path / "map.yaml").read_text().replace("depth, unit: m}", "depth}"))
     own = TowModel.on_own_mesh

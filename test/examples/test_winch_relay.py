@@ -65,6 +65,7 @@ def relayed(tmp_path_factory):
     return functools.cache(lambda kind: chain(tmp_path_factory.mktemp(kind), kind))
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("kind", SCENES)
 def test_the_scene_can_be_what_the_relay_is(tmp_path, relayed, kind):
     """They differ by 4 ms, as the relay takes a command at once and the scene over a tick, and by 1 % of the travel,

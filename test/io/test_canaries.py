@@ -7,13 +7,15 @@ import pytest
 from cable_sim_ros.io.scenes.load import SceneError, scene_from_text
 from verification.soak.files import CANARIES, files, judge
 
+pytestmark = pytest.mark.check
+
 REMEDY = "; nothing was started. Correct the YAML"
 
 
 @pytest.mark.parametrize("name", CANARIES)
-def test_a_canary_is_refused_with_a_text_and_soon(name):
-    found, seconds = judge(CANARIES[name])
-    assert found == "refused" and seconds < 20.0, "bounded, whatever else this machine does"
+def test_a_canary_is_refused_with_a_text(name):
+    """How soon: `make soak`."""
+    assert judge(CANARIES[name])[0] == "refused"
 
 
 @pytest.mark.parametrize(

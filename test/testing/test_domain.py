@@ -12,15 +12,17 @@ from cable_sim_ros.testing import domain
 
 @pytest.fixture
 def few(monkeypatch):
-    """Two domains in all, high ones, so that the test is alone with them."""
+    """Two domains in all, and ports that belong to no other test's domain, so that this one is alone with them."""
     monkeypatch.setattr(domain, "DOMAINS", range(99, 101))
+    monkeypatch.setattr(domain, "PORT", 6000)
+    monkeypatch.setattr(domain, "RTPS", 5000 - 99 * domain.PORTS)
 
 
 def taken(number):
     """Is the port of ros-domain-coordinator for this domain taken? As its `domain_id` tries it."""
     with socket.socket(socket.AF_INET, socket.SOCK_STREAM) as other:
         try:
-            other.bind(("", 32768 + number))
+            other.bind(("", domain.PORT + number))
         except OSError:
             return True
     return False
@@ -51,7 +53,9 @@ def test_ros_domain_coordinator_finds_another():
 
 def test_a_domain_that_somebody_is_on_is_left_out(few):
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as node:
-        node.bind(("127.0.0.1", 7400 + 250 * 99 + 10))  # the first participant of domain 99 listens there
+        node.bind(
+            ("127.0.0.1", domain.RTPS + domain.PORTS * 99 + 10)
+        )  # the first participant of domain 99 listens there
         found = domain.reserve()
         found.close()
     assert found.number == 100

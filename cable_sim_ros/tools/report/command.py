@@ -8,7 +8,6 @@ from pathlib import Path
 import click
 
 from ...cli.report_option import checked_place, said, typed
-from ...runs.recorded import recorded
 from ...terminal import say
 
 
@@ -29,6 +28,7 @@ def report(bag, out) -> None:
     replay found is not in it: ask for --report where it is run.
     """
     from ...io.scenes.resources import find_bag
+    from ...runs.recorded import recorded
     from .write import write_report
 
     result = recorded(find_bag(bag), "no report is made", "cable-sim run SCENE --report FILE.html")

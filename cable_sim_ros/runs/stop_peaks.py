@@ -1,0 +1,86 @@
+"""The peak after a drum came to rest under way, by brake, friction or an end stop: what the step may miss of it.
+
+Two parts. A drum that comes to rest with the deceleration a has a kink in its speed, and a step h cannot tell more of
+when it came than h: its speed is known to a h, and with it the tension to Z a h, Z = sqrt(EA mu) (wave theory). And the
+time t in which it stops is t/h steps long: measured, 2 (h/t)^2 of the rise of the tension. The larger counts.
+"""
+
+from __future__ import annotations
+
+from math import sqrt
+
+import numpy as np
+
+from ..physics.winch_drive import AT_REST, DriveModel
+from ..sim.scene import Scene
+from ..sim.tables.material import extreme
+from ..sim.verdict import Reason, check
+from .summary import tick_length
+
+MAY_MISS = 0.02  # of the peak, as two runs of --check may differ
+RINGS = 5.0  # s after a stop, in which its peak comes
+PER_STEP = 2.0
+NICE = (1.0, 2.0, 5.0)
+MIN_TICK = 1e-4  # s, of solver.tick
+
+
+def nice_step(longest: float) -> float:
+    """The longest of 1, 2 and 5 times a power of ten s that is no longer, and MIN_TICK or more."""
+    longest = max(longest, MIN_TICK)
+    decade = 10.0 ** np.floor(np.log10(longest))
+    return float(max(digit * decade for digit in NICE if digit * decade <= longest * (1.0 + 1e-9)))
+
+
+def stop_missed(frames: np.recarray, scene: Scene) -> tuple[Reason, ...]:
+    """Reason where the largest tension of a run is that of a stop of its drum and the steps may miss more of it than
+    MAY_MISS; frames: tick outputs."""
+    tick, rate = tick_length(frames), frames["payout_rate"]
+    if scene.drive.model is not DriveModel.MOTOR or not tick:
+        return ()
+    stopped = np.flatnonzero((rate[1:] == 0.0) & (np.abs(rate[:-1]) > AT_REST)) + 1
+    most = int(np.argmax(frames["tension_drum_tick_max"]))
+    before = stopped[(stopped <= most) & (most - stopped <= RINGS / tick)]
+    if not len(before):
+        return ()
+    at = int(before[-1])
+    free = np.diff(np.abs(rate[: at + 1])) > 0.0 if frames["brake_set"][at] == 0.0 else frames["brake_set"][:at] == 0.0
+    began = int(np.flatnonzero(free)[-1]) if free.any() else 0  # the last that nothing slowed
+    peak, step = float(frames["tension_drum_tick_max"][most]), tick / max(int(frames["substeps"][at]), 1)
+    cable = scene.cable
+    impedance = sqrt(extreme(cable, "axial_stiffness", max)[1] * extreme(cable, "mass_per_length", max)[1])
+    kink = impedance * float(frames["payout_acceleration_tick_max"][at])
+    rise = abs(peak - float(frames["tension_drum"][began]))
+    part = step / max((at - began) * tick, step)
+    missed = max(kink * step, PER_STEP * rise * part**2)
+    if missed <= MAY_MISS * peak:
+        return ()
+    good = nice_step(step * MAY_MISS * peak / missed)
+    return (
+        check(
+            "STOP_STEP",
+            f"the drum came to rest {1e-9 * float(frames['time'][at] - frames['time'][0]) + tick:.4g} s after the "
+            f"start, and steps of {1e3 * step:.3g} ms may miss {missed:.3g} N of the peak of {peak:.4g} N at the drum, "
+            f"{100.0 * missed / peak:.2g} % (limit {100.0 * MAY_MISS:g} %). Steps of {good:g} s keep it: --step fixed "
+            f"--every {good:g}, or solver.tick: {good:g}",
+        ),
+    )
+
+
+def stop_displaced(frames: np.recarray, scene: Scene) -> tuple[Reason, ...]:
+    """Reason where a brake was set on a drum under way, or stopped by its motor, and the steps were chosen by their
+    error, which does not see what the towbody loses; frames: tick outputs."""
+    tick = tick_length(frames)
+    if scene.drive.model is not DriveModel.MOTOR or scene.solver.tension_error is None or not tick:
+        return ()
+    moving, brake, before = np.abs(frames["payout_rate"]) > AT_REST, frames["brake_set"], round(RINGS / tick)
+    sets = np.flatnonzero((brake[1:] > 0.0) & (brake[:-1] == 0.0)) + 1
+    stops = [k for k in sets if moving[max(k - before, 0) : k + 1].any()]
+    if not stops:
+        return ()
+    at = float(frames["time"][stops[0]] - frames["time"][0]) * 1e-9 + tick
+    text = (
+        f"a brake stopped the drum {at:.4g} s after the start, in steps chosen by their error: from then on the "
+        f"towbody may be further off than solver.position_error, 0.02 to 0.7 m in tows that were measured. Take "
+        f"--step fixed --every 0.005, or compare with --check"
+    )
+    return (check("STOP_PLACE", text),)
