@@ -14,11 +14,9 @@ import numpy as np
 from ..io.recordings.recorded_run import RecordedRun, load_run
 from ..physics.tick_output import CONTACT_COLUMNS
 from ..runs.summary import SKIP, after_start, since_first, summarize, turns
-from .above import from_above
 from .heading import force_unit, places, put_heading, scene_name
 from .saved import save
-from .side import BLUE, DPI, FAINT, INK, ORANGE, SIZE, WATER, side_view
-from .thin import thinned
+from .side import BLUE, DPI, FAINT, INK, ORANGE, SIZE, WATER, fit, put_note, side_view
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -52,6 +50,47 @@ STYLE = {
     "axes.formatter.useoffset": False,
     "lines.solid_capstyle": "round",
 }
+
+POINTS = 2000  # of a track
+CABLES = 8  # that are drawn, the last one at the end of the run
+PIECES = 1000  # about what a panel has pixels across
+
+
+def thinned(time: np.ndarray, values: np.ndarray, pieces: int = PIECES) -> tuple[np.ndarray, np.ndarray]:
+    """Samples of ``values`` [n] over ``time`` [n]: all, or beyond four a piece the first, the last, and the least and
+    the largest of each piece, with their own times. What is not finite is left out of a piece that has other samples.
+    """
+    count = len(values)
+    if count <= 4 * pieces:
+        return time, values
+    finite = np.isfinite(values)
+    low, high = np.where(finite, values, np.inf), np.where(finite, values, -np.inf)
+    edges = np.linspace(0, count, pieces + 1).astype(int)
+    kept = {0, count - 1}
+    for first, end in zip(edges, edges[1:]):
+        kept |= {first + int(low[first:end].argmin()), first + int(high[first:end].argmax())}
+    at = np.array(sorted(kept))
+    return time[at], values[at]
+
+
+def from_above(axes: Axes, run: RecordedRun) -> None:
+    """Tracks in odom from where the sheave begins, north up, with the cable at even times."""
+    frames, begin = run.frames, run.frames["sheave_position"][0, :2]
+    axes.set_title("From above")
+    axes.set_xlabel("east of the beginning [m]")
+    axes.set_ylabel("north [m]")
+    tracks = [frames[name][:, :2] - begin for name in ("sheave_position", "body_position")]
+    for track, name, color in zip(tracks, ("sheave", "towbody"), (BLUE, ORANGE), strict=True):
+        axes.plot(*track[:: max(1, len(track) // POINTS)].T, color=color, lw=1.8, label=f"track of the {name}")
+    shown = sorted({int(k) for k in np.linspace(0, len(run.shapes) - 1, CABLES)}) if run.shapes else []
+    for k in shown:
+        last = k == shown[-1]
+        axes.plot(*(run.shapes[k][1][:, :2] - begin).T, color=INK if last else FAINT, lw=2.2 if last else 0.9, zorder=3)
+    axes.plot([], [], color=INK, lw=2.2, label="cable at the end")
+    for track, mark, color in zip(tracks, ("o", "D"), (INK, ORANGE), strict=True):
+        axes.plot(*track[-1], mark, color=color, mfc="white" if mark == "o" else color, ms=7, mew=2, zorder=4)
+    put_note(axes, fit(axes, np.vstack(tracks))[1])
+    axes.legend(loc="best", handlelength=1.6)
 
 
 def draw_run(
@@ -135,12 +174,10 @@ def caption(run: RecordedRun, skip_s: float) -> str:
                 f"95 % ellipsoid {s['ellipsoid_volume_m3']:.3g} m³. "
             )
     text = (
-        f"{s['duration_s']:.0f} s simulated{left_out}. "
-        f"Tension at the sheave {force('tension_mean_n')} {unit} mean, {spread}"
-        f"{force('tension_min_n')} to {force('tension_max_n')} {unit}. {body}"
-        f"Sheave heave std {s['sheave_heave_std_m']:.2f} m. "
-        f"Contact resultant {force('contact_resultant_mean_n')} {unit} mean, "
-        f"wrap {s['wrap_angle_mean_deg']:.0f}° mean."
+        f"{s['duration_s']:.0f} s simulated{left_out}. Tension at the sheave {force('tension_mean_n')} {unit} mean, "
+        f"{spread}{force('tension_min_n')} to {force('tension_max_n')} {unit}. {body}Sheave heave std "
+        f"{s['sheave_heave_std_m']:.2f} m. Contact resultant {force('contact_resultant_mean_n')} {unit} mean, wrap "
+        f"{s['wrap_angle_mean_deg']:.0f}° mean."
     )
     return re.sub(r"(?<=\d) (?=(s|kN|N|mN|m|m³|%)\b)", "\u00a0", text)
 

@@ -125,7 +125,7 @@ def _scene(run: RecordedRun) -> Scene | None:
 def side_view(axes: Axes, run: RecordedRun) -> None:
     """Cable at the end of the run, coloured by tension; sheave at 0, water surface, ship.
 
-    Earlier ones faint, but not of a turn, where they lie in other planes (above.py), nor of a haul (haul.py).
+    Earlier ones faint, but not of a turn, where they lie in other planes (run.py), nor of a haul (haul.py).
     """
     from matplotlib.collections import LineCollection
 

@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from .run import BLUE, FAINT, INK, ORANGE, PURPLE, min_span
-from .thin import thinned
+from .run import BLUE, FAINT, INK, ORANGE, PURPLE, min_span, thinned
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -76,10 +76,9 @@ def compose(run: RecordedRun, title: str, skip_s: float, stamp: str = "") -> Fig
         low, high = sorted((modes[strumming].min(), modes[strumming].max()))
         frequencies = tables[..., COLUMN["shedding_frequency"]][strumming]
         said = (
-            f"Modes {low:.0f} to {high:.0f} of the span from the sheave to the towbody, "
-            f"{frequencies.min():.3g} to {frequencies.max():.3g} Hz. Drag factor where the cable strums "
-            f"{factor[strumming].mean():.2f} on average. Line: mean over the run, band: least to largest. "
-            f"Blue ground: in the water."
+            f"Modes {low:.0f} to {high:.0f} of the span from the sheave to the towbody, {frequencies.min():.3g} to "
+            f"{frequencies.max():.3g} Hz. Drag factor where the cable strums {factor[strumming].mean():.2f} on "
+            "average. Line: mean over the run, band: least to largest. Blue ground: in the water."
         )
     figure.text(0.075, 0.045, "\n".join(textwrap.wrap(said, 132)), size=11, linespacing=1.4, va="bottom")
     return figure

@@ -8,11 +8,13 @@ from __future__ import annotations
 import os
 import sys
 import threading
+from typing import Any
 
 import rclpy
 from diagnostic_msgs.msg import DiagnosticArray
-from rcl_interfaces.msg import SetParametersResult
+from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor, ParameterType, SetParametersResult
 from rclpy.clock import Clock, ClockType
+from rclpy.exceptions import InvalidParameterTypeException, InvalidParameterValueException
 from rclpy.executors import ExternalShutdownException
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
 from rclpy.qos import QoSProfile, ReliabilityPolicy
@@ -31,13 +33,12 @@ from ..sim.tables.material import body_places
 from ..terminal import clean, say
 from . import discovery
 from .arrival import Arrivals, StampArrivals
-from .declare_parameters import declare, overrides_of
 from .executor import spin
 from .fault_schedule import FaultSchedule
 from .graph_monitor import EVERY as NEIGHBOURS_EVERY
 from .graph_monitor import Neighbours
 from .lockstep import rate_problem
-from .parameters import ParameterError, checked, foreign, settle
+from .parameters import NONE, ParameterError, Row, checked, foreign, settle
 from .parts import started
 from .play.clock_topic import ClockTopic
 from .process import Stop, autostart, refuse_unknown, start_ros
@@ -61,6 +62,64 @@ QOS = {"reliable": QoSProfile(depth=10), "sensor": QoSProfile(depth=5, reliabili
 STEPPED_QOS = QOS | {"reliable": QoSProfile(depth=500)}
 LARGEST = 64_000  # bytes of an input; an Odometry has 720
 DIAGNOSTICS = "diagnostic_msgs/msg/DiagnosticArray"
+TYPES = {
+    float: ParameterType.PARAMETER_DOUBLE,
+    int: ParameterType.PARAMETER_INTEGER,
+    bool: ParameterType.PARAMETER_BOOL,
+    str: ParameterType.PARAMETER_STRING,
+    list: ParameterType.PARAMETER_DOUBLE_ARRAY,
+}
+HUGE = sys.float_info.max  # a ROS range has no open end
+HUGE_INT = 2**63 - 1
+
+
+def overrides_of(node) -> dict[str, Any]:
+    """Values given to this node by parameter files and `-p`; {} where rclpy no longer gives them."""
+    given = getattr(node, "_parameter_overrides", None)  # not public, but the only place that knows the unknown names
+    return {} if given is None else {name: parameter.value for name, parameter in given.items()}
+
+
+def descriptor(row: Row) -> ParameterDescriptor:
+    """Descriptor with description, unit, source, range and whether a change needs a new configure."""
+    text = row.doc + (f" [{row.unit}]" if row.unit not in ("", "1") else "")
+    if row.nullable:
+        text += f"; {'empty text' if row.kind is str else NONE[row.kind]}: none"
+    if row.source:
+        text += f" (source: {row.source})"
+    result = ParameterDescriptor(
+        name=row.name,
+        type=TYPES[row.kind],
+        description=text,
+        read_only=row.configure,
+        additional_constraints=row.range_text,
+    )
+    low = row.above if row.above is not None else row.low
+    if row.nullable or (low is None and row.high is None):
+        return result  # rclpy holds nan to be out of every range
+    if row.kind is float:
+        result.floating_point_range = [
+            FloatingPointRange(
+                from_value=float(-HUGE if low is None else low), to_value=float(HUGE if row.high is None else row.high)
+            )
+        ]
+    elif row.kind is int:
+        result.integer_range = [
+            IntegerRange(
+                from_value=int(-HUGE_INT if low is None else low),
+                to_value=int(HUGE_INT if row.high is None else row.high),
+                step=1,
+            )
+        ]
+    return result
+
+
+def declare(node, rows: list[Row]) -> None:
+    """Declare every row; ParameterError where rclpy refuses a value."""
+    for row in rows:
+        try:
+            node.declare_parameter(row.name, row.value, descriptor(row))
+        except (InvalidParameterTypeException, InvalidParameterValueException) as error:
+            raise ParameterError(f"parameter '{row.name}': {error}; {row.range_text}") from None
 
 
 class CableSimNode(LifecycleNode):
@@ -197,10 +256,9 @@ class CableSimNode(LifecycleNode):
         metrics["verdict"] = verdict.as_dict()
         if metrics.get("published_ticks"):
             say(
-                f"{metrics['ticks']} ticks, {metrics['missed_ticks']} missed, {metrics['resyncs']} resyncs, "
-                f"jitter p99 {metrics['jitter_p99_ms']:.2f} ms, "
-                f"stamp to tension p50 {metrics['latency_p50_ms']:.1f} ms, "
-                f"p99 {metrics['latency_p99_ms']:.1f} ms, {metrics['scheduler']}",
+                f"{metrics['ticks']} ticks, {metrics['missed_ticks']} missed, {metrics['resyncs']} resyncs, jitter p99 "
+                f"{metrics['jitter_p99_ms']:.2f} ms, stamp to tension p50 {metrics['latency_p50_ms']:.1f} ms, p99 "
+                f"{metrics['latency_p99_ms']:.1f} ms, {metrics['scheduler']}",
                 True,
             )
         if verdict.reasons or metrics.get("published_ticks"):
@@ -246,7 +304,7 @@ class CableSimNode(LifecycleNode):
         return callback
 
     def _refuse_giant(self, kind: str) -> None:
-        (self.session.commands.refused if kind in COMMANDS else self.session.refused)["size"] += 1
+        (self.session.intake.commands.refused if kind in COMMANDS else self.session.refused)["size"] += 1
         text = f"{kind} of more than {LARGEST // 1000} kB refused: {CAUSES['size']}"
         self.get_logger().warning(clean(text), throttle_duration_sec=5.0)
 

@@ -8,44 +8,70 @@ running is shown as overloaded while it does not hold real time (ros/overload.py
 
 from __future__ import annotations
 
+import gc
 import math
+import sys
 import time
 from collections import Counter
 from collections.abc import Callable
+from contextlib import AbstractContextManager, nullcontext
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from ..io.messages.commands import CommandIngest
 from ..io.messages.messages import Event
 from ..io.motion.arrival_order import Intake, Took
 from ..io.motion.clock import DataClock
-from ..io.motion.motion import MotionIngest
 from ..io.motion.refusals import TOPICS
 from ..io.recordings.journal import STATIC, Journal, Start
-from ..physics.inputs import MOTION_ROWS, SOURCE
+from ..physics.inputs import MOTION_ROWS, SOURCE, make_inputs
+from ..physics.state import NOW
 from ..physics.tick_output import Source
 from ..sim.build import make_output
-from ..sim.live_parameters import changed, put_live
-from ..sim.rebase import carried_over
+from ..sim.live_parameters import changed, put_live, value_of, ways
+from ..sim.rebase import carried_over, heading_problem, place
+from ..sim.saved import savefile
+from ..sim.saved.savefile import SaveError, differences
 from ..sim.simulator import Simulator, StartError
 from ..sim.tables.current import turned_current
 from .blocks import NodeBlock
-from .gc_tuning import quiet
 from .loop import MAPPING, RESYNCS, SKIPPED, TARGET, Loop
 from .overload import Pace
 from .parameters import Settings
-from .saving import Saving
-from .timing import Distance, Timing
+from .timing import NOT_IN_REAL_TIME, Distance
 
 RING_ROWS = 128  # ticks a slow publisher may be behind
 REHEARSAL = 20  # ticks
+NODE = "node"  # key of the notes in the file of a saved tow
+UNDER_WAY = ("waiting", "running", "halted", "failed")
 START_MARGIN = 0.25  # s; messages that came during the static start must be in before the first tick
 SECOND = 1_000_000_000
+SWITCH = 5e-4  # s; a thread that waits for the lock gets it after this
+NEVER = 1_000_000_000
 
 
-class Session(Timing, Saving):
-    """Settings to a running simulation. Every method is called from one thread (the executor's)."""
+def quiet() -> None:
+    """Freeze what is loaded, and collect only young garbage from now on.
+
+    A full collection walks every object with the lock held: 0.1 s with all this loaded, a second with five million
+    objects, while inputs and outputs wait. The node makes no cycles that grow old (row R7 of `cable-sim soak`), so what
+    a full collection would find does not come up.
+    """
+    gc.collect()
+    gc.freeze()
+    young, middle, _ = gc.get_threshold()
+    gc.set_threshold(young, middle, NEVER)
+    sys.setswitchinterval(SWITCH)
+
+
+class Session:
+    """Settings to a running simulation. Every method is called from one thread (the executor's).
+
+    What it says of time, and pause and step, are those of real time; ros/stepped.py has lockstep.
+    """
+
+    lockstep = False
 
     def __init__(self, settings: Settings, log: Callable[[str, str], None]) -> None:
         """log(level, text): "info", "warn" or "error"."""
@@ -171,8 +197,8 @@ class Session(Timing, Saving):
         self.received[event.kind] += 1
         self.arrivals[event.kind] = event.arrival
         took = self.intake.motion(event)
-        while self.ingest.notices:
-            self.log("warn", self.ingest.notices.popleft())
+        while self.intake.ingest.notices:
+            self.log("warn", self.intake.ingest.notices.popleft())
         if took is Took.JUMPED:
             self._clock_jumped()
         elif took is Took.SAMPLE:
@@ -186,16 +212,6 @@ class Session(Timing, Saving):
         """One winch command as CDR bytes; arrival: CLOCK_MONOTONIC, ns; kind: of COMMANDS. Returns "" or the cause of
         its refusal."""
         return self.intake.command(data, arrival, kind)
-
-    @property
-    def ingest(self) -> MotionIngest:
-        """Of the motion."""
-        return self.intake.ingest
-
-    @property
-    def commands(self) -> CommandIngest:
-        """Of the winch commands."""
-        return self.intake.commands
 
     @property
     def refused(self) -> Counter[str]:
@@ -326,6 +342,152 @@ class Session(Timing, Saving):
         if self.journal is not None:
             self.journal.start(self.built_loop.count, start, self.live, self.built_sim.snapshot())
 
+    # ---- save and restore, as files of sim/saved/savefile.py
+
+    # In real time a restored tow is taken to the present, the cable as it hangs, like one whose clock has jumped: the
+    # motion and the commands of then are over. In lockstep the clock goes back to the saved time with everything that
+    # simulation, intake and steps remember, so that the same inputs give the same bits as without the interruption.
+
+    def save(self, path: Path) -> tuple[bool, str]:
+        """Write the tow as it is between two ticks to a file: (done, text)."""
+        if self.state != "running":
+            return False, f"the node is {self.state}: there is no tow under way; nothing was saved"
+        sim = self.built_sim
+        with self.between_ticks():
+            self._take_frame()
+            snapshot, notes, now = sim.snapshot(), self.notes(), int(sim.state.memory[NOW].time.now)
+        try:
+            path.parent.mkdir(parents=True, exist_ok=True)
+            savefile.write(path, sim.scene, snapshot, {NODE: notes})
+        except SaveError as error:
+            return False, str(error)
+        except OSError as error:
+            return False, f"{path.parent}: cannot be made ({error.strerror}); nothing was saved"
+        return True, f"saved at {now / SECOND:.3f} s to {path}"
+
+    def restore(self, path: Path) -> tuple[bool, str]:
+        """Go on with the tow of a file: (done, text). What cannot be restored leaves everything as it was."""
+        if self.state not in UNDER_WAY:
+            return False, f"the node is {self.state}: activate it first; nothing was restored"
+        sim = self.built_sim
+        live = set(ways(sim.scene))
+        try:
+            saved = savefile.read(path)
+            savefile.same_scene(path, saved.scene, sim.scene, but=live)
+            arrays = sim.taken(path, saved)
+        except SaveError as error:
+            return False, str(error)
+        text = f"restored the tow of {int(arrays['memory'].time.now) / SECOND:.3f} s from {path}"
+        kept = "; ".join(words for key, words in differences(saved.scene, sim.scene) if key in live)
+        if kept:
+            text += f"; live parameters stay as they are here: {kept}"
+        back = self.go_back(path, arrays, saved.notes.get(NODE))
+        if back is not None:
+            if back[0]:
+                self.log("info", text)
+            return back[0], back[1] or f"{text}; the clock goes back to it"
+        turned = heading_problem(arrays["memory"], self.heading())
+        if turned:
+            return False, f"{path}: {turned}; nothing was restored. Turn the ship, or use ~/reset"
+        self.built_loop.stop()
+        rings = sim.inputs if self.motion_known else make_inputs()
+        self.put(arrays | {f"inputs_{name}": array.copy() for name, array in rings._asdict().items()})
+        self.intake.forget_commands()
+        self._cause = "restore"
+        self.log("info", text)
+        return self._begin_again(f"{text}; it goes on at the present, and the winch holds until it is commanded")
+
+    def notes(self) -> dict[str, Any]:
+        """What a file says beside the state of the simulation, as JSON."""
+        return {"lockstep": False}
+
+    def go_back(self, path: Path, arrays: dict[str, np.ndarray], notes: Any) -> tuple[bool, str] | None:
+        """Take everything back to the time of a file: (done, problem); None where that cannot be done: real time."""
+        return None
+
+    def put(self, arrays: dict[str, np.ndarray]) -> None:
+        """The state of a file into the simulator, under the live parameters of this node; no tick runs."""
+        sim = self.built_sim
+        sim.restore(arrays)
+        for name in ways(sim.scene):
+            if name.startswith("setpoint."):  # these stand in the state, the others in the model
+                put_live(sim, name, value_of(sim.scene, name))
+
+    @property
+    def motion_known(self) -> bool:
+        """Has motion come, on the clock as it is?"""
+        return self.clock.offset is not None
+
+    def heading(self) -> float | None:
+        """Yaw of the newest motion, rad; None before the first."""
+        return float(self._newest_sample()[5]) if self.motion_known else None
+
+    def between_ticks(self) -> AbstractContextManager[None]:
+        """No tick runs meanwhile."""
+        return self.built_loop.paused() if self.state == "running" else nullcontext()
+
+    def here(self, cause: str) -> Start:
+        """The tow as it is, of a loop that stands."""
+        now = self.built_sim.state.memory[NOW]
+        return Start(int(now.time.now), place(now), float(now.ship.motion.coord[5]), cause)
+
+    def not_restored(self, heading: float) -> str:
+        """ "" or why the tow that was put into the simulator cannot take up motion of this heading [rad]."""
+        turned = heading_problem(self.built_sim.state.memory[NOW], heading) if self._cause == "restore" else ""
+        return turned and f"not restored: {turned}; nothing is simulated until ~/reset"
+
+    def _take_frame(self) -> None:
+        """The newest tick output into the simulator's own output, where a file has it from: the loop writes to a
+        ring."""
+        sim, loop = self.built_sim, self.built_loop
+        slot = (loop.count - 1) % loop.rows
+        if loop.count and int(loop.output.frame[slot]["time"]) == int(sim.state.memory[NOW].time.now):
+            for name, array in sim.output._asdict().items():
+                array[0] = getattr(loop.output, name)[slot]
+
+    # ---- time and its control
+
+    def now(self) -> int:
+        """The present on the clock of the arrivals, ns: what ages count to."""
+        return time.monotonic_ns()
+
+    def log_time(self) -> int:
+        """The present for messages that this node stamps, ns."""
+        return time.time_ns()
+
+    def record_time(self, arrival: int | None = None) -> int:
+        """Time at which a recording has what is said now, ns, it never goes back; arrival: of a message instead."""
+        return self.log_time() if arrival is None else arrival + self.wall
+
+    def offset(self) -> int | None:
+        """CLOCK_MONOTONIC less the clock of the motion, ns; None: not known."""
+        return self.clock.offset
+
+    def advance(self, now: int) -> float:
+        """Called between two callbacks, now: CLOCK_MONOTONIC [ns]; returns in how many seconds to call it again."""
+        return 0.1
+
+    def hold(self, why: str) -> None:
+        """Hold the simulation because of this, or let it go on with ""; real time does not stand."""
+
+    @property
+    def paused(self) -> bool:
+        """Does simulation time stand because it was asked to?"""
+        return False
+
+    @property
+    def steps_left(self) -> int:
+        """Ticks that a step still has to do."""
+        return 0
+
+    def pause(self, on: bool) -> tuple[bool, str]:
+        """Let simulation time stand, or go on: (done, text)."""
+        return False, NOT_IN_REAL_TIME
+
+    def step(self, count: int) -> tuple[bool, str]:
+        """Begin `count` ticks, while paused: (begun, text)."""
+        return False, NOT_IN_REAL_TIME
+
     # ---- watch
 
     def poll(self) -> None:
@@ -344,8 +506,8 @@ class Session(Timing, Saving):
     def _say_waiting(self) -> None:
         if self.state == "waiting" and time.monotonic() - self._waiting_since >= 5.0:
             self._waiting_since = time.monotonic()
-            ingest = getattr(self, "ingest", None)
-            why = [] if ingest is None else [f"{TOPICS[k]}: {w}" for k in TOPICS if (w := ingest.refused.why(k))]
+            intake = getattr(self, "intake", None)  # made by `configure`
+            why = [f"{TOPICS[k]}: {w}" for k in TOPICS if intake and (w := intake.ingest.refused.why(k))]
             if why:
                 self.log("error", f"motion comes, but none can be used, so the tow does not begin. {'; '.join(why)}")
             else:

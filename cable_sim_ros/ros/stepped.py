@@ -24,8 +24,7 @@ from .blocks import TimeMode
 from .lockstep import Do, Lockstep
 from .loop import REACHED, Loop, StepLoop
 from .parameters import Settings
-from .saving import UNDER_WAY
-from .session import SECOND, Session
+from .session import SECOND, UNDER_WAY, Session
 
 RATE_OVER = SECOND  # ns of wall time that the achieved rate is measured over
 
@@ -136,8 +135,8 @@ class SteppedSession(Session):
         for message in self.steps.gate.take(self.steps.clock):
             # the stamp of one that waited is the clock where its own is 0
             took = self.intake.motion(Event(stamp_of(message.data), message.stamp, message.kind, message.data))
-            while self.ingest.notices:
-                self.log("warn", self.ingest.notices.popleft())
+            while self.intake.ingest.notices:
+                self.log("warn", self.intake.ingest.notices.popleft())
             if took is Took.SAMPLE and self.state == "waiting":
                 self._start()
                 self.steps.commands.expect(self.steps.clock)
@@ -151,7 +150,7 @@ class SteppedSession(Session):
         stamp = stamp_of(data) or 0
         cause = self.steps.command(stamp)
         if cause:
-            return self.commands.refuse(cause)
+            return self.intake.commands.refuse(cause)
         cause = self.intake.command(data, self.steps.clock + (self.delay == 0), kind)
         if cause in ("", "before_motion"):
             self.steps.took(stamp)
@@ -164,7 +163,7 @@ class SteppedSession(Session):
         early, self._early = self._early, None
         if early is None or early[0] != self.steps.clock:
             return
-        self.commands.refused["before_motion"] -= 1
+        self.intake.commands.refused["before_motion"] -= 1
         self.log("info", "a winch command came before the motion of the same /clock: it counts from the start")
         self.intake.command(early[1], self.steps.clock + (self.delay == 0), early[2])
 
@@ -172,7 +171,7 @@ class SteppedSession(Session):
 
     def _when(self, stamp: int) -> tuple[int, int]:
         """Start at the first tick time of the clock that is not before the first motion."""
-        present, first = self.steps.clock - self.delay, self.ingest.first_pose
+        present, first = self.steps.clock - self.delay, self.intake.ingest.first_pose
         late = max(0, (stamp if first is None else first[0]) - present)
         return present + -(-late // self.period) * self.period, 0
 
@@ -189,7 +188,7 @@ class SteppedSession(Session):
             self.spoken = False
         return super().reset()
 
-    # ---- save and restore: ros/saving.py
+    # ---- save and restore: ros/session.py
 
     def notes(self) -> dict[str, Any]:
         return {"lockstep": True, "spoken": self.spoken, "intake": taken(self.intake), "steps": taken(self.steps)}

@@ -68,7 +68,7 @@ class MessageRun(Runner):
         drum = self.sim.model.settings[0].drum
         self.feeder = None if tow is None else Feeder(self.sim.inputs, tow, scene, *recorded_intake(tow), drum)
         self.pending: list[Event] = []
-        self.commands = CommandIngest(self.sim.inputs, drum) if self.feeder is None else self.feeder.commands
+        self.commands = CommandIngest(self.sim.inputs, drum) if self.feeder is None else self.feeder.intake.commands
         self.winch, self.control = winch, control
         self.failed: ControllerError | None = None
         if winch is not None:
@@ -106,7 +106,7 @@ class MessageRun(Runner):
         if self.tow is not None:
             self.doubts += mean_track.pitch_sign(frames)
         if self.feeder is not None:
-            self.doubts += motion_preview.doubts(self.feeder.ingest, count * self.tick / SECOND)
+            self.doubts += motion_preview.doubts(self.feeder.intake.ingest, count * self.tick / SECOND)
         return stepped
 
     def _prepare(self) -> tuple[Start, int]:
@@ -132,7 +132,7 @@ class MessageRun(Runner):
 
     @property
     def _offset(self) -> int:
-        return 0 if self.feeder is None else self.feeder.clock.offset or 0
+        return 0 if self.feeder is None else self.feeder.intake.clock.offset or 0
 
     def first(self) -> Start:
         """Where the motion begins; pushes it as far as that."""
@@ -143,12 +143,12 @@ class MessageRun(Runner):
         if tow is None or feeder is None:
             return Start(0, (0.0, 0.0), None)
         end = tow.start
-        while feeder.ingest.first_pose is None and not feeder.done:
+        while feeder.intake.ingest.first_pose is None and not feeder.done:
             end += AHEAD
             self.pending += feeder.until(end)
             if feeder.jumped:  # the first stamps were odd
                 feeder.follow()
-        if feeder.ingest.first_pose is None:
+        if feeder.intake.ingest.first_pose is None:
             refused = feeder.intake.refusals()
             counts = ", ".join(f"{cause} {count}" for cause, count in refused.items()) or "none came"
             why = "".join(f" {cause}: {CAUSES[cause]}." for cause in refused if CAUSES.get(cause))
@@ -156,8 +156,8 @@ class MessageRun(Runner):
                 f"{tow.path}: no message of the ship's motion can be used ({counts}): nothing was simulated, it would "
                 f"be a tow on its mean track.{why} See the causes in docs/motion.md, or simulate it with --motion none"
             )
-        first, x, y, yaw = feeder.ingest.first_pose
-        heading = _mean_yaw(tow, yaw, feeder.ingest) if tow.heading is None else tow.heading
+        first, x, y, yaw = feeder.intake.ingest.first_pose
+        heading = _mean_yaw(tow, yaw, feeder.intake.ingest) if tow.heading is None else tow.heading
         return Start(first, (x, y), heading)
 
     def _ticks(self, start: Start, duration: float | None) -> int:
@@ -224,7 +224,7 @@ class MessageRun(Runner):
         stepper.count()
         self.sim.restore(carried_over(self.sim.snapshot(), begin, position))
         if stepper.recording is not None:
-            stepper.recording.offset = feeder.clock.offset or 0
+            stepper.recording.offset = feeder.intake.clock.offset or 0
         stepper.begin(Start(begin, position, float(row[5]), "jump"))
         return begin
 
@@ -251,7 +251,7 @@ class MessageRun(Runner):
         """Push a command as a message with this stamp [ns]."""
         offset, minimum = 0, 0
         if self.feeder is not None:
-            offset, minimum = self.feeder.clock.offset or 0, (self.feeder.clock.first or 0) + 1
+            offset, minimum = self.feeder.intake.clock.offset or 0, (self.feeder.intake.clock.first or 0) + 1
         data, arrival = encode_command(stamp, command.payout, command.rate), max(stamp + offset, minimum)
         self.pending.append(Event(stamp, arrival, "command", data))
         self.commands.take(data, arrival, stamp)

@@ -63,10 +63,9 @@ METRICS = (
     (
         "motion_rounded",
         "",
-        "rounded columns of a table, or coordinates of a bag, that were smoothed: list of `column`, `resolution` "
-        "and `unit`, `cutoff_hz`, and the rms accelerations in m/s^2 or rad/s^2 `acceleration_rounded` as rounded, "
-        "`acceleration_left` wrong, "
-        "`acceleration_motion`; absent without one",
+        "rounded columns of a table, or coordinates of a bag, that were smoothed: list of `column`, `resolution` and "
+        "`unit`, `cutoff_hz`, and the rms accelerations in m/s^2 or rad/s^2 `acceleration_rounded` as rounded, "
+        "`acceleration_left` wrong, `acceleration_motion`; absent without one",
     ),
     (
         "rao",

@@ -12,7 +12,7 @@ import numpy as np
 from ..io.messages.markers import check_rate
 from ..io.recordings.journal import read_journal
 from ..io.scenes.document import SceneError
-from ..io.scenes.fault_plan import FaultPlan
+from ..io.scenes.fault_plan import PLANS, FaultPlan, load_faults, timed
 from ..io.scenes.load import load_scene, override
 from ..io.scenes.resources import find_bag
 from ..io.scenes.ship_plan import ShipPlan
@@ -21,6 +21,7 @@ from ..io.sources.imported_bag import at_speed, provenance
 from ..io.sources.motion_table import MotionError
 from ..io.sources.recorded_tow import RecordedTow, SameTicks, paired, read_tow, recorded_frames, residuals
 from ..limits import LONGEST_RUN
+from ..physics.tick_output import Flag
 from ..sim.drive_mode import WORDS
 from ..sim.rule_blocks import Rules
 from ..sim.rules.watch import watched
@@ -30,7 +31,6 @@ from ..sim.simulator import Simulator
 from ..sim.verdict import Reason
 from . import motion_preview, refinement_check, verdict
 from .controller import Controller, ControlLoop, alone
-from .fault_report import found, in_order, scenario_of
 from .journal_replay import JournalReplay
 from .live_changes import Change, changes_of
 from .message_run import MessageRun
@@ -55,6 +55,66 @@ NO_JOURNAL = (
     "the bag has no journal of what the run took and when: it was recorded by another program or an older version, so "
     "this is another run under the same motion, from a static start of its own"
 )
+AFTER = 30.0  # s that are looked at after a fault is mended
+BEFORE = 30.0  # s before it, that it is compared with
+
+
+def scenario_of(given: FaultPlan | Mapping | str | os.PathLike | None) -> FaultPlan | None:
+    """A scenario, or that of plain data or a file. Raises FaultError."""
+    if isinstance(given, Mapping):
+        return PLANS.check(given, "faults")
+    return given if given is None or isinstance(given, FaultPlan) else load_faults(given)
+
+
+def in_order(changes: Iterable[Change], plan: FaultPlan | None) -> tuple[Change, ...]:
+    """Changes and those that a scenario makes, in order of time."""
+    made = () if plan is None else (Change(*row) for row in timed(plan))
+    return tuple(sorted((*changes, *made), key=lambda one: one.time))
+
+
+def found(plan: FaultPlan, frames: np.ndarray) -> list[dict[str, Any]]:
+    """One dict a failure mode: function, failure mode, expected, found, and before it; frames: of the whole run.
+
+    beside: failure modes that these figures have too; found: of the time from ``at`` to AFTER past ``until``;
+    before: of the BEFORE seconds before.
+    """
+    times = frames["time"]
+    seconds = (times - 2 * times[:1] + times[1:2]) * 1e-9 if len(times) > 1 else np.zeros(len(times))
+    rows = []
+    for name, case in sorted(plan.faults.items(), key=lambda item: item[1].at):
+        end = np.inf if case.until is None else case.until + AFTER
+        during, before = (seconds > case.at) & (seconds <= end), (seconds > case.at - BEFORE) & (seconds <= case.at)
+        row: dict[str, Any] = {
+            "name": name,
+            "function": case.function,
+            "failure_mode": f"{case.target} {case.kind.value}" + (f" {case.size:g}" if case.size else ""),
+            "at_s": case.at,
+            "until_s": case.until,
+            "expected": case.expected,
+        }
+        row["beside"] = [
+            other
+            for other, one in plan.faults.items()
+            if other != name and one.at <= end and (one.until is None or one.until > case.at - BEFORE)
+        ]
+        row["found"] = _figures(frames[during]) if during.any() else None
+        row["before"] = _figures(frames[before]) if before.any() else None
+        rows.append(row)
+    return rows
+
+
+def _figures(frames: np.ndarray) -> dict[str, Any]:
+    words = int(np.bitwise_or.reduce(frames["status"]))
+    return {
+        "seconds": float(np.diff(frames["time"][[0, -1]])[0]) * 1e-9,
+        "tension_min_n": float(frames["tension_tick_min"].min()),
+        "tension_max_n": float(frames["tension_tick_max"].max()),
+        "tension_std_n": float(frames["tension"].std()),
+        "payout_travel_m": float(np.ptp(frames["payout"])),
+        "payout_rate_max_m_per_s": float(frames["payout_rate_tick_max"].max()),
+        "depth_std_m": float(frames["body_position"][:, 2].std()),
+        "flags": [flag.name for flag in Flag if flag and words & flag],
+    }
 
 
 def run(

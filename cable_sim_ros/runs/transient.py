@@ -39,9 +39,8 @@ def still_growing(scene: Scene, metrics: Mapping[str, Any], before: float = 0.0)
         check(
             "SEA_GROWING",
             f"{what} grow from the static start over water.ramp = {ramp:g} s, but of a run of "
-            f"{metrics['duration_s']:.3g} s the "
-            f"figures leave out no more than half, {skip:.3g} s, after which the growth is at "
-            f"{100.0 * x * x * (3.0 - 2.0 * x):.0f} %: they are not those of the grown sea. Simulate {2.0 * ramp:g} s "
-            f"or more, or make water.ramp shorter; the static tow is that of the scene without {what}",
+            f"{metrics['duration_s']:.3g} s the figures leave out no more than half, {skip:.3g} s, after which the "
+            f"growth is at {100.0 * x * x * (3.0 - 2.0 * x):.0f} %: they are not those of the grown sea. Simulate "
+            f"{2.0 * ramp:g} s or more, or make water.ramp shorter; the static tow is that of the scene without {what}",
         )
     ]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from math import acos, cos, degrees, floor, log10, radians, sqrt
 
 import numpy as np
@@ -151,26 +152,23 @@ def impedance(scene: Scene) -> float:
     return max(sqrt(material.axial_stiffness * material.mass_per_length) for material in materials)
 
 
-def setpoint_warnings(scene: Scene, speed: float) -> list[Problem]:
+def setpoint_warnings(scene: Scene, speed: float) -> Iterator[Problem]:
     """A waterline law on a cable so flat that it is limited; speed of the water past the tow [m/s]."""
     block = scene.setpoint
     if block.algorithm not in WATERLINE:
-        return []
+        return
     given = block.nominal_angle_deg
     theta = min(first_angle(scene, speed) if given is None else abs(radians(given)), FLATTEST)
     gain = 1.0 / cos(theta)
     if gain <= KNEE * block.max_gain:
-        return []
+        return
     what = "estimated" if given is None else "setpoint.nominal_angle_deg"
-    return [
-        Problem(
-            "setpoint.algorithm",
-            f"= {block.algorithm.value}: 1/cos({degrees(theta):.0f} deg) = {gain:.1f} m of pay-out per m of heave (the "
-            f"angle is {what}), of which {cos(theta):.2g} m is the motion of the sheave along the cable; the rest "
-            f"strains the tow. It is limited to a gain of {block.max_gain:g} (setpoint.max_gain), "
-            f"{block.max_excess:g} m (setpoint.max_excess) and setpoint.max_excess_rate, with the flag "
-            "SETPOINT_LIMITED",
-            "Take simplified_sheave; the waterline laws are for cables steeper than "
-            f"{degrees(acos(1.0 / (KNEE * block.max_gain))):.0f} deg",
-        )
-    ]
+    yield Problem(
+        "setpoint.algorithm",
+        f"= {block.algorithm.value}: 1/cos({degrees(theta):.0f} deg) = {gain:.1f} m of pay-out per m of heave (the "
+        f"angle is {what}), of which {cos(theta):.2g} m is the motion of the sheave along the cable; the rest strains "
+        f"the tow. It is limited to a gain of {block.max_gain:g} (setpoint.max_gain), {block.max_excess:g} m "
+        "(setpoint.max_excess) and setpoint.max_excess_rate, with the flag SETPOINT_LIMITED",
+        "Take simplified_sheave; the waterline laws are for cables steeper than "
+        f"{degrees(acos(1.0 / (KNEE * block.max_gain))):.0f} deg",
+    )

@@ -7,18 +7,17 @@ from __future__ import annotations
 
 import difflib
 from collections.abc import Callable, Iterable
-from functools import partial
+from functools import partial, reduce
+from operator import attrgetter, getitem
 from typing import Any, Protocol
-
-import numpy as np
 
 from ..physics.contact_surface import SHEAVE_ROW, rub_sheave
 from ..physics.heave_compensation import SetpointLaw
 from ..physics.sensor_models import DEVICES, TARGETS, FaultKind
 from ..physics.state import NOW
 from ..physics.winch_drive import MODES, WinchMode
+from .checks.drive_checks import mode_problems
 from .checks.instrument_checks import DEVICE_OF, fault_problems, feed_problems
-from .checks.mode_checks import mode_problems
 from .checks.setpoint_checks import feed_forward_problems
 from .scene import Scene
 from .simulator import Simulator, StartError
@@ -27,79 +26,57 @@ from .tables.sensor_tables import put_fault
 Way = Callable[[Simulator, Any], None]
 
 
-def _command_timeout(sim: Simulator, value: float) -> None:
-    _write(sim.model.settings, lambda rows: rows["drum"].__setitem__("timeout", value))
+def _state(block: str, field: str) -> Way:
+    """A number in the present memory of the state."""
+    return lambda sim, value: setattr(attrgetter(block)(sim.state.memory[NOW]), field, value)
 
 
-def _washout_period(sim: Simulator, value: float) -> None:
-    sim.state.memory[NOW].setpoint.washout = value
+def _rows(table: str, *way: str | slice) -> Way:
+    """A column of a table of the model, which is locked while kernels run."""
+
+    def put(sim: Simulator, value: Any) -> None:
+        array = attrgetter(table)(sim.model)
+        array.setflags(write=True)
+        try:
+            reduce(getitem, way, array)[...] = value
+        finally:
+            array.setflags(write=False)
+
+    return put
 
 
-def _tension(sim: Simulator, value: float) -> None:
-    sim.state.memory[NOW].setpoint.tension.wanted = value
-
-
-def _feed_forward(sim: Simulator, value: bool) -> None:
-    sim.state.memory[NOW].setpoint.feed_forward.on = value
-
-
-def _prediction(sim: Simulator, value: bool) -> None:
-    sim.state.memory[NOW].setpoint.prediction.on = value
-
-
-def _viv_multiplier(sim: Simulator, value: float) -> None:
-    _write(sim.model.line.strum.rules, lambda rows: rows["multiplier"].__setitem__(slice(None), value))
-
-
-def _flow_time(sim: Simulator, value: float, place: int) -> None:
-    _write(sim.model.line.bodies, lambda rows: rows["flow_time"].__setitem__(place, value))
+def _drive_mode(sim: Simulator, value: Any) -> None:
+    _rows("settings", "drive", "mode")(sim, MODES.index(WinchMode(value)))
 
 
 def _sheave(sim: Simulator, _: float) -> None:
     rub_sheave(sim.state.surfaces[SHEAVE_ROW], sim.scene.sheave)
 
 
-def _drive_mode(sim: Simulator, value: Any) -> None:
-    _write(sim.model.settings, lambda rows: rows["drive"]["mode"].__setitem__(0, MODES.index(WinchMode(value))))
-
-
-def _set_pull(sim: Simulator, value: float) -> None:
-    _write(sim.model.settings, lambda rows: rows["drive"]["set_pull"].__setitem__(0, value))
-
-
 def _fault(sim: Simulator, _: Any, target: str) -> None:
     put_fault(sim.state, sim.scene, target)
-
-
-def _write(array: np.ndarray, change: Callable[[np.ndarray], None]) -> None:
-    """Change an array that is locked while kernels run."""
-    array.setflags(write=True)
-    try:
-        change(array)
-    finally:
-        array.setflags(write=False)
 
 
 def ways(scene: Scene) -> dict[str, Way]:
     """Live parameters of a scene by dotted name, and what each does to a simulator whose tick is not running."""
     table: dict[str, Way] = {
         "drive.mode": _drive_mode,
-        "drive.set_pull": _set_pull,
+        "drive.set_pull": _rows("settings", "drive", "set_pull"),
         "setpoint.algorithm": lambda sim, value: sim.set_algorithm(value),
-        "setpoint.feed_forward": _feed_forward,
-        "setpoint.prediction": _prediction,
-        "setpoint.tension": _tension,
-        "setpoint.washout_period": _washout_period,
+        "setpoint.feed_forward": _state("setpoint.feed_forward", "on"),
+        "setpoint.prediction": _state("setpoint.prediction", "on"),
+        "setpoint.tension": _state("setpoint.tension", "wanted"),
+        "setpoint.washout_period": _state("setpoint", "washout"),
         "sheave.bearing_friction": _sheave,
         "sheave.friction": _sheave,
-        "viv.multiplier": _viv_multiplier,
-        "winch.command_timeout": _command_timeout,
+        "viv.multiplier": _rows("line.strum.rules", "multiplier"),
+        "winch.command_timeout": _rows("settings", "drum", "timeout"),
     }
     for target in TARGETS:
         table[f"faults.{target}.kind"] = table[f"faults.{target}.size"] = partial(_fault, target=target)
     names = ["towbody", *(f"bodies.{name}" for name in scene.bodies)]
     for place, name in enumerate(names):
-        table[f"{name}.flow_time_constant"] = partial(_flow_time, place=place)
+        table[f"{name}.flow_time_constant"] = _rows("line.bodies", "flow_time", slice(place, place + 1))
     return table
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from itertools import accumulate
 from math import inf, pi, sqrt
 
@@ -84,9 +84,9 @@ def shedding(cable: Cable, section: Section, speed: float) -> float:
     return section.wake.strouhal * speed / material_of(cable, section).diameter
 
 
-def cable_problems(cable: Cable) -> list[Problem]:
+def cable_problems(cable: Cable) -> Iterator[Problem]:
     """Wakes that a cable cannot have: of a faired section, and of links."""
-    found = [
+    yield from [
         Problem(
             f"cable.sections.{name}.wake.law",
             f"= {section.wake.law.value} is one of bare cable, and this section is faired (fairing = "
@@ -100,13 +100,13 @@ def cable_problems(cable: Cable) -> list[Problem]:
     ]
     if has_wakes(cable) and cable.model is CableModel.SEGMENTS:
         text = "= segments has no wakes: their load needs the shape of an element between its nodes"
-        found.append(Problem("cable.model", text, "Use cable.model = ancf, or leave the wakes out"))
-    return found
+        yield Problem("cable.model", text, "Use cable.model = ancf, or leave the wakes out")
 
 
-def bare_problems(scene: Scene) -> list[Problem]:
+def bare_problems(scene: Scene) -> Iterator[Problem]:
     """Wakes that a scene cannot have, whatever its mesh is."""
-    return cable_problems(scene.cable) + [
+    yield from cable_problems(scene.cable)
+    yield from [
         Problem(
             f"cable.sections.{name}.wake.law",
             f"= {section.wake.law.value} beside viv.law = {scene.viv.law.value}: the same vibration would be computed "
@@ -118,23 +118,19 @@ def bare_problems(scene: Scene) -> list[Problem]:
     ]
 
 
-def step_problems(cable: Cable, speed: float, step: float, key: str = "solver.tick") -> list[Problem]:
+def step_problems(cable: Cable, speed: float, step: float, key: str = "solver.tick") -> Iterator[Problem]:
     """Steps [s] too long for the shedding of a section in a flow of ``speed`` [m/s] across it."""
-    found = []
     for name, section in cable.sections.items():
         frequency = shedding(cable, section, speed)
         if step * frequency * STEPS > 1.0 + 1e-9:
             given, maximum = apart(step, 1.0 / (STEPS * frequency))
-            found.append(
-                Problem(
-                    key,
-                    f"= {given} s is longer than {maximum} s, 1/{STEPS} of a period of the vortices that "
-                    f"cable.sections.{name} sheds at {frequency:.4g} Hz (wake.strouhal = {section.wake.strouhal:g} at "
-                    f"{speed:.3g} m/s): the steps do not follow them, and their force would be lost",
-                    f"Make it at most {1.0 / (STEPS * frequency):.2g} s, or leave the wake of that section out",
-                )
+            yield Problem(
+                key,
+                f"= {given} s is longer than {maximum} s, 1/{STEPS} of a period of the vortices that "
+                f"cable.sections.{name} sheds at {frequency:.4g} Hz (wake.strouhal = {section.wake.strouhal:g} at "
+                f"{speed:.3g} m/s): the steps do not follow them, and their force would be lost",
+                f"Make it at most {1.0 / (STEPS * frequency):.2g} s, or leave the wake of that section out",
             )
-    return found
 
 
 def wave_length(own: Material, density: float, frequency: float, tension: float) -> float:
@@ -150,39 +146,35 @@ def wave_length(own: Material, density: float, frequency: float, tension: float)
 
 def element_problems(
     cable: Cable, water: Water | Fluid, speed: float, elements: Iterable[tuple[str, float, float]], remedy: str
-) -> list[Problem]:
+) -> Iterator[Problem]:
     """Elements too long for the waves that shedding drives: ``elements`` are (section, longest [m], tension [N])."""
-    found = []
     for name, longest, tension in elements:
         section = cable.sections[name]
         frequency = shedding(cable, section, speed)
         bound = wave_length(material_of(cable, section), water.density, frequency, tension) / ELEMENTS
         if longest > bound * (1.0 + 1e-9):
             given, maximum = apart(longest, bound)
-            found.append(
-                Problem(
-                    f"cable.sections.{name}.wake.law",
-                    f"= {section.wake.law.value} on elements of {given} m, longer than {maximum} m, 1/{ELEMENTS} of a "
-                    f"wave of this cable at the {frequency:.4g} Hz that it sheds at {speed:.3g} m/s under "
-                    f"{tension:.4g} N: the mesh does not carry the vibration",
-                    remedy.format(name=name, minimum=bound),
-                )
+            yield Problem(
+                f"cable.sections.{name}.wake.law",
+                f"= {section.wake.law.value} on elements of {given} m, longer than {maximum} m, 1/{ELEMENTS} of a "
+                f"wave of this cable at the {frequency:.4g} Hz that it sheds at {speed:.3g} m/s under "
+                f"{tension:.4g} N: the mesh does not carry the vibration",
+                remedy.format(name=name, minimum=bound),
             )
-    return found
 
 
-def wake_problems(layout: Layout) -> list[Problem]:
+def wake_problems(layout: Layout) -> Iterator[Problem]:
     """What of a tow cannot follow the vortices shed straight across the cable; its elements beyond the sheave."""
     scene, speed = layout.scene, layout.water_speed
     if not has_wakes(scene.cable) or speed == 0.0:
-        return []
+        return
     pulls = min_tensions(layout)
     out = [element for element in layout.elements if element.last > layout.leaves]
     longest = {name: max((b - a for a, b, held in out if held == name), default=0.0) for name in pulls}
     rows = [(name, longest[name], pull) for name, pull in pulls.items()]
     remedy = "Give mesh.sections.{name} or the section more elements, of at most {minimum:.2g} m, or leave its wake out"
-    found = element_problems(scene.cable, scene.water, speed, rows, remedy)
-    return step_problems(scene.cable, speed, scene.solver.tick) + found
+    yield from element_problems(scene.cable, scene.water, speed, rows, remedy)
+    yield from step_problems(scene.cable, speed, scene.solver.tick)
 
 
 def min_tensions(layout: Layout) -> dict[str, float]:
@@ -192,17 +184,17 @@ def min_tensions(layout: Layout) -> dict[str, float]:
     return {name: float(tension.min()) for name, tension in within.items() if len(tension)}
 
 
-def line_problems(cable: Cable, water: Water | Fluid | None, speed: float, tension: float) -> list[Problem]:
+def line_problems(cable: Cable, water: Water | Fluid | None, speed: float, tension: float) -> Iterator[Problem]:
     """What a line of one's own cannot have in its fluid: flow of ``speed`` [m/s], tension [N] of all of it."""
-    found = cable_problems(cable)
+    yield from cable_problems(cable)
     if water is None and has_wakes(cable):
         text = "has a wake in nothing: no fluid, no vortices"
-        found.append(Problem("cable.sections", text, "Give water: a Water or a Fluid"))
+        yield Problem("cable.sections", text, "Give water: a Water or a Fluid")
     if water is None:
-        return found
+        return
     rows = [(name, section.length / section.meshed, tension) for name, section in cable.sections.items()]
     remedy = "Give cable.sections.{name} elements of at most {minimum:.2g} m, or leave its wake out"
-    return found + element_problems(cable, water, speed, rows, remedy)
+    yield from element_problems(cable, water, speed, rows, remedy)
 
 
 def amplified_warnings(cable: Cable) -> list[Problem]:

@@ -9,6 +9,7 @@ import warnings
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
+import numpy as np
 from diagnostic_msgs.msg import DiagnosticArray
 from rcl_interfaces.srv import SetParameters
 from rclpy.parameter import Parameter
@@ -17,8 +18,10 @@ from sensor_msgs.msg import JointState
 from std_srvs.srv import SetBool, Trigger
 
 from ..errors import TowError
+from ..io.messages.channels import decode_frames
 from ..io.messages.commands import encode_command
 from ..io.messages.messages import COMMANDS, KINDS, Event
+from ..physics.tick_output import TICK_OUTPUT
 from ..ros.child import Process
 from ..ros.client import Client
 from ..ros.parameters import FOREIGN, settle
@@ -26,7 +29,6 @@ from ..ros.topics import inputs_there, message_class
 from .arguments import COMMAND
 from .chain import NODE, SETTLE, Chain
 from .feeder import AHEAD, Feeder
-from .frames import FrameBox
 from .motion import SECOND
 
 SERVICE = 30.0  # s for an answer
@@ -38,6 +40,40 @@ PATIENCE = 5.0  # s, lockstep.wait where what is waited for is known to come: a 
 SPEAK = 3.0  # s of wall time for the first command of a controller, which may also come when the clock moves
 ANSWERED = 2  # commands of a controller from which on the node knows when the next is due, and waits for it
 CONNECT = 5.0  # s that the nodes of a chain may take to be heard
+EMPTY = np.zeros(0, TICK_OUTPUT).view(np.recarray)
+
+
+class FrameBox:
+    """Tick outputs of `sim/health`: collects messages in one thread, gives one array in another."""
+
+    def __init__(self) -> None:
+        self._fresh: list[bytes] = []
+        self._frames: np.recarray = EMPTY
+        self.count = 0
+        self.changed = threading.Condition()
+
+    def put(self, data: bytes) -> None:
+        """One message of `sim/health` as CDR bytes."""
+        with self.changed:
+            self._fresh.append(data)
+            self.count += 1
+            self.changed.notify_all()
+
+    @property
+    def frames(self) -> np.recarray:
+        """Every tick output so far, in order: recarray of TICK_OUTPUT [n], read-only."""
+        with self.changed:
+            fresh, self._fresh = self._fresh, []
+        if fresh:
+            self._frames = np.concatenate([self._frames, decode_frames(fresh)]).view(np.recarray)
+            self._frames.flags.writeable = False
+        return self._frames
+
+    @property
+    def missing(self) -> int:
+        """Ticks between the first and the last tick output that were not heard; a reset begins anew."""
+        steps = np.diff(self.frames["tick"])
+        return int((steps[steps > 1] - 1).sum())
 
 
 class Link:

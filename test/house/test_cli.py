@@ -378,10 +378,8 @@ def test_without_ros_the_commands_that_need_it_say_so(command, monkeypatch):
 
 def test_help_loads_neither_ros_nor_the_compiler():
     code = (
-        "import sys; from cable_sim_ros.cli.commands import main\n"
-        "try: main(['--help'])\n"
-        "except SystemExit: pass\n"
-        "print(sorted({'rclpy', 'numba', 'numpy', 'matplotlib'} & set(sys.modules)))"
+        "import sys; from cable_sim_ros.cli.commands import main\ntry: main(['--help'])\nexcept SystemExit: "
+        "pass\nprint(sorted({'rclpy', 'numba', 'numpy', 'matplotlib'} & set(sys.modules)))"
     )
     done = subprocess.run([sys.executable, "-c", code], text=True, capture_output=True, check=True)
     assert done.stdout.splitlines()[-1] == "[]"

@@ -18,10 +18,9 @@ pytestmark = [pytest.mark.check, pytest.mark.filterwarnings("ignore::cable_sim_r
 
 def test_importing_the_package_loads_neither_compiler_nor_ros():
     code = (
-        "import sys, cable_sim_ros\n"
-        "assert not {'numba', 'scipy', 'pydantic', 'rclpy', 'numpy'} & set(sys.modules)\n"
-        "from cable_sim_ros import ShipMotion, WinchCommand\n"
-        "assert not {'numba', 'rclpy'} & set(sys.modules)\n"
+        "import sys, cable_sim_ros\nassert not {'numba', 'scipy', 'pydantic', 'rclpy', 'numpy'} & "
+        "set(sys.modules)\nfrom cable_sim_ros import ShipMotion, WinchCommand\nassert not {'numba', 'rclpy'} & "
+        "set(sys.modules)\n"
     )
     subprocess.run([sys.executable, "-c", code], check=True, cwd=ROOT)
 

@@ -13,15 +13,16 @@ from cable_sim_ros.io.bags.typestore import STORE
 from cable_sim_ros.io.messages.channels import (
     CHANNELS,
     HEALTH,
+    NAMES,
     Context,
     Encoder,
     channel_of,
     decode,
     decode_frame,
+    numbers_of,
     rotate,
     serialize,
 )
-from cable_sim_ros.io.messages.frame_numbers import NAMES, numbers_of
 from cable_sim_ros.physics.tick_output import CONTACT_COLUMNS, FIELDS, SHAPE_COLUMNS, TICK_OUTPUT
 
 pytestmark = pytest.mark.check

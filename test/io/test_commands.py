@@ -361,11 +361,11 @@ def test_a_bag_decides_as_the_ingest_of_the_node():
     wanted = decisions(tow, live)
     feeder = Feeder(make_inputs(), tow, Scene)
     assert feeder.until(10**30) == tow.events and feeder.done
-    assert feeder.commands.refused == commands.refused and feeder.commands.accepted == commands.accepted
+    assert feeder.intake.commands.refused == commands.refused and feeder.intake.commands.accepted == commands.accepted
     assert set(commands.refused) == {
         *("before_motion", "out_of_range", "array_length", "not_finite", "joint_name", "size")
     }
-    assert feeder.commands.no_command == commands.no_command > 3
+    assert feeder.intake.commands.no_command == commands.no_command > 3
     taken = [row for row in wanted if not isinstance(row, str)]
     assert len(taken) >= 20 and np.array_equal(pushed(feeder.inputs), taken, equal_nan=True)
 
@@ -426,7 +426,7 @@ def test_a_jump_of_the_clock_forgets_the_times_of_commands():
     assert feeder.jumped and not feeder.done, "what comes behind the jump waits"
     feeder.follow()
     feeder.until(10**30)
-    assert feeder.clock.jumps == 1 and dict(feeder.commands.refused) == {"before_motion": 1}
+    assert feeder.intake.clock.jumps == 1 and dict(feeder.intake.commands.refused) == {"before_motion": 1}
 
 
 def test_messages_that_are_cut_short_are_counted_and_do_not_end_a_replay(tmp_path):
@@ -442,4 +442,4 @@ def test_messages_that_are_cut_short_are_counted_and_do_not_end_a_replay(tmp_pat
     assert [event.time for event in tow.events] == [T0, T0 + 1, T0 + 2]
     feeder = Feeder(make_inputs(), tow, Scene)
     feeder.until(T0 + S)
-    assert feeder.intake.refusals() == {"size": 1} and dict(feeder.commands.refused) == {"size": 1}
+    assert feeder.intake.refusals() == {"size": 1} and dict(feeder.intake.commands.refused) == {"size": 1}

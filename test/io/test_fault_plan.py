@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from cable_sim_ros.io.scenes.fault_plan import FaultError, load_faults, timed
-from cable_sim_ros.runs.fault_report import scenario_of
+from cable_sim_ros.runs.offline import scenario_of
 
 pytestmark = pytest.mark.check
 

@@ -148,7 +148,7 @@ def of_bag(path, items):
                     writer.write(made[kind], at, data)
     feeder = Feeder(make_inputs(), read_tow(path), Scene)
     feeder.until(NOW + S)
-    return pushed(feeder.inputs), feeder.commands
+    return pushed(feeder.inputs), feeder.intake.commands
 
 
 def test_a_bag_gives_the_ring_that_the_topics_gave(tmp_path):

@@ -7,8 +7,7 @@ import pytest
 from synthetic import START, make_contact, make_frames, make_shape
 
 from cable_sim_ros.io.bags.typestore import STORE
-from cable_sim_ros.io.messages.channels import TRANSFORMS, Context, Encoder, serialize
-from cable_sim_ros.io.messages.frame_numbers import numbers_of
+from cable_sim_ros.io.messages.channels import TRANSFORMS, Context, Encoder, numbers_of, serialize
 from cable_sim_ros.io.messages.markers import (
     MSGTYPE,
     SLACK,

@@ -13,7 +13,7 @@ from click.testing import CliRunner
 from cable_sim_ros.cli import commands
 from cable_sim_ros.io.scenes.load import load_scene, scene_from_dict
 from cable_sim_ros.physics.tick_output import TICK_OUTPUT
-from cable_sim_ros.plots.thin import thinned
+from cable_sim_ros.plots.run import thinned
 from cable_sim_ros.runs import offline
 from cable_sim_ros.runs.result import Run
 from cable_sim_ros.runs.summary import format_value

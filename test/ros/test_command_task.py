@@ -47,7 +47,7 @@ def watched(flags=Flag.NONE, payout=450.0, mode=0):
     frame = np.zeros((), TICK_OUTPUT)
     frame["payout"], frame["status"], frame["winch_mode"] = payout, flags, mode
     session = SimpleNamespace(
-        commands=commands,
+        intake=SimpleNamespace(commands=commands),
         node=SimpleNamespace(motion=MotionInput()),
         distance=Distance(30_000_000, 500_000_000),
         scene=SimpleNamespace(winch=SimpleNamespace(command_delay=0.2), ship=Ship(), setpoint=Setpoint()),

@@ -42,7 +42,7 @@ def watched(status=0, **wrong):
         it.imu(imu, stamp)
         it.odometry(odometry, stamp)
     session = SimpleNamespace(
-        state="running", ingest=it, wall=0, refused=Counter(), clock=SimpleNamespace(jumps=0),
+        state="running", intake=SimpleNamespace(ingest=it), wall=0, refused=Counter(), clock=SimpleNamespace(jumps=0),
         arrivals={"imu": T0, "odometry": T0}, received={"imu": 150, "odometry": 150},
         scene=SimpleNamespace(ship=Ship(), solver=SimpleNamespace(tick=0.01)),
         node=SimpleNamespace(motion=MotionInput()),
@@ -134,7 +134,7 @@ def test_an_imu_that_comes_and_is_refused_is_not_called_silent():
         it.imu(imu, stamp)
     received = {"imu": 0, "odometry": 0}
     session = SimpleNamespace(
-        state="running", ingest=it, wall=0, received=received,
+        state="running", intake=SimpleNamespace(ingest=it, commands=None), wall=0, received=received,
         scene=SimpleNamespace(ship=Ship()), node=SimpleNamespace(motion=MotionInput()),
     )  # fmt: skip
     health, now = InputHealth(session), int(stamps(m)[-1])

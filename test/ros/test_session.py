@@ -54,7 +54,7 @@ watched = {status.name: status.values for status in Watch(session).statuses(None
 figures = final_metrics(session, None, None)
 commanded = int(session.sim.inputs.command_head[0])
 session.reset()
-kept = [commanded, int(session.sim.inputs.command_head[0]), session.commands.last]
+kept = [commanded, int(session.sim.inputs.command_head[0]), session.intake.commands.last]
 session.close()
 session.loop.close()
 
@@ -68,9 +68,9 @@ while not feeder.done:
         feeder.follow()
 print(json.dumps(dict(
     state=state, watched=watched, figures=figures, kept=kept,
-    motion_refused=session.refused, jumps=[session.clock.jumps, feeder.clock.jumps],
-    refused=[session.commands.refused, feeder.commands.refused],
-    accepted=[session.commands.accepted, feeder.commands.accepted],
+    motion_refused=session.refused, jumps=[session.clock.jumps, feeder.intake.clock.jumps],
+    refused=[session.intake.commands.refused, feeder.intake.commands.refused],
+    accepted=[session.intake.commands.accepted, feeder.intake.commands.accepted],
     taken=[[row for row in wanted if not isinstance(row, str)], replayed])))
 """
 

@@ -247,7 +247,7 @@ def test_bad_motion_and_bad_commands_are_counted_and_change_nothing(monkeypatch)
     assert {kind: c.missed for kind, c in steps.gate.cadence.items()} == {"imu": 5, "odometry": 5}, "the end of motion"
     assert steps.commands.missed == 5 and steps.commands.silent
     assert run.wall < 30 * S, "bounded"
-    refused = session.commands.refused
+    refused = session.intake.commands.refused
     assert refused["step_future"] == refused["step_past"] == refused["step_twice"] > 1
     from cable_sim_ros.ros.report.lockstep_status import lockstep_metrics, lockstep_status
 
@@ -303,7 +303,7 @@ def test_the_first_command_counts_alike_before_and_after_the_first_motion(monkey
         if at == BEGIN:
             session.steps.next = later
         run.until(20)
-        results.append((np.array(run.frames).tobytes(), dict(session.commands.refused)))
+        results.append((np.array(run.frames).tobytes(), dict(session.intake.commands.refused)))
         run.close()
     assert results[0][0] == results[1][0]
     taken = np.frombuffer(results[0][0], run.session.built_loop.output.frame.dtype)

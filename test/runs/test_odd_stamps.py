@@ -51,13 +51,13 @@ def test_odd_stamps_of_motion_are_dropped_and_counted(events, clean, shift, ever
     read = [k for k in odd if given[k].arrival < frames["time"][-1]]
     dropped = one.feeder.intake.refusals()["stamp_off_clock"]
     assert len(read) <= dropped <= len(odd), "what comes after the end is not read"
-    assert len(frames) == len(clean[1]) and one.feeder.clock.jumps == 0
+    assert len(frames) == len(clean[1]) and one.feeder.intake.clock.jumps == 0
     assert np.abs(frames["tension"] - clean[1]["tension"]).max() < 0.02 * clean[1]["tension"].mean()
 
 
 def test_an_odd_first_stamp_is_not_the_start(events, clean):
     one, frames, _ = driven([events[0].moved(3600 * S), *events[1:]])
-    assert one.feeder.clock.jumps == 1 and one.tow.start == events[5].time or one.tow.start == events[6].time
+    assert one.feeder.intake.clock.jumps == 1 and one.tow.start == events[5].time or one.tow.start == events[6].time
     assert frames["time"][0] < events[10].time and len(frames) > 0.9 * len(clean[1])
 
 
@@ -80,7 +80,7 @@ def test_a_jump_of_the_clock_is_followed(events, clean, jump):
     half = len(events) // 2
     moved = [*events[:half], *(e.moved(round(jump * S)) for e in events[half:])]
     one, frames, _ = driven(moved)
-    assert one.feeder.clock.jumps == 1 and not np.any(frames["status"] & 1)
+    assert one.feeder.intake.clock.jumps == 1 and not np.any(frames["status"] & 1)
     steps = np.diff(frames["time"])
     assert (steps != 10_000_000).sum() == 1, "one step of the time, where the clock jumps"
     assert np.abs(np.diff(frames["tension"])).max() < 60.0, "the tow goes on as it hangs"
@@ -91,7 +91,7 @@ def test_log_times_that_stand_still_are_no_arrivals(events, clean, tmp_path):
     flat = [event._replace(arrival=events[0].arrival) for event in events]
     assert usable_arrivals(events) and not usable_arrivals(flat)
     one, frames, _ = driven(by_stamps(flat))
-    assert one.feeder.clock.jumps == 0 and frames.tobytes() == clean[1].tobytes()
+    assert one.feeder.intake.clock.jumps == 0 and frames.tobytes() == clean[1].tobytes()
 
 
 def test_a_bag_of_which_no_motion_can_be_used_is_refused(events):

@@ -39,7 +39,7 @@ def test_the_shipped_cable_stays_in_its_groove_when_begun_like_a_node():
     """Along the first heading, where an offline run takes the mean: out of 10 mm the cable climbed after 11 s."""
     begun = message_run.MessageRun(load_scene("full_scale"), read_tow(offline.find_bag("nbp1406")))
     assert begun._start().heading is not None
-    time, x, y, yaw = begun.feeder.ingest.first_pose
+    time, x, y, yaw = begun.feeder.intake.ingest.first_pose
     begun._start = lambda: message_run.Start(time, (x, y), yaw)
     frames = begun.run(14.0, None).frames
     assert frames.groove_margin.min() > 0.02 and not (frames.status & (Flag.DETACHED | Flag.HALVED)).any()
@@ -232,7 +232,7 @@ def test_motion_is_taken_in_as_the_recording_node_did():
         assert settings.recorded_intake(RecordedTow("", [], about=about)) == (MotionInput(), Heave())
     event = read_tow(offline.find_bag("nbp1406")).events[0]
     one = message_run.MessageRun(load_scene("full_scale"), RecordedTow("", [event], about={"node": json.dumps(node)}))
-    assert one.feeder.ingest.settings == motion and one.feeder.ingest.heave == heave
+    assert one.feeder.intake.ingest.settings == motion and one.feeder.intake.ingest.heave == heave
 
 
 def test_commands_of_the_bag_reach_the_ring():
@@ -260,7 +260,7 @@ def test_commands_of_the_bag_reach_the_ring():
     inputs = make_inputs()
     feeder = Feeder(inputs, RecordedTow("", events), load_scene("full_scale"))
     assert feeder.until(now + 4) == events[:7] and not feeder.done
-    assert inputs.command_head[0] == 3 and dict(feeder.commands.refused) == {
+    assert inputs.command_head[0] == 3 and dict(feeder.intake.commands.refused) == {
         "before_motion": 1,
         "joint_name": 1,
         "not_finite": 1,

@@ -10,8 +10,7 @@ from scipy.spatial.transform import Rotation
 
 from cable_sim_ros import Simulator, WinchCommand
 from cable_sim_ros.io.bags.bag import read_bag
-from cable_sim_ros.io.messages.channels import channel_of, decode
-from cable_sim_ros.io.messages.frame_numbers import numbers_of
+from cable_sim_ros.io.messages.channels import channel_of, decode, numbers_of
 from cable_sim_ros.io.scenes.load import SceneError, load_scene, override
 from cable_sim_ros.physics.sensor_models import DEVICES, SIGNALS, TARGETS, FaultKind
 from cable_sim_ros.runs import offline
@@ -518,9 +517,8 @@ def test_the_lists_of_targets_and_kinds_belong_together():
 def test_a_scenario_of_faults_is_reported_and_replayed(tmp_path):
     file = tmp_path / "faults.yaml"
     file.write_text(
-        "scenario: counter\nfaults:\n"
-        "  wrong: {at: 2, until: 3, target: encoder, kind: bias, size: 1.5, function: pay-out, expected: alarm}\n"
-        "  runs off: {at: 4, target: drive, kind: runaway, size: 0.2}\n",
+        "scenario: counter\nfaults:\n  wrong: {at: 2, until: 3, target: encoder, kind: bias, size: 1.5, function: "
+        "pay-out, expected: alarm}\n  runs off: {at: 4, target: drive, kind: runaway, size: 0.2}\n",
         "utf-8",
     )
     motion = MOVING | {"winch": None, "duration": 6.0}

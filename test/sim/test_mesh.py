@@ -201,117 +201,71 @@ def test_the_figures_are_plain_and_say_whether_the_promise_is_kept():
     assert report["kept"] is True and report["change"][0]["deviation"] is None
 
 
-REFUSED = [
-    (
-        {"accuracy__sheave": "ends"},
-        r"accuracy.sheave = ends cannot be met with contact.penetration_limit = 0.1: so soft a sheave spreads the "
-        r"reactions at the ends of the contact, whatever the mesh; 0.01 or less is needed; nothing was started. Give "
-        r"contact.penetration_limit 0.01, or accuracy.sheave distribution",
-    ),
-    (
-        {"accuracy__tension": 1e-4},
-        r"accuracy.tension = 0.0001 cannot be promised: with elements of 0.025 sheave radii the tension of a tow with "
-        r"its winch working errs by 0.0005, and nothing finer was measured; nothing was started. Give 0.0005 or more",
-    ),
+BARE = "cable.sections.bare"
+TOO_SHORT = "shorter than 0.0159 m, 0.25 of an element at the sheave (0.0638 m)"
+SHORT = {"cable__sections__bare__length": 10.0, "winch__scope": 100.0}
+REFUSED = [  # changes, key, values and bound, the way out
+    ({"accuracy__sheave": "ends"}, "accuracy.sheave", "contact.penetration_limit = 0.1", "limit 0.01, or"),
+    ({"accuracy__tension": 1e-4}, "accuracy.tension", "0.025 sheave radii", "Give 0.0005 or more"),
     (
         {"accuracy__position": 1e-4, "solver__tolerance": 1e-7},
-        r"accuracy.position = 0.0001 m cannot be met: forces are solved to \S+ N \(solver.tolerance = 1e-07 of "
-        r"contact.working_tension = \S+ N\), which with 592 m of scope is \S+ m of the towbody's place; nothing was "
-        r"started. Give \S+ m or more, or solver.tolerance \S+ or less",
+        "accuracy.position",
+        "= 0.0001 m cannot be met: forces are solved to",
+        "m or more, or solver.tolerance",
     ),
-    (
-        {"cable__sections__bare__elements": 12},
-        r"cable.sections.bare.elements = 12 belongs to winch.drum = contact: a winch that feeds has its mesh made from "
-        r"accuracy; nothing was started. Leave it out; numbers written by hand go to mesh",
-    ),
-    (
-        {"winch__scope": 700.0},
-        r"winch.scope = 700 m and 8.04 m from drum to sheave are more than the 600 m that cable.sections add up to; "
-        r"nothing was started. Make it at most 591.9 m, or the cable longer",
-    ),
+    ({"cable__sections__bare__elements": 12}, f"{BARE}.elements", "= 12 belongs to winch.drum = contact", "go to mesh"),
+    ({"winch__scope": 700.0}, "winch.scope", "700 m and 8.04 m from drum to sheave are more than the 600 m", "591.9 m"),
     (
         {"winch__cable_on_drum": 100.0},
-        r"winch.scope = 450 m and winch.cable_on_drum = 100 m are both given: each says alone how much cable is out at "
-        r"the start; nothing was started. Leave one of them out",
+        "winch.scope",
+        "450 m and winch.cable_on_drum = 100 m are both given",
+        "Leave one",
     ),
     (
         {"winch__scope": None, "winch__cable_on_drum": 595.0},
-        r"winch.cable_on_drum leaves 595 m of the 600 m of cable on the drum: the 5 m off it do not reach the sheave, "
-        r"8.04 m on; nothing was started. Make the cable longer, or leave less of it on the drum",
+        "winch.cable_on_drum",
+        "leaves 595 m of the 600 m of cable on the drum: the 5 m off it do not reach the sheave, 8.04 m on",
+        "Make the cable longer",
     ),
     (
         {"winch__scope": None, "winch__cable_on_drum": 0.0},
-        r"winch.cable_on_drum leaves 0 m on the drum at the start, but 0.0915 m must stay there "
-        r"\(winch.dead_length = 0 "
-        r"m and 0.3 rad of wrap\): the winch would stand beyond the end of its travel; nothing was "
-        r"started. Leave 0.0915 "
-        r"m or more on the drum, by a longer cable or a shorter scope",
+        "winch.cable_on_drum",
+        "0.0915 m must stay there (winch.dead_length = 0 m and 0.3 rad of wrap)",
+        "Leave 0.0915 m or more",
     ),
+    ({"winch__scope": 0.2}, "winch.scope", "of 0.2 m at the start ends on the mesh at the sheave", "Start with"),
+    ({"mesh__sections": {"bar": {"elements": 10}}}, "mesh.sections.bar", "is no section", "Known: bare, faired"),
+    ({"mesh__sections": {"bare": 10}}, "mesh.sections.bare", "= 10 is a number", "`bare: {elements: 4}`"),
+    (SHORT | {"cable__sections__bare__length": 0.005}, f"{BARE}.length", TOO_SHORT, "Make it 0.0159 m or longer"),
     (
-        {"winch__scope": 0.2},
-        r"winch.scope of 0.2 m at the start ends on the mesh at the sheave, which reaches \S+ m outboard "
-        r"of the sheave's "
-        r"axis: nothing is left for the tow; nothing was started. Start with \S+ m or more, or a shorter mesh.after",
+        SHORT | {"mesh__sections": {"bare": {"elements": 1000}}},
+        "mesh.sections.bare.elements",
+        TOO_SHORT,
+        "Give at most 627 elements",
     ),
-    (
-        {"mesh__sections": {"bar": {"elements": 10}}},
-        r"mesh.sections.bar is no section of the cable; nothing was started. Known: bare, faired",
-    ),
-    (
-        {"mesh__sections": {"bare": 10}},
-        r"mesh.sections.bare = 10 is a number, expected a block of keys; nothing was started. Write for example "
-        r"`bare: {elements: 4}`",
-    ),
-    (
-        {"cable__sections__bare__length": 0.005, "winch__scope": 100.0},
-        r"cable.sections.bare.length = 0.005 m makes elements of 0.005 m, shorter than 0.0159 m, 0.25 of an element at "
-        r"the sheave \(0.0638 m\): they are too stiff against those beside them; nothing was started. "
-        r"Make it 0.0159 m or "
-        r"longer, or part of the section beside it",
-    ),
-    (
-        {"mesh__sections": {"bare": {"elements": 1000}}, "cable__sections__bare__length": 10.0, "winch__scope": 100.0},
-        r"mesh.sections.bare.elements = 1000 of 10 m makes elements of 0.01 m, shorter than 0.0159 m, "
-        r"0.25 of an element "
-        r"at the sheave \(0.0638 m\): they are too stiff against those beside them; nothing was started. Give at most "
-        r"627 elements",
-    ),
-    (
-        {"winch__drum": "contact", "winch__scope": None},
-        r"cable.sections.bare.elements is missing: with winch.drum = contact the mesh is fixed to the material and "
-        r"written section by section; nothing was started. Give the number of elements, or leave winch.drum = contact "
-        r"out",
-    ),
-    (
-        {"winch__drum": "contact"},
-        r"winch.scope = 450 m belongs to winch.drum = feed: with contact, winch.wrap and the sections say where the "
-        r"cable lies; nothing was started. Leave it out, or leave winch.drum = contact out",
-    ),
+    ({"winch__drum": "contact", "winch__scope": None}, f"{BARE}.elements", "is missing", "Give the number of elements"),
+    ({"winch__drum": "contact"}, "winch.scope", "= 450 m belongs to winch.drum = feed", "Leave it out"),
     (
         {"winch__drum": "contact", "winch__scope": None, "mesh__sheave": 3},
-        r"mesh.sheave belongs to winch.drum = feed: with contact the mesh is cable.sections.\*.elements; nothing was "
-        r"started. Leave mesh out, or leave winch.drum = contact out",
+        "mesh.sheave",
+        "belongs to winch.drum = feed",
+        "Leave mesh out",
     ),
 ]
 
 
-@pytest.mark.parametrize(("changes", "text"), REFUSED, ids=[next(iter(c)) + str(i) for i, (c, _) in enumerate(REFUSED)])
-def test_a_mesh_that_makes_no_sense_is_refused(changes, text):
-    with pytest.raises(SceneError, match=text):
+@pytest.mark.parametrize(("changes", "key", "what", "remedy"), REFUSED)
+def test_a_mesh_that_makes_no_sense_is_refused(changes, key, what, remedy):
+    with pytest.raises(SceneError) as error:
         with_keys(**changes)
+    assert any(told.key == key and what in told.what and remedy in told.remedy for told in error.value.problems)
 
 
 def test_a_place_that_no_mesh_of_so_many_elements_keeps_is_refused(monkeypatch):
     monkeypatch.setattr(mesh_maker, "MAX_ELEMENTS", 15)
     layout._made.clear()
-    text = (
-        r"accuracy.position = 0.02 m cannot be met: with \d+ elements, and more than 15 are not made, "
-        r"the towbody's place "
-        r"errs by \S+ m with \d+ m of scope; nothing was started. Give \S+ m or more, or limit the scope with "
-        r"winch.most_scope"
-    )
     try:
-        with pytest.raises(SceneError, match=text):
+        with pytest.raises(SceneError, match=r"accuracy.position = 0.02 m cannot be met: .* more than 15 are not made"):
             with_keys(accuracy__position=0.02)
     finally:
         layout._made.clear()
@@ -323,7 +277,7 @@ def test_cautions_of_a_winch_that_feeds():
     )
     with pytest.warns(SceneWarning, match=text + r"will ripple. Give mesh.sheave more elements, or leave it out"):
         with_keys(mesh__sheave=2)
-    assert travel_warnings(layout_of(TOWS["full_scale"]), 400.0, 100.0) == [], "the fine mesh stays at the sheave"
+    assert not any(travel_warnings(layout_of(TOWS["full_scale"]), 400.0, 100.0)), "the fine mesh stays at the sheave"
     (warning,) = travel_warnings(layout_of(TOWS["full_scale"]), 0.0, 200.0)
     assert warning.key == "winch.scope"
     assert warning.text == "leaves 142 m to be paid out, less than 200 m: the winch stops at the end"

@@ -144,43 +144,24 @@ def test_the_start_has_the_current_of_its_time():
 
 
 TEXTS = [
-    (
-        {"water.waves": {"kind": "airy", "height": 6.0, "period": 5.0}},
-        "water.waves.height = 6 m is more than 5.543 m, the height at which a wave of 39.03 m (5 s) breaks: "
-        "there is no "
-        "such wave; nothing was started. Make it at most 5.54 m, or the period longer",
-    ),
+    ({"water.waves": {"kind": "airy", "height": 6.0, "period": 5.0}}, "water.waves.height = 6 m is more than 5.543 m"),
     (
         {"water.waves": {"kind": "jonswap", "height": 6.0, "period": 5.0}},
-        "water.waves.height = 6 m is more than 5.576 m, 1/7 of the 39.03 m of waves of the peak period 5 s: every wave "
-        "of that sea would break; nothing was started. Make it at most 2.6 m (1/15 of that length, the steepest seas "
-        "found)",
+        "water.waves.height = 6 m is more than 5.576 m",
     ),
     (
         {"water.waves": {"kind": "jonswap", "height": 4.0, "period": 12.0}, "seabed.depth": 5.0},
-        "water.waves.height = 4 m is more than 0.6 of seabed.depth = 5 m: it breaks before; nothing was "
-        "started. Make it "
-        "at most 3 m, or correct seabed.depth",
+        "water.waves.height = 4 m is more than 0.6 of seabed.depth = 5 m",
     ),
     (
         {"water.waves": {"kind": "airy", "height": 5.0, "period": 12.0}, "seabed.depth": 5.0},
         "water.waves.height = 5 m is more than 4.2",
     ),
-    (
-        {"water.waves": {"kind": "jonswap"}},
-        "water.waves.height = 0 m, but water.waves.kind = jonswap asks for waves; nothing was started. Give the "
-        "height, "
-        "or kind: off",
-    ),
-    (
-        {"water.waves": {"height": 2.0}},
-        "water.waves.height = 2 m has no effect while water.waves.kind = off; nothing was started. Give kind: airy or "
-        "jonswap, or leave the height out",
-    ),
+    ({"water.waves": {"kind": "jonswap"}}, "but water.waves.kind = jonswap asks for waves"),
+    ({"water.waves": {"height": 2.0}}, "water.waves.height = 2 m has no effect"),
     (
         {"water.waves": {"kind": "airy", "height": 1.0, "spreading": 5.0}},
-        "water.waves.spreading = 5 has no effect on water.waves.kind = airy: one wave has one direction; nothing was "
-        "started. Leave it out, or give kind: jonswap",
+        "water.waves.spreading = 5 has no effect on water.waves.kind = airy",
     ),
     (
         {"water.waves": {"kind": "airy", "height": 1.0}, "gravity": 0.0},
@@ -188,31 +169,15 @@ TEXTS = [
     ),
     (
         {"water.current_table": {"depth": [0.0, 20.0, 20.0], "east": [1.0, 0.5, 0.2]}},
-        "water.current_table.depth is not ascending: row 3 with 20 m comes after 20 m, so that the current "
-        "between them "
-        "is not known; nothing was started. Sort the rows, and give each once",
+        "depth is not ascending: row 3 with 20 m comes after 20 m",
     ),
-    (
-        {"water.current_table": {"depth": [0.0], "east": [1.0]}},
-        "water.current_table.depth has 1 row, needs 2 or more to be interpolated; nothing was started. Give at least "
-        "two, or leave the table out",
-    ),
+    ({"water.current_table": {"depth": [0.0], "east": [1.0]}}, "depth has 1 row, needs 2 or more"),
     (
         {"water.current_table": {"depth": [0.0, 20.0], "east": [1.0, 0.5, 0.2]}},
-        "water.current_table.east has 3 numbers, water.current_table.depth has 2: which belong together is not known; "
-        "nothing was started. Give one of each a row",
+        "east has 3 numbers, water.current_table.depth has 2",
     ),
-    (
-        {"water.current_table": {"depth": [0.0, 20.0], "speed": [1.0, 0.5]}},
-        "water.current_table.depth is given, but the current there is not known: east and north, or speed and "
-        "towards_deg, are needed, and not both pairs; here speed is given; nothing was started. Give one pair; zeros "
-        "for a part that the current does not have",
-    ),
-    (
-        {"water.current_table": {"depth": [0.0, 20.0], "east": [1.0, 0.5]}},
-        "water.current_table.depth is given, but the current there is not known: east and north, or speed and "
-        "towards_deg, are needed, and not both pairs; here east is given; nothing was started. Give one pair",
-    ),
+    ({"water.current_table": {"depth": [0.0, 20.0], "speed": [1.0, 0.5]}}, "not both pairs; here speed is given"),
+    ({"water.current_table": {"depth": [0.0, 20.0], "east": [1.0, 0.5]}}, "not both pairs; here east is given"),
     (
         {"water.current_table": {"depth": [0.0, 20.0], "north": [1.0, 0.5], "speed": [1.0, 0.5]}},
         "and not both pairs; here north and speed are given; nothing was started",
@@ -220,15 +185,9 @@ TEXTS = [
     ({"water.current_table": {"depth": [0.0, 20.0]}}, "and not both pairs; here none is given; nothing was started"),
     (
         {"water.current_variation": {"time": [0.0, 10.0]}, "water.current": [0.1, 0.0]},
-        "water.current_variation.time is given, but neither water.current_variation.factor nor "
-        "water.current_variation.turn_deg: the current would not vary; nothing was started. Give one of them or both, "
-        "one number a time, or leave the times out",
+        "neither water.current_variation.factor nor water.current_variation.turn_deg",
     ),
-    (
-        {"water.turbulence": {"time_scale": 8.0}},
-        "water.turbulence.time_scale = 8 has no effect while water.turbulence.deviation = [0, 0, 0] m/s: there is no "
-        "turbulence; nothing was started. Give the deviation, for example [0.03, 0.03, 0.015], or leave it out",
-    ),
+    ({"water.turbulence": {"time_scale": 8.0}}, "water.turbulence.time_scale = 8 has no effect"),
     ({"water.turbulence": {"seed": 8}}, "water.turbulence.seed = 8 has no effect while water.turbulence.deviation"),
     (
         {"water.waves": {"kind": "airy", "height": 1.0, "gamma": 5.0}},
@@ -236,8 +195,7 @@ TEXTS = [
     ),
     (
         {"water.waves": {"kind": "airy", "height": 1.0, "seed": 7}},
-        "water.waves.seed = 7 has no effect on water.waves.kind = airy: a regular wave has nothing by chance; nothing "
-        "was started. Leave it out, or give kind: jonswap",
+        "water.waves.seed = 7 has no effect on water.waves.kind = airy",
     ),
     (
         {"water.waves": {"kind": "airy", "height": 1.0, "components": 50}},
@@ -248,46 +206,27 @@ TEXTS = [
     ({"water.waves": {"hs": 2.0}}, "there is no such key; nothing was started. Did you mean water.waves.height?"),
     ({"water.waves": {"tp": 8.0}}, "there is no such key; nothing was started. Did you mean water.waves.period?"),
     ({"water.waves": {"from_deg": 270.0}}, "there is no such key; nothing was started. Known here: kind, height, "),
-    (
-        {"water.waves": {"spreading": "none"}},
-        "water.waves.spreading = 'none' is text, expected a number or null in [1, 200] (s of the directional spreading "
-        "cos^2s(angle/2) of jonswap; none: long-crested); nothing was started. None is written `spreading: null`, or "
-        "the key is left out",
-    ),
+    ({"water.waves": {"spreading": "none"}}, "water.waves.spreading = 'none' is text"),
     (
         {"water.current_table": {"depth": [0.0, 20.0, 40.0], "speed": [1.0, "0,5", "0.2"]}},
         "nothing was started. Entry 2 is '0,5', text: the decimal sign is a point. Write for example `speed: ",
     ),
-    (
-        {"water.current_table": {"east": [1.0, 0.5]}},
-        "water.current_table.east is given without water.current_table.depth: at which depths is not known; "
-        "nothing was "
-        "started. Give the depths",
-    ),
+    ({"water.current_table": {"east": [1.0, 0.5]}}, "east is given without water.current_table.depth"),
     (
         {
             "water.current_table": {"depth": [0.0, 20.0], "east": [1.0, 0.5], "north": [0.0, 0.0]},
             "water.current": [0.5, 0.0],
         },
-        "water.current_table.depth is given beside water.current = [0.5, 0.0] m/s with water.current_gradient = "
-        "[0.0, 0.0] 1/s: the current would count twice; nothing was started. Leave one of them out",
+        "is given beside water.current = [0.5, 0.0] m/s",
     ),
     (
         {"water.current_table": {"depth": [0.0, 900.0], "east": [1.0, 0.5]}, "seabed.depth": 500.0},
-        "water.current_table.depth goes down to 900 m, below the seabed at seabed.depth = 500 m: it is the table of "
-        "another place, or the depth is wrong; nothing was started. Leave out the rows below 500 m, or correct "
-        "seabed.depth",
+        "goes down to 900 m, below the seabed at seabed.depth = 500 m",
     ),
-    (
-        {"water.current_variation": {"time": [0.0, 10.0], "factor": [1.0, 2.0]}},
-        "water.current_variation.time is given, but there is no current that it could change; nothing was "
-        "started. Give "
-        "water.current or water.current_table, or leave it out",
-    ),
+    ({"water.current_variation": {"time": [0.0, 10.0], "factor": [1.0, 2.0]}}, "no current that it could change"),
     (
         {"water.current_variation": {"factor": [1.0, 2.0]}, "water.current": [0.1, 0.0]},
-        "water.current_variation.factor is given without water.current_variation.time: when is not known; nothing was "
-        "started. Give the times",
+        "factor is given without water.current_variation.time",
     ),
     (
         {"water.current_variation": {"time": [5.0, 1.0], "factor": [1.0, 2.0]}, "water.current": [0.1, 0.0]},
@@ -309,7 +248,7 @@ def test_water_that_makes_no_sense_stops_the_load(changes, text):
         (data[block] if block else data)[name] = value
     with pytest.raises(SceneError) as error:
         scene_from_dict(data, "x")
-    assert text in str(error.value)
+    assert text in str(error.value) and all(problem.remedy for problem in error.value.problems)
 
 
 def cautioned(changes):
@@ -333,14 +272,12 @@ def test_waves_bring_their_cautions():
         "or give the waves alone (--motion none) or the motion alone"
     ) in regular and "seeds" not in regular
     assert (
-        "water.waves.height = 5 m is more than 4.4 m, 1/15 of the length of waves of 6.5 s: steeper than seas "
-        "found, and "
-        "than linear waves are good for. Check height and period"
+        "water.waves.height = 5 m is more than 4.4 m, 1/15 of the length of waves of 6.5 s: steeper than seas found, "
+        "and than linear waves are good for. Check height and period"
     ) in text
     assert (
-        "water.waves.height = 5 m brings crests of 4.65 m, over the lowest point of the sheave at 3.45 m while "
-        "the ship "
-        "does not rise with them: cable aboard counts as wet there. Lower waves, or a higher sheave"
+        "water.waves.height = 5 m brings crests of 4.65 m, over the lowest point of the sheave at 3.45 m while the "
+        "ship does not rise with them: cable aboard counts as wet there. Lower waves, or a higher sheave"
     ) in text
     assert "water.waves" not in cautioned({})
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import re
 import warnings
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
@@ -19,7 +19,7 @@ from ...physics.parameter import Block
 from ...sim.problem import Problem
 from ...terminal import clean
 from .resources import ResourceError
-from .scene_errors import CONSEQUENCE, kind_of, line_of, place, texts_of
+from .scene_errors import CONSEQUENCE, Told, kind_of, line_of, place, texts_of
 from .yaml12 import YamlError, parse
 
 FILES = {  # what a file is: the keys at its top that no other kind has, and where it goes
@@ -39,11 +39,12 @@ ACCEPTED = re.compile(r"\s# accepted: \S")  # its author has read what is said o
 
 
 class SceneError(CableSimError, ValueError):
-    """A file that cannot be used. ``problems``: one text each, with file, line, key, value, bound and remedy."""
+    """A file that cannot be used. ``problems``: one text each, with file, line, key, value, bound and remedy; of what
+    is wrong with a key, a Told with these as attributes."""
 
     lines = True
 
-    def __init__(self, problems: list[str]):
+    def __init__(self, problems: Sequence[str]):
         self.problems = problems
         super().__init__("\n".join(map(clean, problems)))
 
@@ -62,8 +63,8 @@ class Document(Generic[B]):
     example: str  # of its first lines
     find: Callable[[str | os.PathLike], Path]
     shipped: Callable[[], list[str]]
-    problems: Callable[[B], list[Problem]]
-    warnings: Callable[[B], list[Problem]] = lambda _: []
+    problems: Callable[[B], Iterable[Problem]]
+    warnings: Callable[[B], Iterable[Problem]] = lambda _: ()
     error: type[SceneError] = SceneError
 
     def load(self, path_or_name: str | os.PathLike) -> B:
@@ -113,15 +114,12 @@ class Document(Generic[B]):
         def at(problem: Problem) -> int:
             return line_of(lines, tuple(problem.key.split(".")))
 
-        def told(problem: Problem, consequence: str) -> str:
-            line = at(problem)
-            return f"{place(origin, line)}: {problem.key} {problem.text}{consequence}. {problem.remedy}"
-
-        if found := self.problems(block):
-            raise self.error([told(problem, f"; {CONSEQUENCE}") for problem in found])
+        if found := [Told.of(place(origin, at(problem)), *problem) for problem in self.problems(block)]:
+            raise self.error(found)
         for warning in self.warnings(block):
             if at(warning) not in accepted:
-                warnings.warn(told(warning, ""), SceneWarning, stacklevel=6)  # where load_scene is called
+                text = Told.of(place(origin, at(warning)), *warning, consequence="")
+                warnings.warn(text, SceneWarning, stacklevel=6)  # where load_scene is called
         return block
 
     def _refused(self, where: str, why: str, remedy: str) -> SceneError:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Iterator
 from pathlib import Path
 from typing import NamedTuple
 
@@ -43,35 +44,30 @@ class TimedFault(NamedTuple):
     where: str
 
 
-def _problems(plan: FaultPlan) -> list[Problem]:
-    found, ends = [], dict.fromkeys(TARGETS, (0.0, ""))
+def _problems(plan: FaultPlan) -> Iterator[Problem]:
+    ends = dict.fromkeys(TARGETS, (0.0, ""))
     if not plan.faults:
-        found.append(Problem("faults", "has no failure mode: nothing would go wrong", "Give one, docs/instruments.md"))
+        yield Problem("faults", "has no failure mode: nothing would go wrong", "Give one, docs/instruments.md")
     for name, case in sorted(plan.faults.items(), key=lambda item: item[1].at):
         key = f"faults.{name}"
         if case.target not in TARGETS:
             text = f"= {case.target!r:.40} is nothing that can fail"
-            found.append(Problem(f"{key}.target", text, f"Give one of {', '.join(TARGETS)}"))
+            yield Problem(f"{key}.target", text, f"Give one of {', '.join(TARGETS)}")
             continue
         if case.kind is FaultKind.NONE:
             text = "= none is no fault: `until` mends one"
-            found.append(Problem(f"{key}.kind", text, "Give what is wrong, or leave the case out"))
+            yield Problem(f"{key}.kind", text, "Give what is wrong, or leave the case out")
         if case.until is not None and case.until <= case.at:
             text = f"= {case.until:g} s is not after at = {case.at:g} s: the fault would never be there"
-            found.append(Problem(f"{key}.until", text, "Give a later time, or leave it out"))
+            yield Problem(f"{key}.until", text, "Give a later time, or leave it out")
         end, other = ends[case.target]
         if case.at < end:
             text = f"= {case.at:g} s is before {other} is mended, {end:g} s: {case.target} has one fault at a time"
-            found.append(Problem(f"{key}.at", text, "Give a later time, or an earlier until there"))
+            yield Problem(f"{key}.at", text, "Give a later time, or an earlier until there")
         ends[case.target] = (LONGEST_RUN if case.until is None else case.until, f"faults.{name}")
-    return found
 
 
-def _find(path: str | os.PathLike) -> Path:
-    return Path(path)
-
-
-PLANS = Document(FaultPlan, "a scenario of faults", "scenario", EXAMPLE, _find, list, _problems, error=FaultError)
+PLANS = Document(FaultPlan, "a scenario of faults", "scenario", EXAMPLE, Path, list, _problems, error=FaultError)
 
 
 def load_faults(path: str | os.PathLike) -> FaultPlan:

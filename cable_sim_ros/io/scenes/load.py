@@ -26,7 +26,7 @@ SCENES = Document(
     resources.find_scene,
     resources.shipped_scenes,
     checks.problems,
-    lambda scene: checks.warnings(scene) + _borrowed(scene),
+    lambda scene: [*checks.warnings(scene), *_borrowed(scene)],
 )
 
 

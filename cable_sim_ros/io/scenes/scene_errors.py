@@ -37,6 +37,24 @@ VALUES = {  # of keys whose default or range is no example
 }
 
 
+class Told(str):
+    """Text of one problem of a file, and its parts: ``where`` (``file:line``), ``key``, ``what`` is wrong, with value,
+    unit and bound, and ``remedy``."""
+
+    where: str
+    key: str
+    what: str
+    remedy: str
+
+    @classmethod
+    def of(cls, where: str, key: str, what: str, remedy: str, consequence: str = f"; {CONSEQUENCE}") -> Told:
+        """Of its parts; ``what`` begins with the value, a verb, or a colon."""
+        between = "" if what.startswith(":") else " "
+        told = cls(f"{where}: {key}{between}{what}{consequence}{remedy and f'. {remedy}'}")
+        told.where, told.key, told.what, told.remedy = where, key, what, remedy
+        return told
+
+
 def place(origin: str, line: int) -> str:
     """Where a problem stands: ``file:line``, or the file alone."""
     return f"{origin}:{line}" if line else origin
@@ -49,9 +67,9 @@ def line_of(lines: Mapping[tuple, int], path: tuple) -> int:
     return lines.get(path, 0) if path else 0
 
 
-def texts_of(error: ValidationError, data, origin: str, lines, root: type[Block]) -> list[str]:
+def texts_of(error: ValidationError, data, origin: str, lines, root: type[Block]) -> list[Told]:
     """One text for each problem pydantic found in a file of kind root, in its order; a vector is reported once."""
-    out: dict[tuple, str] = {}
+    out: dict[tuple, Told] = {}
     for item in error.errors():
         path = item["loc"]
         field, owner = _field(path, root)
@@ -62,69 +80,58 @@ def texts_of(error: ValidationError, data, origin: str, lines, root: type[Block]
     return [out[path] for path in sorted(out, key=lambda p: (line_of(lines, p), dotted(p)))]
 
 
-def _text(item, path, field, owner, data, origin, lines, root) -> str:
+def _text(item, path, field, owner, data, origin, lines, root) -> Told:
     value = _value(data, path)
     key, kind = dotted(path), item["type"]
     where = place(origin, line_of(lines, path[:-1] if value is _ABSENT else path))
     if kind == "extra_forbidden":
         return unknown_key(where, path, value, [d.key for d in declared(root)], owner)
     if kind == "value_error":  # a validator of the scene: its text says what and how
-        return f"{where}: {key} {str(item['msg']).removeprefix('Value error, ')}; {CONSEQUENCE}"
-    if field is None and kind in ("model_type", "dict_type") and path[0] in LISTS:
-        return (
-            f"{where}: {key} = {_show(value)} is {kind_of(value)}, expected a block of keys; {CONSEQUENCE}. "
-            f"Write for example `{path[0]}: {LISTS[path[0]]}`"
-        )
-    if field is None and kind in ("model_type", "dict_type"):  # a free name: of a section or a body
-        return (
-            f"{where}: {key} = {_show(value)} is {kind_of(value)}, expected a block of keys; {CONSEQUENCE}. "
-            f"Write for example `{path[-1]}: {ENTRIES['mesh' if path[0] == 'mesh' else path[-2]]}`"
-        )
+        return Told.of(where, key, str(item["msg"]).removeprefix("Value error, "), "")
+    if field is None and kind in ("model_type", "dict_type"):
+        if path[0] in LISTS:
+            example = f"{path[0]}: {LISTS[path[0]]}"
+        else:  # a free name: of a section or a body
+            example = f"{path[-1]}: {ENTRIES['mesh' if path[0] == 'mesh' else path[-2]]}"
+        what = f"= {_show(value)} is {kind_of(value)}, expected a block of keys"
+        return Told.of(where, key, what, f"Write for example `{example}`")
     if field is None:
-        return f"{where}: {key} = {_show(value)}: {item['msg']}; {CONSEQUENCE}. See the parameter manual"
-    wanted, example = _wanted(field), _example(path, field)
-    about = field.description
+        return Told.of(where, key, f"= {_show(value)}: {item['msg']}", "See the parameter manual")
+    what, remedy = _wrong(item, path, field, value)
+    return Told.of(where, dotted(item["loc"]) if kind == "enum" else key, what, remedy)
+
+
+def _wrong(item, path, field, value) -> tuple[str, str]:
+    """What is wrong with the value of a declared key, and the remedy."""
+    kind, about, wanted, example = item["type"], field.description, _wanted(field), _example(path, field)
     if kind == "missing" and value is _ABSENT:
-        return f"{where}: {key} is missing ({about}); {CONSEQUENCE}. Give {wanted}, for example `{example}`"
+        return f"is missing ({about})", f"Give {wanted}, for example `{example}`"
     extra = field.json_schema_extra
     unit = f" {extra['unit']}" if extra["unit"] not in ("", "1") else ""
     if kind == "out_of_range":
-        which = item["ctx"]["components"]
+        which, bounds = item["ctx"]["components"], f"{item['ctx']['interval']}{unit}"
         part = f", component {', '.join(str(i) for i in which)}," if isinstance(value, list | tuple) else ""
-        return (
-            f"{where}: {key} = {_show(value)}{unit}{part} is outside {item['ctx']['interval']}{unit} ({about}); "
-            f"{CONSEQUENCE}. Give a value in {item['ctx']['interval']}{unit}"
-        )
+        return f"= {_show(value)}{unit}{part} is outside {bounds} ({about})", f"Give a value in {bounds}"
     if kind == "finite_number":
-        return (
-            f"{where}: {key} = {_show(value)}{unit} is not finite ({about}); {CONSEQUENCE}. "
-            f"Give {wanted}, for example `{example}`"
-        )
+        return f"= {_show(value)}{unit} is not finite ({about})", f"Give {wanted}, for example `{example}`"
     if kind == "enum":
         words = [member.value for member in _enum(field.annotation)]
         bad = item["input"]  # of a list one entry
         near = difflib.get_close_matches(str(bad).lower(), words, 1)
-        hint = f"did you mean {near[0]}? " if near else ""
-        return (
-            f"{where}: {dotted(item['loc'])} = {_show(bad)} is none of its values ({about}); {CONSEQUENCE}. "
-            f"{hint.capitalize()}Known: {', '.join(words)}"
-        )
+        hint = f"Did you mean {near[0]}? " if near else ""
+        return f"= {_show(bad)} is none of its values ({about})", f"{hint}Known: {', '.join(words)}"
     if str(value).lower() == "none" and type(None) in get_args(field.annotation):
-        return (
-            f"{where}: {key} = {_show(value)} is text, expected {wanted} ({about}); {CONSEQUENCE}. "
-            f"None is written `{path[-1]}: null`, or the key is left out"
-        )
+        remedy = f"None is written `{path[-1]}: null`, or the key is left out"
+        return f"= {_show(value)} is text, expected {wanted} ({about})", remedy
     one = not any(get_origin(part) is tuple for part in (field.annotation, *get_args(field.annotation)))
     text = (_looks_like_number(value) if one else "") or _odd_entry(value)
     hint = f"{text}. " if text else ""
-    return (
-        f"{where}: {key} = {_show(value)} is {kind_of(value)}, expected {wanted} ({about}); {CONSEQUENCE}. "
-        f"{hint}Write for example `{example}`"
-    )
+    what = f"= {_show(value)} is {kind_of(value)}, expected {wanted} ({about})"
+    return what, f"{hint}Write for example `{example}`"
 
 
-def unknown_key(where: str, path: tuple, value, known: list[str], owner: type[Block] | None = None) -> str:
-    """Text of a key that does not exist, with the nearest known one; value: ASKED where nobody gave one."""
+def unknown_key(where: str, path: tuple, value, known: list[str], owner: type[Block] | None = None) -> Told:
+    """A key that does not exist, with the nearest known one; value: ASKED where nobody gave one."""
     key = dotted(path)
     siblings = list(owner.model_fields) if owner else []
     near = _of_symbol(str(path[-1]), owner) or difflib.get_close_matches(str(path[-1]), siblings, 1, 0.6)
@@ -137,13 +144,9 @@ def unknown_key(where: str, path: tuple, value, known: list[str], owner: type[Bl
         beside = {dotted((*path[:-1], name)) for name in siblings}  # only the block is alike
         whole = [k for k in difflib.get_close_matches(key, known, 1, 0.6) if k not in beside]
         nearest = (whole or same or [""])[0]
-    remedy = (
-        f"Did you mean {nearest}?"
-        if nearest
-        else (f"Known here: {', '.join(siblings)}" if siblings else "See the parameter manual")
-    )
-    given = key if value is ASKED else f"{key} = {_show(value)}"
-    return f"{where}: {given}: there is no such key; {CONSEQUENCE}. {remedy}"
+    remedy = f"Known here: {', '.join(siblings)}" if siblings else "See the parameter manual"
+    given = "" if value is ASKED else f"= {_show(value)}"
+    return Told.of(where, key, f"{given}: there is no such key", f"Did you mean {nearest}?" if nearest else remedy)
 
 
 def _of_symbol(name: str, owner: type[Block] | None) -> list[str]:

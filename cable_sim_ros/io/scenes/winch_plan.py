@@ -105,8 +105,7 @@ class WinchPlan:
                 if not minimum - ROUND_OFF <= item.value <= maximum + ROUND_OFF:
                     raise PlanError(
                         f"{where}: {item.order} = {item.value:g} m is outside the winch's travel, [{minimum:.3f}, "
-                        f"{maximum:.3f}] m; {CONSEQUENCE}. Give a {item.order} within it, "
-                        f"{_more_travel(soft, fixed)}"
+                        f"{maximum:.3f}] m; {CONSEQUENCE}. Give a {item.order} within it, {_more_travel(soft, fixed)}"
                     )
             if item.order == MODE and scene is not None and (text := unfit(changed(scene, MODE_KEY, item.mode))):
                 raise PlanError(f"{where}: {text.replace('nothing was changed', CONSEQUENCE)}")

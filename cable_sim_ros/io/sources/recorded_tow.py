@@ -21,11 +21,10 @@ from ...sim.scene import Scene
 from ...sim.verdict import Reason
 from ..bags.bag import BagError, BagReader, Damage, report
 from ..messages.channels import CHANNELS, channel_of, decode, decode_frames
-from ..messages.commands import NEVER, CommandIngest
+from ..messages.commands import NEVER
 from ..messages.messages import KINDS, Event, Refused, decode_odometry, stamp_of
 from ..motion.arrival_order import Intake, Took
 from ..motion.clock import CONFIRM, DataClock, Stamp
-from ..motion.motion import MotionIngest
 from ..recordings import journal
 from .bag_motion import read_motion
 
@@ -215,21 +214,6 @@ class Feeder:
         self.position = 0  # events that have been pushed
 
     @property
-    def ingest(self) -> MotionIngest:
-        """Of the motion."""
-        return self.intake.ingest
-
-    @property
-    def commands(self) -> CommandIngest:
-        """Of the winch commands."""
-        return self.intake.commands
-
-    @property
-    def clock(self) -> DataClock:
-        """Of the motion."""
-        return self.intake.clock
-
-    @property
     def following(self) -> int:
         """Stamp of the next event, ns."""
         return self.tow.events[self.position].time
@@ -262,9 +246,9 @@ class Feeder:
 
     def _due(self, event: Event) -> int:
         if not event.is_command:
-            known = self.clock.offset is not None and self.clock.fits(event.time, event.arrival)
+            known = self.intake.clock.offset is not None and self.intake.clock.fits(event.time, event.arrival)
             return event.time if known else NEVER
-        now = self.clock.now(event.arrival)
+        now = self.intake.clock.now(event.arrival)
         return NEVER if now is None else now
 
 

@@ -9,13 +9,30 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 
-from ...io.messages.messages import Event
+from ...io.messages.messages import KINDS, Event
 from ...terminal import say
+from ..topics import message_class
 from .clock_topic import TOPIC
-from .playback import SECOND, interval, publishers_of
 
 SETTLE = 0.3  # s; the other side may learn of us a little later than we of it
 PATIENCE = 5.0  # s without a clock, after which it is said
+SECOND = 1_000_000_000
+
+
+def publishers_of(node, items: list[Event]) -> dict:
+    """Publishers for the kinds of the items. Reliable is heard by every subscriber, and by the node as best effort."""
+    from rclpy.qos import QoSProfile
+
+    return {
+        kind: node.create_publisher(message_class(KINDS[kind][0]), KINDS[kind][1], QoSProfile(depth=50))
+        for kind in {item.kind for item in items}
+    }
+
+
+def interval(items: list[Event]) -> int:
+    """Typical time between messages of the first kind, ns: what a lap adds at its seam."""
+    times = [item.arrival for item in items if item.kind == items[0].kind]
+    return (times[-1] - times[0]) // max(1, len(times) - 1)
 
 
 class Follower:

@@ -28,7 +28,7 @@ from ...io.sources.imported_bag import at_speed, needs_speed
 from ...limits import LONGEST_RUN
 from ...terminal import plain_console
 from .. import discovery
-from .playback import SECOND, interval, publishers_of
+from .clock_player import SECOND, interval, publishers_of
 
 SLEEP_CHUNK = 0.1  # s, so that a signal is seen soon
 

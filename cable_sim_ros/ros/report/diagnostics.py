@@ -15,7 +15,9 @@ from ...physics.tick_output import Flag, Source
 from ...sim.drive_mode import mode_in_force
 from ...sim.flag_rules import OK as OK_RUN
 from ...sim.flag_rules import RULES
+from ...sim.rules.latch import said
 from ..publisher import TickPublisher
+from ..rules import RuleKeeper
 from ..session import Session
 from ..statistics import Rate
 from ..status import ERROR, OK, WARN, Status
@@ -23,7 +25,6 @@ from ..status import text_of as _text
 from ..stepped import SteppedSession
 from .health import InputHealth
 from .lockstep_status import lockstep_metrics, lockstep_status
-from .rule_status import rule_status
 
 LAST_SECOND = 1_050_000_000  # ns
 BLENDED_OVER = 10_050_000_000  # ns
@@ -34,6 +35,29 @@ ARRIVED = 0.1  # m; a winch this near to its length is there
 NEWEST = 1000  # ticks the percentiles of /diagnostics look back
 # those that make a run doubtful first
 ALARMS = tuple(Flag[rule.flag] for rule in sorted(RULES, key=lambda rule: rule.state == OK_RUN) if rule.alarm)
+
+
+def rule_status(keeper: RuleKeeper) -> Status:
+    """A warning from the first break on, for as long as the node lives."""
+    report = keeper.report()
+    values = {"set": report["set"], "watched_s": _text(report["duration_s"])}
+    for row in report["rules"]:
+        name = row["rule"]
+        values[f"{name}: worst"] = "none" if row["worst"] is None else f"{row['worst']:.6g}"
+        values[f"{name}: {row['sense']}"] = f"{row['limit']:.6g}"
+        if row["broken"]:
+            values |= {
+                f"{name}: worst_s": _text(row["worst_s"]),
+                f"{name}: first_s": _text(row["first_s"]),
+                f"{name}: first_ns": str(row["first_ns"]),
+                f"{name}: seconds": _text(row["seconds"]),
+                f"{name}: times": str(row["times"]),
+            }
+    values |= {f"not watched: {row['rule']}": row["why"] for row in report["not_watched"]}
+    broken = [said(row) for row in report["rules"] if row["broken"]]
+    if broken:
+        return Status("rules", WARN, "; ".join(broken), values)
+    return Status("rules", OK, f"{len(report['rules'])} rules kept", values)
 
 
 class Watch:
@@ -154,8 +178,8 @@ class Watch:
             values[f"{kind}_received_hz"] = _text(self._rates[kind].of(session.received[kind], now))
             values[f"{kind}_received_age_s"] = "never" if arrival is None else _text((now - arrival) * 1e-9)
         report: dict = {}
-        if getattr(session, "ingest", None) is not None:
-            report = session.ingest.report(now + session.wall)
+        if getattr(session, "intake", None) is not None:
+            report = session.intake.ingest.report(now + session.wall)
             values |= {key: _text(value) if isinstance(value, float) else str(value) for key, value in report.items()}
         drops = drop_counts(session)
         for cause, count in sorted(drops.items()):
@@ -214,9 +238,9 @@ class Watch:
         return said.removeprefix("; ")
 
     def _command(self, publisher: TickPublisher | None, now: int) -> Status:
-        commands = getattr(self.session, "commands", None)
-        if commands is None:
+        if getattr(self.session, "intake", None) is None:
             return Status("command", OK, "not yet listening", {})
+        commands = self.session.intake.commands
         frame = publisher.latest if publisher else None
         payout = math.nan if frame is None else float(frame["payout"])
         flags = 0 if frame is None else int(frame["status"])
@@ -313,8 +337,10 @@ class Watch:
 def drop_counts(session: Session) -> Counter:
     """Motion messages refused, by cause, of the clock and of the ingest."""
     drops = Counter(session.refused)
-    if getattr(session, "ingest", None) is not None:
-        drops.update({cause: count for cause, count in session.ingest.counts.items() if count and CAUSES.get(cause)})
+    if getattr(session, "intake", None) is not None:
+        drops.update(
+            {cause: count for cause, count in session.intake.ingest.counts.items() if count and CAUSES.get(cause)}
+        )
     return drops
 
 
@@ -381,14 +407,13 @@ def final_metrics(session: Session, publisher: TickPublisher | None, recorder_st
     metrics["input_delay_ms"] = session.node.input_delay * 1e3
     metrics["received"] = dict(session.received)
     metrics["dropped"] = dict(drop_counts(session))
-    if getattr(session, "ingest", None) is not None:
-        metrics["motion_refusals"] = [list(row) for row in session.ingest.refusals()]
+    if getattr(session, "intake", None) is not None:
+        metrics["motion_refusals"] = [list(row) for row in session.intake.ingest.refusals()]
         ticks = session.loop.count if session.loop is not None else 0
         metrics["motion_s"] = ticks * session.scene.solver.tick
-    if getattr(session, "commands", None) is not None:
-        metrics["commands_refused"] = dict(session.commands.refused)
-        metrics["commands_clamped"] = dict(session.commands.clamped)
-        metrics["no_commands"] = session.commands.no_command
+        metrics["commands_refused"] = dict(session.intake.commands.refused)
+        metrics["commands_clamped"] = dict(session.intake.commands.clamped)
+        metrics["no_commands"] = session.intake.commands.no_command
     if isinstance(session, SteppedSession):
         metrics["lockstep"] = lockstep_metrics(session)
     if publisher is not None and publisher.rules is not None:

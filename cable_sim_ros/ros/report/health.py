@@ -43,8 +43,9 @@ class InputHealth:
     def look(self, now: int, frame) -> dict[str, Age]:
         """Ages now [ns, `session.now`]; frame: the newest one or None, it says whether a command is stale."""
         session = self.session
-        ingest, commands = getattr(session, "ingest", None), getattr(session, "commands", None)
-        report = ingest.report(now + session.wall) if ingest is not None else {}
+        intake = getattr(session, "intake", None)
+        report = {} if intake is None else intake.ingest.report(now + session.wall)
+        commands = None if intake is None else intake.commands
         ages = {kind: float(report.get(f"{kind}_age_s", math.nan)) for kind in ("imu", "odometry")}
         last = commands.last_arrival if commands is not None else None
         ages["command"] = math.nan if last is None else (now - last) * 1e-9
@@ -96,11 +97,11 @@ class InputHealth:
 
     def _refused(self) -> dict[str, str]:
         """Why motion that comes is not used, by kind."""
-        ingest = getattr(self.session, "ingest", None)
-        if ingest is None:
+        if getattr(self.session, "intake", None) is None:
             return {}
+        refused = self.session.intake.ingest.refused
         coming = [kind for kind in TOPICS if self.ages[kind].state != FRESH and self.ages[kind].rate > 0.0]
-        return {kind: ingest.refused.why(kind) for kind in coming if ingest.refused.why(kind)}
+        return {kind: why for kind in coming if (why := refused.why(kind))}
 
     def levels(self) -> tuple:
         """What must be published at once when it changes."""

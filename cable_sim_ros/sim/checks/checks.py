@@ -7,6 +7,7 @@ unstretched cable counted from its fixed end on the drum; drum, span and sheave 
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 
 from ...physics.section import material_of
 from ...physics.winch import DrumModel
@@ -65,155 +66,154 @@ def downforce(layout: Layout) -> float:
 
 def problems(scene: Scene) -> list[Problem]:
     """What makes the scene senseless; empty when it can be started."""
-    found, layout = list[Problem](), layout_of(scene)
-    sections = scene.cable.sections
+    layout, sections = layout_of(scene), scene.cable.sections
     if not sections:
         return [Problem("cable.sections", "has no section", "Give at least one section, from the drum end outward")]
-    found += form_problems(scene.cable) + section_problems(scene) + weight_problems(scene) + bare_problems(scene)
-    found += strum_problems(scene) + sea_problems(scene) + list(feed_forward_problems(scene))
-    unit = density_problems(scene)
-    if unit:
+    found = [*form_problems(scene.cable), *section_problems(scene), *weight_problems(scene), *bare_problems(scene)]
+    found += [*strum_problems(scene), *sea_problems(scene), *feed_forward_problems(scene)]
+    if unit := density_problems(scene):
         return found + unit  # weights and stiffnesses are judged by them
     if any(problem.key.startswith("water.current_") for problem in found):
         return found  # how fast the water passes is not known
     if any(body.at not in sections for body in scene.bodies.values()):
         return found  # where they hang is not known
-    found += height_problems(scene)
-    solver = scene.solver
-    if solver.tension_error is None and solver.tick > LONGEST_STEP * (1.0 + 1e-9):
-        found.append(
-            Problem(
-                "solver.tick",
-                f"= {solver.tick:g} s is longer than {LONGEST_STEP:g} s, the longest step that is not chosen by its "
-                "error: a cable over a sheave does not follow it",
-                "Give a shorter one, or solver.tension_error, so that each tick is divided into steps",
-            )
-        )
-    winch, sheave = scene.winch, scene.sheave
-    distance = math.hypot(*(sheave.position[i] - winch.position[i] for i in (0, 2)))
-    if distance <= winch.drum_radius + sheave.radius:
-        found_at, needed = apart(distance, winch.drum_radius + sheave.radius, 4)
-        found.append(
-            Problem(
-                "sheave.position",
-                f"is {found_at} m from winch.position, but drum and sheave of radius "
-                f"{winch.drum_radius:g} m and {sheave.radius:g} m need more than {needed} m",
-                "Move them apart, or make the radii smaller",
-            )
-        )
-    if sheave.position[0] >= winch.position[0]:
-        found.append(
-            Problem(
-                "sheave.position",
-                f"has x = {sheave.position[0]:g} m, not aft of winch.position with x = "
-                f"{winch.position[0]:g} m: a winch aft of its sheave is not modelled, for angles of wrap and departure "
-                "and the set-point laws count from a cable that leaves aft, and over the bow it would come back under "
-                "the ship",
-                "Give the sheave the smaller x; for a bow sheave describe the ship turned about, its x axis aft, with "
-                "the other sign of ship.tow_speed and the motion turned by 180 deg",
-            )
-        )
-    if distance <= winch.drum_radius + sheave.radius:
+    found += [*height_problems(scene), *_tick_problems(scene), *_place_problems(scene)]
+    if _distance(scene) <= scene.winch.drum_radius + scene.sheave.radius:
         return found  # there is no route to measure along
     found += drum_problems(layout)
     feeds = scene.winch.drum == DrumModel.FEED
     if feeds and found:
         return found
-    if layout.wound <= 0.0 and not feeds:
-        minimum = winch.wrap - layout.wound / layout.route.drum
-        found.append(
-            Problem(
-                "winch.wrap",
-                f"= {winch.wrap:g} rad ends before the cable leaves the drum, {minimum:.4g} rad from its top: no cable "
-                "lies on the drum",
-                f"Make it larger than {minimum:.4g} rad, by half a turn or more",
-            )
-        )
-    if layout.total <= layout.tangent and not feeds:
-        found.append(
-            Problem(
-                "cable.sections",
-                f"add up to {layout.total:.4g} m, but {layout.tangent:.4g} m are needed to reach the "
-                f"sheave ({layout.wound:.4g} m on the drum, {layout.tangent - layout.wound:.4g} m to the sheave)",
-                f"Make the cable longer than {layout.tangent:.4g} m, or winch.wrap smaller",
-            )
-        )
-    elif downforce(layout) <= 0.0 and layout.water_speed == 0.0:
-        found.append(
-            Problem(
-                "towbody.net_weight",
-                f"and the wet weight of the cable add up to {downforce(layout):.4g} N, must be above "
-                "0 N while the ship is at rest in the water: nothing pulls the cable straight",
-                "Make the body or the cable heavier, or give ship.tow_speed",
-            )
-        )
-    found += seabed_problems(scene) + seat_problems(scene, layout.leaves) + body_problems(scene, layout.leaves)
-    found += astern_problems(scene) + friction_problems(scene) + drive_problems(scene)
-    found += instrument_problems(scene) + rule_problems(scene)
+    found += _length_problems(layout)
+    for check in (astern_problems, friction_problems, drive_problems, instrument_problems, rule_problems):
+        found += check(scene)
     if not found:
         found += layer_problems(layout)
         found += holding_problems(layout) if feeds else wrap_problems(layout)
+    found += _stiffness_problems(layout)
+    for of_mesh in (mesh_problems, link_problems, wake_problems):
+        found = found or list(of_mesh(layout))  # otherwise there may be no mesh
+    return found
+
+
+def _tick_problems(scene: Scene) -> Iterator[Problem]:
+    solver = scene.solver
+    if solver.tension_error is None and solver.tick > LONGEST_STEP * (1.0 + 1e-9):
+        yield Problem(
+            "solver.tick",
+            f"= {solver.tick:g} s is longer than {LONGEST_STEP:g} s, the longest step that is not chosen by its "
+            "error: a cable over a sheave does not follow it",
+            "Give a shorter one, or solver.tension_error, so that each tick is divided into steps",
+        )
+
+
+def _distance(scene: Scene) -> float:
+    """From the axis of the drum to that of the sheave [m]."""
+    return math.hypot(*(scene.sheave.position[i] - scene.winch.position[i] for i in (0, 2)))
+
+
+def _place_problems(scene: Scene) -> Iterator[Problem]:
+    winch, sheave, distance = scene.winch, scene.sheave, _distance(scene)
+    if distance <= winch.drum_radius + sheave.radius:
+        found_at, needed = apart(distance, winch.drum_radius + sheave.radius, 4)
+        yield Problem(
+            "sheave.position",
+            f"is {found_at} m from winch.position, but drum and sheave of radius "
+            f"{winch.drum_radius:g} m and {sheave.radius:g} m need more than {needed} m",
+            "Move them apart, or make the radii smaller",
+        )
+    if sheave.position[0] >= winch.position[0]:
+        yield Problem(
+            "sheave.position",
+            f"has x = {sheave.position[0]:g} m, not aft of winch.position with x = {winch.position[0]:g} m: a winch "
+            "aft of its sheave is not modelled, for angles of wrap and departure and the set-point laws count from a "
+            "cable that leaves aft, and over the bow it would come back under the ship",
+            "Give the sheave the smaller x; for a bow sheave describe the ship turned about, its x axis aft, with the "
+            "other sign of ship.tow_speed and the motion turned by 180 deg",
+        )
+
+
+def _length_problems(layout: Layout) -> Iterator[Problem]:
+    """Too little cable on the drum or off it, nothing that pulls it down, and what hangs where it cannot."""
+    scene, winch = layout.scene, layout.scene.winch
+    feeds = winch.drum == DrumModel.FEED
+    if layout.wound <= 0.0 and not feeds:
+        minimum = winch.wrap - layout.wound / layout.route.drum
+        yield Problem(
+            "winch.wrap",
+            f"= {winch.wrap:g} rad ends before the cable leaves the drum, {minimum:.4g} rad from its top: no cable "
+            "lies on the drum",
+            f"Make it larger than {minimum:.4g} rad, by half a turn or more",
+        )
+    if layout.total <= layout.tangent and not feeds:
+        yield Problem(
+            "cable.sections",
+            f"add up to {layout.total:.4g} m, but {layout.tangent:.4g} m are needed to reach the "
+            f"sheave ({layout.wound:.4g} m on the drum, {layout.tangent - layout.wound:.4g} m to the sheave)",
+            f"Make the cable longer than {layout.tangent:.4g} m, or winch.wrap smaller",
+        )
+    elif downforce(layout) <= 0.0 and layout.water_speed == 0.0:
+        yield Problem(
+            "towbody.net_weight",
+            f"and the wet weight of the cable add up to {downforce(layout):.4g} N, must be above "
+            "0 N while the ship is at rest in the water: nothing pulls the cable straight",
+            "Make the body or the cable heavier, or give ship.tow_speed",
+        )
+    yield from seabed_problems(scene)
+    yield from seat_problems(scene, layout.leaves)
+    yield from body_problems(scene, layout.leaves)
+
+
+def _stiffness_problems(layout: Layout) -> Iterator[Problem]:
+    """Cable too soft for what it carries, or so stiff that its forces are round-off."""
+    scene = layout.scene
     pull, (key, stiffness) = downforce(layout), extreme(scene.cable, "axial_stiffness")
     if pull > MAX_STRAIN * stiffness:
-        found.append(
-            Problem(
-                key,
-                f"= {stiffness:g} N is stretched by {100.0 * pull / stiffness:.3g} % by the "
-                f"{pull:.4g} N that pull the tow down, more than {100.0 * MAX_STRAIN:g} %: the element's law is one "
-                f"of small strain, and no step (solver.tick = {scene.solver.tick:g} s) makes up for it",
-                f"Make it at least {pull / MAX_STRAIN:.3g} N, or the tow lighter; check its unit (EA in N)",
-            )
+        yield Problem(
+            key,
+            f"= {stiffness:g} N is stretched by {100.0 * pull / stiffness:.3g} % by the {pull:.4g} N that pull the "
+            f"tow down, more than {100.0 * MAX_STRAIN:g} %: the element's law is one of small strain, and no step "
+            f"(solver.tick = {scene.solver.tick:g} s) makes up for it",
+            f"Make it at least {pull / MAX_STRAIN:.3g} N, or the tow lighter; check its unit (EA in N)",
         )
     key, stiffness = extreme(scene.cable, "axial_stiffness", max)
     floor, working = ROUND_OFF * stiffness, scene.contact.working_tension
     if floor > MAX_FLOOR * working:
-        found.append(
-            Problem(
-                key,
-                f"= {stiffness:g} N leaves a round-off of {floor:.3g} N in every force, more than "
-                f"{100.0 * MAX_FLOOR:g} % of contact.working_tension = {working:g} N: a step (solver.tick = "
-                f"{scene.solver.tick:g} s) cannot be solved to less",
-                f"Make it at most {MAX_FLOOR * working / ROUND_OFF:.3g} N; a cable without stretch needs no more",
-            )
+        yield Problem(
+            key,
+            f"= {stiffness:g} N leaves a round-off of {floor:.3g} N in every force, more than "
+            f"{100.0 * MAX_FLOOR:g} % of contact.working_tension = {working:g} N: a step (solver.tick = "
+            f"{scene.solver.tick:g} s) cannot be solved to less",
+            f"Make it at most {MAX_FLOOR * working / ROUND_OFF:.3g} N; a cable without stretch needs no more",
         )
-    found = found if found else mesh_problems(layout)
-    found = found if found else link_problems(layout)
-    if found:
-        return found  # there may be no mesh
-    return wake_problems(layout)
 
 
-def seabed_problems(scene: Scene) -> list[Problem]:
+def seabed_problems(scene: Scene) -> Iterator[Problem]:
     """What makes a seabed senseless."""
-    bed, found = scene.seabed, list[Problem]()
+    bed = scene.seabed
     if bed.depth is None:
-        return found
+        return
     lowest = scene.sheave.position[2] - scene.sheave.radius + scene.ship.reference_height
     if -bed.depth > lowest - MIN_FLOOR_GAP * bed.penetration:
-        found.append(
-            Problem(
-                "seabed.depth",
-                f"= {bed.depth:g} m lies above the sheave, whose lowest point is at {lowest:.4g} m: the cable would "
-                "leave it through the ground",
-                f"Make it more than {MIN_FLOOR_GAP * bed.penetration - lowest:.4g} m",
-            )
+        yield Problem(
+            "seabed.depth",
+            f"= {bed.depth:g} m lies above the sheave, whose lowest point is at {lowest:.4g} m: the cable would "
+            "leave it through the ground",
+            f"Make it more than {MIN_FLOOR_GAP * bed.penetration - lowest:.4g} m",
         )
     wet = min(wet_weight(scene, section) for section in scene.cable.sections.values())
     if wet <= 0.0 or scene.towbody.net_weight <= 0.0:
-        found.append(
-            Problem(
-                "seabed.depth",
-                f"is given, but what floats does not lie on it: the cable weighs {wet:.4g} N/m in "
-                f"water, the towbody {scene.towbody.net_weight:g} N; both must be above 0, they set its stiffness",
-                "Leave the seabed out, or make cable and towbody heavier than water",
-            )
+        yield Problem(
+            "seabed.depth",
+            f"is given, but what floats does not lie on it: the cable weighs {wet:.4g} N/m in "
+            f"water, the towbody {scene.towbody.net_weight:g} N; both must be above 0, they set its stiffness",
+            "Leave the seabed out, or make cable and towbody heavier than water",
         )
-    return found
 
 
-def warnings(scene: Scene) -> list[Problem]:
+def warnings(scene: Scene) -> Iterator[Problem]:
     """Numbers that can be run but will show in the results; each names number, threshold and remedy."""
-    found, layout = list[Problem](), layout_of(scene)
+    layout = layout_of(scene)
     radius, feeds = scene.sheave.radius, scene.winch.drum == DrumModel.FEED
     size, name = max(
         (
@@ -224,104 +224,96 @@ def warnings(scene: Scene) -> list[Problem]:
         default=(0.0, ""),
     )
     if size > FINE_ELEMENT * radius * (1 + 1e-9):
-        found.append(
-            Problem(
-                f"cable.sections.{name}",
-                "lies on the sheave with elements of {} m, longer than {} m, ".format(
-                    *apart(size, FINE_ELEMENT * radius)
-                )
-                + f"{FINE_ELEMENT:g} of sheave.radius: contact and tension will ripple",
-                "Give mesh.sheave more elements, or leave it out"
-                if feeds
-                else "Give the part at the sheave more elements, or its own section",
-            )
+        yield Problem(
+            f"cable.sections.{name}",
+            "lies on the sheave with elements of {} m, longer than {} m, ".format(*apart(size, FINE_ELEMENT * radius))
+            + f"{FINE_ELEMENT:g} of sheave.radius: contact and tension will ripple",
+            "Give mesh.sheave more elements, or leave it out"
+            if feeds
+            else "Give the part at the sheave more elements, or its own section",
         )
     elif scene.setpoint.algorithm != "hold":
-        found += travel_warnings(layout, FINE_ZONE, FINE_ZONE)
+        yield from travel_warnings(layout, FINE_ZONE, FINE_ZONE)
     stiff = material_of(scene.cable, scene.cable.sections[name]).bending_stiffness if name else 0.0
     resolved = RESOLVED * math.sqrt(stiff / scene.contact.working_tension)
     spread = not feeds or scene.accuracy.sheave is not SheaveAnswer.RESULTANT  # is it asked for?
     # longer ones have their caution
     if spread and 0.0 < resolved * (1 + 1e-9) < size <= FINE_ELEMENT * radius * (1 + 1e-9):
-        found.append(
-            Problem(
-                f"cable.sections.{name}",
-                "lies on the sheave with elements of {} m, longer than {} m, ".format(*apart(size, resolved))
-                + f"{RESOLVED:g} bending lengths sqrt(EI/T) at contact.working_tension: how the load spreads along "
-                "the sheave and what its ends bear is not resolved; tension, resultant and towbody do not depend on it",
-                f"Where the spread matters, elements of at most {resolved:.3g} m there",
-            )
+        yield Problem(
+            f"cable.sections.{name}",
+            "lies on the sheave with elements of {} m, longer than {} m, ".format(*apart(size, resolved))
+            + f"{RESOLVED:g} bending lengths sqrt(EI/T) at contact.working_tension: how the load spreads along "
+            "the sheave and what its ends bear is not resolved; tension, resultant and towbody do not depend on it",
+            f"Where the spread matters, elements of at most {resolved:.3g} m there",
         )
     if downforce(layout) <= 0.0:
-        found.append(
-            Problem(
-                "towbody.net_weight",
-                f"and the wet weight of the cable add up to {downforce(layout):.4g} N, not above 0 N: "
-                "the tow rises to the surface, where the towbody model does not hold",
-                "Make the body heavier or its lift_area negative",
-            )
+        yield Problem(
+            "towbody.net_weight",
+            f"and the wet weight of the cable add up to {downforce(layout):.4g} N, not above 0 N: "
+            "the tow rises to the surface, where the towbody model does not hold",
+            "Make the body heavier or its lift_area negative",
         )
-    found += link_warnings(layout)
-    found += sea_warnings(scene) + wave_warnings(layout)
-    found += density_warnings(scene) + astern_warnings(scene) + wrap_warnings(scene)
-    found += seat_problems(scene, layout.total)  # those that may be hauled in
+    yield from link_warnings(layout)
+    yield from sea_warnings(scene)
+    yield from wave_warnings(layout)
+    yield from density_warnings(scene)
+    yield from astern_warnings(scene)
+    yield from wrap_warnings(scene)
+    yield from seat_problems(scene, layout.total)  # those that may be hauled in
     speed = layout.water_speed
-    found += setpoint_option_warnings(scene)
-    found += setpoint_warnings(scene, speed) + damping_warnings(scene.cable) + swing_warnings(scene, speed)
-    found += body_warnings(scene, speed)
-    found += amplified_warnings(scene.cable) + strum_warnings(layout) + drag_warnings(scene, speed)
-    found += part_warnings(scene) + friction_warnings(scene) + drive_warnings(scene) + instrument_warnings(scene)
-    found += rule_warnings(scene) + pull_warnings(layout)
+    yield from setpoint_option_warnings(scene)
+    yield from setpoint_warnings(scene, speed)
+    yield from damping_warnings(scene.cable)
+    yield from swing_warnings(scene, speed)
+    yield from body_warnings(scene, speed)
+    yield from amplified_warnings(scene.cable)
+    yield from strum_warnings(layout)
+    yield from drag_warnings(scene, speed)
+    yield from part_warnings(scene)
+    yield from friction_warnings(scene)
+    yield from drive_warnings(scene)
+    yield from instrument_warnings(scene)
+    yield from rule_warnings(scene)
+    yield from pull_warnings(layout)
     for key, name, below in (("sheave", "sheave", radius), ("winch", "drum", scene.winch.drum_radius)):
         height = getattr(scene, key).position[2] + scene.ship.reference_height - below
         if height < 0:
-            found.append(
-                Problem(
-                    f"{key}.position",
-                    f"puts the lowest point of the {name} at {height:.3g} m, below 0 m, the water surface",
-                    "Check the sign of z (up) and ship.reference_height",
-                )
+            yield Problem(
+                f"{key}.position",
+                f"puts the lowest point of the {name} at {height:.3g} m, below 0 m, the water surface",
+                "Check the sign of z (up) and ship.reference_height",
             )
-    return found
 
 
-def travel_warnings(layout: Layout, hauled: float, paid: float) -> list[Problem]:
+def travel_warnings(layout: Layout, hauled: float, paid: float) -> Iterator[Problem]:
     """Cautions for a winch that hauls in and pays out by these lengths [m, both positive] from the start."""
-    found, scene, wound = list[Problem](), layout.scene, layout.wound
+    scene, wound = layout.scene, layout.wound
     if scene.winch.drum == DrumModel.FEED:  # the fine mesh stays at the sheave, whatever runs through it
         travel = wound - scene.winch.dead_length - DRUM_RESERVE * layout.route.drum
         if travel < paid * (1 - 1e-9):
-            found.append(
-                Problem(
-                    "winch.cable_on_drum" if scene.winch.scope is None else "winch.scope",
-                    "leaves {} m to be paid out, less than {} m: the winch stops at the end".format(
-                        *apart(travel, paid)
-                    ),
-                    "Leave more cable on the drum",
-                )
+            yield Problem(
+                "winch.cable_on_drum" if scene.winch.scope is None else "winch.scope",
+                "leaves {} m to be paid out, less than {} m: the winch stops at the end".format(*apart(travel, paid)),
+                "Leave more cable on the drum",
             )
-        return found
+        return
     inboard, outboard = layout.fine_zone
     sides = ((outboard, hauled, "outboard", "hauling in"), (inboard, paid, "inboard", "paying out"))
     for have, want, side, how in sides:
         if have < want:
             short, long = apart(have, want)
-            found.append(
-                Problem(
-                    "cable.sections",
-                    f"have {short} m of fine mesh {side} of the sheave, shorter than {long} m of "
-                    + f"{how}: a coarser element comes onto the sheave and shows as a false change of tension",
-                    f"Make the section at the sheave longer {side}, with elements of at most "
-                    f"{FINE_ELEMENT * scene.sheave.radius:.3g} m",
-                )
+            yield Problem(
+                "cable.sections",
+                f"have {short} m of fine mesh {side} of the sheave, shorter than {long} m of "
+                + f"{how}: a coarser element comes onto the sheave and shows as a false change of tension",
+                f"Make the section at the sheave longer {side}, with elements of at most "
+                f"{FINE_ELEMENT * scene.sheave.radius:.3g} m",
             )
     if wound < paid:
-        found.append(
-            Problem(
-                "winch.wrap",
-                "= {:g} rad leaves {} m on the drum, less than {} m of paying out: the winch stops at the cable "
-                "end".format(scene.winch.wrap, *apart(wound, paid)),
-                "Make winch.wrap larger, and the first section with it",
-            )
+        yield Problem(
+            "winch.wrap",
+            "= {:g} rad leaves {} m on the drum, less than {} m of paying out: the winch stops at the cable end".format(
+                scene.winch.wrap, *apart(wound, paid)
+            ),
+            "Make winch.wrap larger, and the first section with it",
         )
-    return found

@@ -5,6 +5,7 @@ the ship goes. What cannot be is a problem, what hardly can be a caution.
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 
 from ...physics.section import material_of
 from ...physics.winch import DrumModel
@@ -76,83 +77,67 @@ def _densities(scene: Scene) -> dict[tuple[float, float], tuple[float, str, str]
     return found
 
 
-def density_warnings(scene: Scene) -> list[Problem]:
+def density_warnings(scene: Scene) -> Iterator[Problem]:
     """Cable lighter or heavier than any material for its diameter."""
-    found = []
     for (diameter, mass), (density, diameter_key, mass_key) in _densities(scene).items():
         if MIN_DENSITY <= density <= MAX_DENSITY:
             continue
         wrong = "a radius, or mm" if density > MAX_DENSITY else "too large, perhaps mm"
-        found.append(
-            Problem(
-                diameter_key,
-                f"= {diameter:g} m and {mass_key} = {mass:g} kg/m make a cable of {density:.4g} "
-                f"kg/m^3, outside {MIN_DENSITY:g} to {MAX_DENSITY:g} kg/m^3 (fibre rope 500 to 1500, steel rope "
-                "4000 to 6500, solid steel 7850): its weight and drag in water are those of no cable",
-                f"Check both: is the diameter {wrong}?",
-            )
+        yield Problem(
+            diameter_key,
+            f"= {diameter:g} m and {mass_key} = {mass:g} kg/m make a cable of {density:.4g} "
+            f"kg/m^3, outside {MIN_DENSITY:g} to {MAX_DENSITY:g} kg/m^3 (fibre rope 500 to 1500, steel rope "
+            "4000 to 6500, solid steel 7850): its weight and drag in water are those of no cable",
+            f"Check both: is the diameter {wrong}?",
         )
-    return found
 
 
-def body_warnings(scene: Scene, speed: float) -> list[Problem]:
+def body_warnings(scene: Scene, speed: float) -> Iterator[Problem]:
     """Bodies whose net weight may be in kg, or whose wing lifts; speed of the water past them [m/s]."""
-    found = []
     for key, body in (("towbody", scene.towbody), *((f"bodies.{name}", body) for name, body in scene.bodies.items())):
         dry, net = body.mass * scene.gravity, body.net_weight
         if 0.0 < net < body.mass and scene.gravity > 1.0:
-            found.append(
-                Problem(
-                    f"{key}.net_weight",
-                    f"= {net:g} N is {100.0 * net / dry:.2g} % of the dry weight {dry:.4g} N of {key}.mass = "
-                    f"{body.mass:g} kg: a body that nearly floats, {dry / (dry - net):.3g} times as dense as water; "
-                    f"{net:g} kg would be {net * scene.gravity:.4g} N",
-                    "Give it in N",
-                )
+            yield Problem(
+                f"{key}.net_weight",
+                f"= {net:g} N is {100.0 * net / dry:.2g} % of the dry weight {dry:.4g} N of {key}.mass = "
+                f"{body.mass:g} kg: a body that nearly floats, {dry / (dry - net):.3g} times as dense as water; "
+                f"{net:g} kg would be {net * scene.gravity:.4g} N",
+                "Give it in N",
             )
         if body.length is not None and body.diameter is not None and scene.gravity > 0.0:
             displaced = (dry - net) / (scene.gravity * scene.water.density)
             size = 0.25 * math.pi * body.diameter**2 * body.length
             if not MIN_FILL * size <= displaced <= MAX_FILL * size:
-                found.append(
-                    Problem(
-                        f"{key}.net_weight",
-                        f"= {net:g} N and {key}.mass = {body.mass:g} kg displace {displaced:.3g} m^3, "
-                        f"{displaced / size:.3g} times the {size:.3g} m^3 of a cylinder of {key}.length = "
-                        f"{body.length:g} m and {key}.diameter = {body.diameter:g} m; expected {MIN_FILL:g} to "
-                        f"{MAX_FILL:.3g}: weight in the tow and size in the pictures are of two bodies",
-                        "Check all four, and their units",
-                    )
+                yield Problem(
+                    f"{key}.net_weight",
+                    f"= {net:g} N and {key}.mass = {body.mass:g} kg displace {displaced:.3g} m^3, "
+                    f"{displaced / size:.3g} times the {size:.3g} m^3 of a cylinder of {key}.length = "
+                    f"{body.length:g} m and {key}.diameter = {body.diameter:g} m; expected {MIN_FILL:g} to "
+                    f"{MAX_FILL:.3g}: weight in the tow and size in the pictures are of two bodies",
+                    "Check all four, and their units",
                 )
         if body.lift_area > 0.0:
             lift = 0.5 * scene.water.density * body.lift_area * speed**2
-            found.append(
-                Problem(
-                    f"{key}.lift_area",
-                    f"= {body.lift_area:g} m^2 lifts the body, with {lift:.4g} N at {speed:.3g} m/s through the water, "
-                    f"against {key}.net_weight = {net:g} N",
-                    "A wing that presses down, a depressor's, has a negative one; leave it so if it is to lift",
-                )
+            yield Problem(
+                f"{key}.lift_area",
+                f"= {body.lift_area:g} m^2 lifts the body, with {lift:.4g} N at {speed:.3g} m/s through the water, "
+                f"against {key}.net_weight = {net:g} N",
+                "A wing that presses down, a depressor's, has a negative one; leave it so if it is to lift",
             )
-    return found
 
 
-def height_problems(scene: Scene) -> list[Problem]:
+def height_problems(scene: Scene) -> Iterator[Problem]:
     """Drum or sheave under the mean water surface: cable on them and between them is not modelled as wet."""
-    found = []
     for key, radius in (("winch", scene.winch.drum_radius), ("sheave", scene.sheave.radius)):
         height = getattr(scene, key).position[2] + scene.ship.reference_height
         if height < 0.0:
-            found.append(
-                Problem(
-                    f"{key}.position",
-                    f"puts the centre of the {'drum' if key == 'winch' else 'sheave'} (radius {radius:g} m) at "
-                    f"{height:.4g} m, below 0 m, the water surface: water is not modelled on cable that lies on "
-                    "drum or sheave",
-                    "z is up from base_link, and ship.reference_height lifts it; check their signs",
-                )
+            yield Problem(
+                f"{key}.position",
+                f"puts the centre of the {'drum' if key == 'winch' else 'sheave'} (radius {radius:g} m) at "
+                f"{height:.4g} m, below 0 m, the water surface: water is not modelled on cable that lies on "
+                "drum or sheave",
+                "z is up from base_link, and ship.reference_height lifts it; check their signs",
             )
-    return found
 
 
 def astern(scene: Scene) -> tuple[str, float, float]:
@@ -166,73 +151,66 @@ def astern(scene: Scene) -> tuple[str, float, float]:
     return (key, ahead, first_angle(scene, ahead)) if ahead > 0.0 else (key, 0.0, 0.0)
 
 
-def astern_problems(scene: Scene) -> list[Problem]:
+def astern_problems(scene: Scene) -> Iterator[Problem]:
     """A ship that goes astern so fast that the cable streams forward under it."""
     key, ahead, angle = astern(scene)
     if angle <= MAX_FORWARD or key != "ship.tow_speed":
-        return []
-    return [
-        Problem(
-            key,
-            f"= {_value(scene, key)} sends the ship astern through the water at {ahead:.3g} m/s: the cable leads "
-            f"forward under the ship, about {math.degrees(angle):.0f} deg from the vertical, more than "
-            f"{math.degrees(MAX_FORWARD):.0f} deg; there is no hull in the model for it to lie against",
-            "Speed ahead is positive; check the sign, or go slower",
-        )
-    ]
+        return
+    yield Problem(
+        key,
+        f"= {_value(scene, key)} sends the ship astern through the water at {ahead:.3g} m/s: the cable leads "
+        f"forward under the ship, about {math.degrees(angle):.0f} deg from the vertical, more than "
+        f"{math.degrees(MAX_FORWARD):.0f} deg; there is no hull in the model for it to lie against",
+        "Speed ahead is positive; check the sign, or go slower",
+    )
 
 
-def astern_warnings(scene: Scene) -> list[Problem]:
+def astern_warnings(scene: Scene) -> Iterator[Problem]:
     """A cable that leads forward: the ship goes slowly astern, or a current from astern overtakes it."""
     key, ahead, angle = astern(scene)
     if ahead <= 0.0:
-        return []
+        return
     if key != "ship.tow_speed":
         if angle <= MAX_FORWARD:
-            return []
-        return [
-            Problem(
-                key,
-                f"= {_value(scene, key)} overtakes the ship by {ahead:.3g} m/s: the cable leads forward under it, "
-                f"about {math.degrees(angle):.0f} deg from the vertical, and nothing keeps it off the hull",
-                "Check its direction: it is where the water goes, not where it comes from",
-            )
-        ]
-    return [
-        Problem(
+            return
+        yield Problem(
             key,
-            f"= {scene.ship.tow_speed:g} m/s is the ship going astern: the cable leads forward under the ship, about "
-            f"{math.degrees(angle):.0f} deg from the vertical, and nothing keeps it off the hull",
-            "Speed ahead is positive; check the sign",
+            f"= {_value(scene, key)} overtakes the ship by {ahead:.3g} m/s: the cable leads forward under it, "
+            f"about {math.degrees(angle):.0f} deg from the vertical, and nothing keeps it off the hull",
+            "Check its direction: it is where the water goes, not where it comes from",
         )
-    ]
+        return
+    yield Problem(
+        key,
+        f"= {scene.ship.tow_speed:g} m/s is the ship going astern: the cable leads forward under the ship, about "
+        f"{math.degrees(angle):.0f} deg from the vertical, and nothing keeps it off the hull",
+        "Speed ahead is positive; check the sign",
+    )
 
 
-def wrap_problems(layout: Layout) -> list[Problem]:
+def wrap_problems(layout: Layout) -> Iterator[Problem]:
     """With winch.drum = contact: elements wound whole on the drum that are too long to follow it."""
     winch, wound = layout.scene.winch, layout.wound
     maximum = 2.0 * winch.drum_radius
     long = next(((a, b, name) for a, b, name in layout.elements if b <= wound and b - a > maximum * (1.0 + 1e-9)), None)
     if long is None:
-        return []
+        return
     first, last, name = long
     size, bound = apart(last - first, maximum)
-    return [
-        Problem(
-            "winch.wrap",
-            f"= {winch.wrap:g} rad winds {wound:.4g} m of cable on the drum, and with it cable.sections.{name}, whose "
-            f"elements of {size} m are longer than {bound} m, twice winch.drum_radius, and cannot follow the drum",
-            (
-                f"Wind less than {first:.4g} m on it by a smaller wrap, or make the section at the drum end longer"
-                if first > 0.0
-                else f"Give cable.sections.{name} more elements, or the drum end a section of its own"
-            )
-            + "; the unit is rad, not deg or turns",
+    yield Problem(
+        "winch.wrap",
+        f"= {winch.wrap:g} rad winds {wound:.4g} m of cable on the drum, and with it cable.sections.{name}, whose "
+        f"elements of {size} m are longer than {bound} m, twice winch.drum_radius, and cannot follow the drum",
+        (
+            f"Wind less than {first:.4g} m on it by a smaller wrap, or make the section at the drum end longer"
+            if first > 0.0
+            else f"Give cable.sections.{name} more elements, or the drum end a section of its own"
         )
-    ]
+        + "; the unit is rad, not deg or turns",
+    )
 
 
-def wrap_warnings(scene: Scene) -> list[Problem]:
+def wrap_warnings(scene: Scene) -> Iterator[Problem]:
     """A wrap that says nothing, as the length that is out is given."""
     winch = scene.winch
     key = "scope" if winch.scope is not None else "cable_on_drum"
@@ -241,14 +219,12 @@ def wrap_warnings(scene: Scene) -> list[Problem]:
         or getattr(winch, key) is None
         or winch.wrap == type(winch).model_fields["wrap"].default
     ):
-        return []
-    return [
-        Problem(
-            "winch.wrap",
-            f"= {winch.wrap:g} rad has no effect: winch.{key} = {getattr(winch, key):g} m says how much cable is out",
-            "Leave it out",
-        )
-    ]
+        return
+    yield Problem(
+        "winch.wrap",
+        f"= {winch.wrap:g} rad has no effect: winch.{key} = {getattr(winch, key):g} m says how much cable is out",
+        "Leave it out",
+    )
 
 
 def _value(scene: Scene, key: str) -> str:

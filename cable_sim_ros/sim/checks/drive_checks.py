@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 
 from ...physics.drum_layers import radius_of
 from ...physics.winch import DrumModel
-from ...physics.winch_drive import POINTS, DriveModel
+from ...physics.winch_drive import POINTS, DriveModel, WinchMode
 from ..layout import Layout
 from ..problem import Problem, apart, one_digit
 from ..scene import Scene
 from ..tables.drum_layers import layered
-from .mode_checks import BRAKES, PULLS, mode_problems
 
 OF_MOTOR = (
     *("inertia", "controller_mass", "curve_speed", "curve_pull", "max_power", "viscous_friction", "dry_friction"),
@@ -22,144 +23,159 @@ OF_LAYERS = "lay_pitch", "lay_rise", "flange_radius"
 SLACKER = 0.9  # of what the tow pulls at its start: a set pull below it pays out from the start on
 LEAST_DAMPING = 0.1
 LIGHT = 0.2  # of the mass of the towbody: a controller that counts with less is soft against the tow
+PULLS = (WinchMode.TENSION, WinchMode.RENDER)
+BRAKES = (WinchMode.BRAKE, WinchMode.EMERGENCY_STOP)
 
 
-def drive_problems(scene: Scene) -> list[Problem]:
+def mode_problems(scene: Scene) -> Iterator[Problem]:
+    """A mode, set pull or time-out that the drive cannot serve: asked of one that is given while it runs, too."""
+    drive = scene.drive
+    if drive.dead_time >= scene.winch.command_timeout:
+        yield Problem(
+            "drive.dead_time",
+            f"= {drive.dead_time:g} s is not below winch.command_timeout = {scene.winch.command_timeout:g} s: a stream "
+            "of commands would be stale before it moves the drum",
+            "Make it shorter, or the time-out longer",
+        )
+    if drive.mode is not WinchMode.FOLLOW and drive.model is not DriveModel.MOTOR:
+        yield Problem(
+            "drive.mode",
+            f"= {drive.mode.value} needs a motor and a brake, but drive.model = {drive.model.value} has none",
+            "Give drive.model: motor with inertia, curve and brake, or drive.mode: follow",
+        )
+    elif drive.mode in PULLS and drive.set_pull <= 0.0:
+        yield Problem(
+            "drive.set_pull",
+            f"= 0 N, but drive.mode = {drive.mode.value} pulls with it: the cable would run off the drum",
+            "Give the pull at the drum that is to be kept, in N",
+        )
+    elif drive.mode in PULLS and drive.set_pull > max(drive.curve_pull, default=drive.set_pull):
+        yield Problem(
+            "drive.set_pull",
+            f"= {drive.set_pull:g} N is more than the {max(drive.curve_pull):g} N that the motor pulls at most "
+            f"(drive.curve_pull): drive.mode = {drive.mode.value} would never come to it",
+            "Give less, or a stronger motor",
+        )
+    elif drive.mode in BRAKES and drive.brake_pull <= 0.0:
+        yield Problem(
+            "drive.brake_pull",
+            f"= 0 N, but drive.mode = {drive.mode.value} hands the cable to the brake: it would run off the drum",
+            "Give the pull at the drum that the set brake holds, in N",
+        )
+
+
+def drive_problems(scene: Scene) -> Iterator[Problem]:
     """What makes a drive senseless."""
-    drive, found = scene.drive, list(mode_problems(scene))
+    drive = scene.drive
+    yield from mode_problems(scene)
     most = 2.0 * drive.damping * drive.bandwidth
     gain = 0.25 * drive.bandwidth if drive.length_gain is None else drive.length_gain
     if drive.model is not DriveModel.SERVO and drive.damping > 0.0 and gain >= most:
-        found.append(
-            Problem(
-                "drive.length_gain",
-                f"= {gain:g} 1/s is not below {most:.3g} 1/s, twice drive.damping times drive.bandwidth: the length "
-                "swings up by itself",
-                f"Give {0.25 * most:.2g} 1/s or less, or more damping",
-            )
+        yield Problem(
+            "drive.length_gain",
+            f"= {gain:g} 1/s is not below {most:.3g} 1/s, twice drive.damping times drive.bandwidth: the length "
+            "swings up by itself",
+            f"Give {0.25 * most:.2g} 1/s or less, or more damping",
         )
     if drive.model is not DriveModel.MOTOR:
-        return found
+        return
     if drive.damping < LEAST_DAMPING:
-        found.append(
-            Problem(
-                "drive.damping",
-                f"= {drive.damping:g} is below {LEAST_DAMPING:g}: the controller of the motor rings without end",
-                "Give 0.7; 0 is a loop of first order for drive.model: rate_loop alone",
-            )
+        yield Problem(
+            "drive.damping",
+            f"= {drive.damping:g} is below {LEAST_DAMPING:g}: the controller of the motor rings without end",
+            "Give 0.7; 0 is a loop of first order for drive.model: rate_loop alone",
         )
     if drive.bandwidth * scene.solver.tick > 1.0:
-        found.append(
-            Problem(
-                "drive.bandwidth",
-                f"= {drive.bandwidth:g} rad/s is faster than solver.tick = {scene.solver.tick:g} s can follow, "
-                f"{1.0 / scene.solver.tick:.3g} rad/s",
-                f"Give solver.tick (--every) of {one_digit(1.0 / drive.bandwidth):g} s or less, or a slower controller",
-            )
+        yield Problem(
+            "drive.bandwidth",
+            f"= {drive.bandwidth:g} rad/s is faster than solver.tick = {scene.solver.tick:g} s can follow, "
+            f"{1.0 / scene.solver.tick:.3g} rad/s",
+            f"Give solver.tick (--every) of {one_digit(1.0 / drive.bandwidth):g} s or less, or a slower controller",
         )
     if drive.inertia <= 0.0:
-        found.append(
-            Problem(
-                "drive.inertia",
-                f"= {drive.inertia:g} kg m^2, but drive.model = motor turns it",
-                "Give the inertia of motor (times the ratio of its gear squared), drum and wound cable about the drum",
-            )
+        yield Problem(
+            "drive.inertia",
+            f"= {drive.inertia:g} kg m^2, but drive.model = motor turns it",
+            "Give the inertia of motor (times the ratio of its gear squared), drum and wound cable about the drum",
         )
     speeds, pulls = drive.curve_speed, drive.curve_pull
     rising = all(a < b for a, b in zip(speeds, speeds[1:], strict=False))
     if not 2 <= len(speeds) <= POINTS or len(pulls) != len(speeds) or not rising or speeds[0] != 0.0:
-        found.append(
-            Problem(
-                "drive.curve_speed",
-                f"has {len(speeds)} speeds and drive.curve_pull {len(pulls)} pulls, expected 2 to {POINTS} of each, "
-                "speeds rising from 0 m/s",
-                "Give the line pull of the motor at these line speeds, as on its data sheet",
-            )
+        yield Problem(
+            "drive.curve_speed",
+            f"has {len(speeds)} speeds and drive.curve_pull {len(pulls)} pulls, expected 2 to {POINTS} of each, "
+            "speeds rising from 0 m/s",
+            "Give the line pull of the motor at these line speeds, as on its data sheet",
         )
     elif speeds[-1] < scene.winch.max_rate:
-        found.append(
-            Problem(
-                "drive.curve_speed",
-                f"ends at {speeds[-1]:g} m/s, below winch.max_rate = {scene.winch.max_rate:g} m/s, where the motor has "
-                "no pull left: the cable would run off the drum",
-                f"Carry the curve to {scene.winch.max_rate:g} m/s or more, or make winch.max_rate smaller",
-            )
+        yield Problem(
+            "drive.curve_speed",
+            f"ends at {speeds[-1]:g} m/s, below winch.max_rate = {scene.winch.max_rate:g} m/s, where the motor has "
+            "no pull left: the cable would run off the drum",
+            f"Carry the curve to {scene.winch.max_rate:g} m/s or more, or make winch.max_rate smaller",
         )
     if scene.winch.drum is DrumModel.CONTACT:
-        found.append(
-            Problem(
-                "drive.model",
-                "= motor turns a drum that feeds; with winch.drum = contact the cable's end is led on its path",
-                "Give winch.drum: feed",
-            )
+        yield Problem(
+            "drive.model",
+            "= motor turns a drum that feeds; with winch.drum = contact the cable's end is led on its path",
+            "Give winch.drum: feed",
         )
-    return found
 
 
-def layer_problems(layout: Layout) -> list[Problem]:
+def layer_problems(layout: Layout) -> Iterator[Problem]:
     """Layers that cannot be wound."""
     scene = layout.scene
     winch, drum = scene.winch, layered(scene)
     if winch.lay_width == 0.0:
-        return []
+        return
     if winch.drum is DrumModel.CONTACT:
         text = f"= {winch.lay_width:g} m winds layers, but with winch.drum = contact the drum is one cylinder"
-        return [Problem("winch.lay_width", text, "Leave it out, or give winch.drum: feed")]
+        yield Problem("winch.lay_width", text, "Leave it out, or give winch.drum: feed")
+        return
     if drum.lay_turns < 1.0:
         text = f"= {winch.lay_width:g} m is less than one turn of {drum.lay_pitch:.3g} m (winch.lay_pitch)"
-        return [Problem("winch.lay_width", text, "Give the width between the flanges")]
+        yield Problem("winch.lay_width", text, "Give the width between the flanges")
+        return
     outside = float(radius_of(drum, layout.route.wound)) + 0.5 * scene.cable.diameter
     if winch.flange_radius is None or outside <= winch.flange_radius:
-        return []
-    return [
-        Problem(
-            "winch.flange_radius",
-            "= {} m is less than {} m, the outer radius of {:.4g} m of cable in layers of winch.lay_width = {:g} m: "
-            "the drum has no room for it".format(
-                *apart(winch.flange_radius, outside), layout.route.wound, winch.lay_width
-            ),
-            "Wind less cable (winch.cable_on_drum), or give a wider drum",
-        )
-    ]
+        return
+    yield Problem(
+        "winch.flange_radius",
+        "= {} m is less than {} m, the outer radius of {:.4g} m of cable in layers of winch.lay_width = {:g} m: "
+        "the drum has no room for it".format(*apart(winch.flange_radius, outside), layout.route.wound, winch.lay_width),
+        "Wind less cable (winch.cable_on_drum), or give a wider drum",
+    )
 
 
-def holding_problems(layout: Layout) -> list[Problem]:
+def holding_problems(layout: Layout) -> Iterator[Problem]:
     """A motor or a brake that cannot hold the tow at its start."""
     scene = layout.scene
     drive = scene.drive
-    if drive.model is not DriveModel.MOTOR or drive_problems(scene):
-        return []
-    found = list[Problem]()
+    if drive.model is not DriveModel.MOTOR or any(drive_problems(scene)):
+        return
     pull, gear = _pull(layout)
     most, brake = gear * drive.curve_pull[0], gear * drive.brake_pull
     if most <= pull and drive.mode not in BRAKES:
-        found.append(
-            Problem(
-                "drive.curve_pull",
-                "begins with {} N at the layer that runs off, not above the {} N with which the tow pulls at its "
-                "start: the motor cannot hold it".format(*apart(most, pull)),
-                "Give a stronger motor, or a lighter or slower tow",
-            )
+        yield Problem(
+            "drive.curve_pull",
+            "begins with {} N at the layer that runs off, not above the {} N with which the tow pulls at its "
+            "start: the motor cannot hold it".format(*apart(most, pull)),
+            "Give a stronger motor, or a lighter or slower tow",
         )
     elif drive.dry_friction > 0.0 and most <= pull + gear * drive.dry_friction:
-        found.append(
-            Problem(
-                "drive.dry_friction",
-                f"= {drive.dry_friction:g} N and the {pull:.3g} N with which the tow pulls at its start leave nothing "
-                f"of the {most:.3g} N with which drive.curve_pull begins: the motor cannot haul in",
-                "Give less friction, or a stronger motor",
-            )
+        yield Problem(
+            "drive.dry_friction",
+            f"= {drive.dry_friction:g} N and the {pull:.3g} N with which the tow pulls at its start leave nothing "
+            f"of the {most:.3g} N with which drive.curve_pull begins: the motor cannot haul in",
+            "Give less friction, or a stronger motor",
         )
     if 0.0 < brake <= pull:
-        found.append(
-            Problem(
-                "drive.brake_pull",
-                "holds {} N at the layer that runs off, not above the {} N with which the tow pulls at its start: "
-                "the brake cannot hold it".format(*apart(brake, pull)),
-                "Give a stronger brake, or a lighter or slower tow",
-            )
+        yield Problem(
+            "drive.brake_pull",
+            "holds {} N at the layer that runs off, not above the {} N with which the tow pulls at its start: "
+            "the brake cannot hold it".format(*apart(brake, pull)),
+            "Give a stronger brake, or a lighter or slower tow",
         )
-    return found
 
 
 def _pull(layout: Layout) -> tuple[float, float]:
@@ -169,12 +185,11 @@ def _pull(layout: Layout) -> tuple[float, float]:
     return float(layout.shape().tension.max()), float(drum.radius / radius_of(drum, layout.route.wound))
 
 
-def pull_warnings(layout: Layout) -> list[Problem]:
+def pull_warnings(layout: Layout) -> Iterator[Problem]:
     """A motor that the tow overhauls at some speed, or set to less than the tow pulls."""
     drive, fastest = layout.scene.drive, layout.scene.winch.max_rate
     if drive.model is not DriveModel.MOTOR:
-        return []
-    found = list[Problem]()
+        return
     pull, gear = _pull(layout)
     speeds = np.linspace(0.0, fastest, 201)
     most = gear * np.interp(gear * speeds, drive.curve_speed, drive.curve_pull, right=0.0)
@@ -184,34 +199,30 @@ def pull_warnings(layout: Layout) -> list[Problem]:
     begins = f"the {pull:.3g} N with which the tow pulls at its start"
     if len(weak) and weak[0] == 0.0:  # of a scene that begins on its brake
         text = f"begins with {most[0]:.3g} N, not above {begins}: the motor cannot hold it once the brake lifts"
-        found.append(Problem("drive.curve_pull", text, "Give a stronger motor, or leave the brake set"))
+        yield Problem("drive.curve_pull", text, "Give a stronger motor, or leave the brake set")
     elif len(weak):
         limit = "drive.curve_pull" if drive.max_power is None else "drive.max_power"
-        found.append(
-            Problem(
-                limit,
-                f"leaves the motor {most[-1]:.3g} N at winch.max_rate = {fastest:g} m/s, not above {begins}: paid out "
-                f"at {weak[0]:.3g} m/s or faster, it overhauls the motor and runs away until the brake is set",
-                f"Give winch.max_rate below {weak[0]:.3g} m/s, or a stronger motor",
-            )
+        yield Problem(
+            limit,
+            f"leaves the motor {most[-1]:.3g} N at winch.max_rate = {fastest:g} m/s, not above {begins}: paid out "
+            f"at {weak[0]:.3g} m/s or faster, it overhauls the motor and runs away until the brake is set",
+            f"Give winch.max_rate below {weak[0]:.3g} m/s, or a stronger motor",
         )
     if drive.mode in PULLS and drive.set_pull < SLACKER * pull:
-        found.append(
-            Problem(
-                "drive.set_pull",
-                f"= {drive.set_pull:g} N is less than {begins}: drive.mode = {drive.mode.value} pays out from the "
-                "start on, until less pulls or the travel ends",
-                f"Give about {pull:.3g} N or more, or another mode",
-            )
+        yield Problem(
+            "drive.set_pull",
+            f"= {drive.set_pull:g} N is less than {begins}: drive.mode = {drive.mode.value} pays out from the "
+            "start on, until less pulls or the travel ends",
+            f"Give about {pull:.3g} N or more, or another mode",
         )
-    return found
 
 
-def drive_warnings(scene: Scene) -> list[Problem]:
+def drive_warnings(scene: Scene) -> Iterator[Problem]:
     """Numbers of a motor, a loop or layers that are not there, or gains that hold the tow softly."""
     winch = scene.winch
     layers = [] if winch.lay_width > 0.0 else [key for key in OF_LAYERS if getattr(winch, key) is not None]
-    return _drive_warnings(scene) + [
+    yield from _drive_warnings(scene)
+    yield from [
         Problem(
             f"winch.{key}",
             "has no effect: without winch.lay_width the drum has one layer, of any length",
@@ -221,25 +232,24 @@ def drive_warnings(scene: Scene) -> list[Problem]:
     ]
 
 
-def _drive_warnings(scene: Scene) -> list[Problem]:
+def _drive_warnings(scene: Scene) -> Iterator[Problem]:
     drive = scene.drive
     if drive.model is DriveModel.MOTOR:
         radius = scene.winch.drum_radius + 0.5 * scene.cable.diameter
         mass, tow = drive.controller_mass or drive.inertia / radius**2, scene.towbody.mass
         if mass >= LIGHT * tow:
-            return []
-        return [
-            Problem(
-                "drive.inertia" if drive.controller_mass is None else "drive.controller_mass",
-                f"makes {mass:.3g} kg at the cable, less than {LIGHT:g} of towbody.mass = {tow:g} kg: the gains of the "
-                "motor are made for the bare drum and hold the tow softly",
-                f"Give drive.controller_mass, {mass + tow:.3g} kg for drum and towbody",
-            )
-        ]
+            return
+        yield Problem(
+            "drive.inertia" if drive.controller_mass is None else "drive.controller_mass",
+            f"makes {mass:.3g} kg at the cable, less than {LIGHT:g} of towbody.mass = {tow:g} kg: the gains of the "
+            "motor are made for the bare drum and hold the tow softly",
+            f"Give drive.controller_mass, {mass + tow:.3g} kg for drum and towbody",
+        )
+        return
     absent = [(key, "motor", "motor") for key in OF_MOTOR]
     if drive.model is DriveModel.SERVO:
         absent += [(key, "rate loop", "rate_loop or motor") for key in OF_LOOP]
-    return [
+    yield from [
         Problem(
             f"drive.{key}",
             f"has no effect: drive.model = {drive.model.value} has no {what}",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from math import exp, radians, sin
 
 from ...physics.contact_surface import sheave_friction
@@ -16,19 +17,17 @@ IN_PART, BORNE, SEEN = 3.0, 0.05, 1e-3
 COARSE_SLIP = 0.05  # of winch.max_rate: a slip speed above it leaves a haul at a fifth of that rate 3 % less friction
 
 
-def friction_problems(scene: Scene) -> list[Problem]:
+def friction_problems(scene: Scene) -> Iterator[Problem]:
     """Friction on a drum that carries no cable."""
     winch = scene.winch
     if winch.drum_friction == 0.0 or winch.drum is DrumModel.CONTACT:
-        return []
-    return [
-        Problem(
-            "winch.drum_friction",
-            f"= {winch.drum_friction:g} has no cable to act on: with winch.drum = feed the mesh ends where the cable "
-            "leaves the drum, which holds it there without slip, and what is wound is no part of it",
-            "Leave it out; winch.drum = contact, for travel of a few metres, lays the cable on the drum",
-        )
-    ]
+        return
+    yield Problem(
+        "winch.drum_friction",
+        f"= {winch.drum_friction:g} has no cable to act on: with winch.drum = feed the mesh ends where the cable "
+        "leaves the drum, which holds it there without slip, and what is wound is no part of it",
+        "Leave it out; winch.drum = contact, for travel of a few metres, lays the cable on the drum",
+    )
 
 
 def may_miss(scene: Scene) -> float:
@@ -62,54 +61,43 @@ def in_part(scene: Scene, fraction: float) -> tuple[Reason, ...]:
     )
 
 
-def friction_warnings(scene: Scene) -> list[Problem]:
+def friction_warnings(scene: Scene) -> Iterator[Problem]:
     """Friction that never acts, or only in part."""
-    sheave, found = scene.sheave, list[Problem]()
+    sheave = scene.sheave
     stands = sheave.friction / sin(radians(0.5 * sheave.throat_angle_deg))
     if sheave.friction > 0.0 and sheave.bearing_friction == 0.0:
-        found.append(
-            Problem(
-                "sheave.friction",
-                f"= {sheave.friction:g} has no effect: with sheave.bearing_friction = 0 the sheave turns with the "
-                "cable, which never slides in its groove",
-                f"Give sheave.bearing_friction, for a sheave that stands {stands:.3g} or more, or leave both out",
-            )
+        yield Problem(
+            "sheave.friction",
+            f"= {sheave.friction:g} has no effect: with sheave.bearing_friction = 0 the sheave turns with the "
+            "cable, which never slides in its groove",
+            f"Give sheave.bearing_friction, for a sheave that stands {stands:.3g} or more, or leave both out",
         )
     if sheave.bearing_friction > 0.0 and sheave.friction == 0.0:
-        found.append(
-            Problem(
-                "sheave.bearing_friction",
-                f"= {sheave.bearing_friction:g} has no effect: with sheave.friction = 0 the cable slides through a "
-                "groove that does not turn, without friction",
-                "Give sheave.friction, 0.1 of steel on steel, or leave both out",
-            )
+        yield Problem(
+            "sheave.bearing_friction",
+            f"= {sheave.bearing_friction:g} has no effect: with sheave.friction = 0 the cable slides through a "
+            "groove that does not turn, without friction",
+            "Give sheave.friction, 0.1 of steel on steel, or leave both out",
         )
     if sheave.swivel_friction > 0.0 and not sheave.swivel:
-        found.append(
-            Problem(
-                "sheave.swivel_friction",
-                f"= {sheave.swivel_friction:g} m has no effect: the block does not swivel",
-                "Give sheave.swivel: true, or leave it out",
-            )
+        yield Problem(
+            "sheave.swivel_friction",
+            f"= {sheave.swivel_friction:g} m has no effect: the block does not swivel",
+            "Give sheave.swivel: true, or leave it out",
         )
     acts, coarse = sheave_friction(sheave) > 0.0 or scene.winch.drum_friction > 0.0, COARSE_SLIP * scene.winch.max_rate
     if acts and scene.contact.slip_speed > coarse:
-        found.append(
-            Problem(
-                "contact.slip_speed",
-                f"= {scene.contact.slip_speed:g} m/s is above {coarse:.3g} m/s, {COARSE_SLIP:g} of winch.max_rate = "
-                f"{scene.winch.max_rate:g} m/s: friction acts in part at most speeds of the winch",
-                f"Make it {coarse:.3g} m/s or less",
-            )
+        yield Problem(
+            "contact.slip_speed",
+            f"= {scene.contact.slip_speed:g} m/s is above {coarse:.3g} m/s, {COARSE_SLIP:g} of winch.max_rate = "
+            f"{scene.winch.max_rate:g} m/s: friction acts in part at most speeds of the winch",
+            f"Make it {coarse:.3g} m/s or less",
         )
     elif acts and scene.setpoint.algorithm == "hold":
-        found.append(
-            Problem(
-                "contact.slip_speed",
-                f"= {scene.contact.slip_speed:g} m/s: while the winch is held (setpoint.algorithm = hold) the cable "
-                f"slips no faster than that, and friction acts in part: up to {may_miss(scene):.3g} N at "
-                f"contact.working_tension are missing in the tension at the drum",
-                "Take the tension at the drum while the winch runs, or make it smaller (docs/limits.md, creep)",
-            )
+        yield Problem(
+            "contact.slip_speed",
+            f"= {scene.contact.slip_speed:g} m/s: while the winch is held (setpoint.algorithm = hold) the cable "
+            f"slips no faster than that, and friction acts in part: up to {may_miss(scene):.3g} N at "
+            f"contact.working_tension are missing in the tension at the drum",
+            "Take the tension at the drum while the winch runs, or make it smaller (docs/limits.md, creep)",
         )
-    return found

@@ -23,9 +23,12 @@ OF_PATH = {
 DEVICE_OF = {target: target.partition("_")[0] if target.startswith("mru_") else target for target in TARGETS}
 
 
-def instrument_problems(scene: Scene) -> list[Problem]:
+def instrument_problems(scene: Scene) -> Iterator[Problem]:
     """What makes instruments and faults senseless."""
-    return [*_rates(scene), *_encoder(scene), *feed_problems(scene), *fault_problems(scene)]
+    yield from _rates(scene)
+    yield from _encoder(scene)
+    yield from feed_problems(scene)
+    yield from fault_problems(scene)
 
 
 def _rates(scene: Scene) -> Iterator[Problem]:
@@ -105,18 +108,15 @@ def fault_problems(scene: Scene) -> Iterator[Problem]:
             yield Problem(f"{key}.size", f"= {fault.size:g} is no deviation of a noise", "Give 0 or more")
 
 
-def instrument_warnings(scene: Scene) -> list[Problem]:
+def instrument_warnings(scene: Scene) -> Iterator[Problem]:
     """Numbers of an instrument that is not aboard."""
-    found = []
     if scene.setpoint.algorithm is SetpointLaw.CONSTANT_TENSION and scene.instruments.feed is Feedback.INSTRUMENTS:
-        found.append(
-            Problem(
-                "instruments.feed",
-                "= instruments: constant_tension goes by the load pin, which bears both legs of the cable; where the "
-                "departure angle moves, the reading moves with it, and on a sheave with little wrap more than with the "
-                "tension. What it then leaves may be more than a held winch does",
-                "Compare with instruments.feed: truth, and with setpoint.algorithm: hold",
-            )
+        yield Problem(
+            "instruments.feed",
+            "= instruments: constant_tension goes by the load pin, which bears both legs of the cable; where the "
+            "departure angle moves, the reading moves with it, and on a sheave with little wrap more than with the "
+            "tension. What it then leaves may be more than a held winch does",
+            "Compare with instruments.feed: truth, and with setpoint.algorithm: hold",
         )
     for name, device in zip(DEVICES, devices(scene), strict=True):
         if device.on:
@@ -125,5 +125,4 @@ def instrument_warnings(scene: Scene) -> list[Problem]:
             if getattr(device, item.key) != item.default:
                 text = f"has no effect: instruments.{name}.on is false"
                 remedy = f"Leave it out, or give instruments.{name}.on"
-                found.append(Problem(f"instruments.{name}.{item.key}", text, remedy))
-    return found
+                yield Problem(f"instruments.{name}.{item.key}", text, remedy)

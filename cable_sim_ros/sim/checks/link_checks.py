@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from math import pi
 from typing import NamedTuple
 
@@ -39,12 +40,12 @@ def bent_links(layout: Layout) -> list[Bent]:
     return found
 
 
-def link_problems(layout: Layout) -> list[Problem]:
+def link_problems(layout: Layout) -> Iterator[Problem]:
     """Links that cannot lie on what they are to lie on."""
     scene = layout.scene
     if scene.cable.model is not CableModel.SEGMENTS:
-        return []
-    return [
+        return
+    yield from [
         Problem(
             f"cable.sections.{bent.section}",
             "lies on {} = {:g} m with links of {} m, longer than {} m: a link is straight and would touch it with one "
@@ -56,59 +57,49 @@ def link_problems(layout: Layout) -> list[Problem]:
     ]
 
 
-def form_problems(cable: Cable) -> list[Problem]:
+def form_problems(cable: Cable) -> Iterator[Problem]:
     """A form of links' buoyancy for elements that are none."""
     if cable.model is CableModel.SEGMENTS or cable.link_buoyancy is LinkBuoyancy.FULL:
-        return []
-    return [
-        Problem(
-            "cable.link_buoyancy",
-            f"= {cable.link_buoyancy.value} is of links, but cable.model = {cable.model.value}: it has no effect",
-            "Leave it out, or give cable.model segments",
-        )
-    ]
+        return
+    yield Problem(
+        "cable.link_buoyancy",
+        f"= {cable.link_buoyancy.value} is of links, but cable.model = {cable.model.value}: it has no effect",
+        "Leave it out, or give cable.model segments",
+    )
 
 
-def link_warnings(layout: Layout) -> list[Problem]:
+def link_warnings(layout: Layout) -> Iterator[Problem]:
     """What links leave out, and where their corners show."""
     scene = layout.scene
     if scene.cable.model is not CableModel.SEGMENTS:
-        return []
-    found = []
+        return
     key, damping = extreme(scene.cable, "bending_damping", max)
     if damping > 0.0 and extreme(scene.cable, "bending_stiffness", max)[1] > 0.0:
-        found.append(
-            Problem(
-                key,
-                f"= {damping:g} N m^2 s has no effect on a cable of links (cable.model = segments): their joints are "
-                "springs without damping",
-                "Leave it out, or cable.model ancf",
-            )
+        yield Problem(
+            key,
+            f"= {damping:g} N m^2 s has no effect on a cable of links (cable.model = segments): their joints are "
+            "springs without damping",
+            "Leave it out, or cable.model ancf",
         )
     for bent in bent_links(layout):
         longest = longest_on(bent.radius, _allowed(scene))
         if bent.size > longest * (1 + 1e-9):
-            found.append(
-                Problem(
-                    f"cable.sections.{bent.section}",
-                    "lies on {} = {:g} m with links of {} m, longer than {} m, whose middle is {:g} contact "
-                    "penetrations below their ends: the load sits on the middles, penetration and tension will "
-                    "ripple".format(bent.key, bent.radius, *apart(bent.size, longest), MAX_SAGITTA),
-                    f"Give it more elements there, links of at most {longest:.2g} m",
-                )
+            yield Problem(
+                f"cable.sections.{bent.section}",
+                "lies on {} = {:g} m with links of {} m, longer than {} m, whose middle is {:g} contact "
+                "penetrations below their ends: the load sits on the middles, penetration and tension will "
+                "ripple".format(bent.key, bent.radius, *apart(bent.size, longest), MAX_SAGITTA),
+                f"Give it more elements there, links of at most {longest:.2g} m",
             )
     if scene.cable.link_buoyancy is LinkBuoyancy.NORMAL:
         thickest = extreme(scene.cable, "diameter", max)[1]
         pressed = scene.water.density * scene.gravity * 100.0 * 0.25 * pi * thickest**2
-        found.append(
-            Problem(
-                "cable.link_buoyancy",
-                "= normal is the printed form, which leaves out what pressure does to a curved cable: tensions and "
-                f"shape err by what pressure on its cross-section comes to, {pressed:.3g} N at 100 m",
-                "For anything but a comparison with the source, link_buoyancy full",
-            )
+        yield Problem(
+            "cable.link_buoyancy",
+            "= normal is the printed form, which leaves out what pressure does to a curved cable: tensions and "
+            f"shape err by what pressure on its cross-section comes to, {pressed:.3g} N at 100 m",
+            "For anything but a comparison with the source, link_buoyancy full",
         )
-    return found
 
 
 def _allowed(scene: Scene) -> float:

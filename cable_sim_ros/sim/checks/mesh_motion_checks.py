@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 from ...physics.water import WaveKind
 from ...physics.winch import DrumModel
 from ..layout import Layout
@@ -13,168 +15,141 @@ from ..statics.route import DRUM_RESERVE
 WAVES_BEYOND = 1.5  # times accuracy.tension: an estimate is not better
 
 
-def drum_problems(layout: Layout) -> list[Problem]:
+def drum_problems(layout: Layout) -> Iterator[Problem]:
     """Keys that belong to the other model of the drum, and lengths that do not go together."""
-    feeds = layout.scene.winch.drum == DrumModel.FEED
-    return feed_problems(layout) if feeds else contact_problems(layout.scene)
+    if layout.scene.winch.drum == DrumModel.FEED:
+        yield from list(feed_problems(layout)) or limit_problems(layout)
+    else:
+        yield from contact_problems(layout.scene)
 
 
-def contact_problems(scene: Scene) -> list[Problem]:
+def contact_problems(scene: Scene) -> Iterator[Problem]:
     """A mesh fixed to the material has its elements in the sections, and its cable where winch.wrap lays it."""
-    found, winch = list[Problem](), scene.winch
+    winch = scene.winch
     for name, section in scene.cable.sections.items():
         if section.elements is None:
-            found.append(
-                Problem(
-                    f"cable.sections.{name}.elements",
-                    "is missing: with winch.drum = contact the mesh is fixed to the material and written section by "
-                    "section",
-                    "Give the number of elements, or leave winch.drum = contact out",
-                )
+            yield Problem(
+                f"cable.sections.{name}.elements",
+                "is missing: with winch.drum = contact the mesh is fixed to the material and written section by "
+                "section",
+                "Give the number of elements, or leave winch.drum = contact out",
             )
     for key in ("scope", "cable_on_drum", "least_scope", "most_scope"):
         value = getattr(winch, key)
         if value is not None:
-            found.append(
-                Problem(
-                    f"winch.{key}",
-                    f"= {value:g} m belongs to winch.drum = feed: with contact, winch.wrap and the sections say where "
-                    "the cable lies",
-                    "Leave it out, or leave winch.drum = contact out",
-                )
+            yield Problem(
+                f"winch.{key}",
+                f"= {value:g} m belongs to winch.drum = feed: with contact, winch.wrap and the sections say where "
+                "the cable lies",
+                "Leave it out, or leave winch.drum = contact out",
             )
     written = scene.mesh.model_dump(exclude_defaults=True)
     if written:
-        found.append(
-            Problem(
-                f"mesh.{next(iter(written))}",
-                "belongs to winch.drum = feed: with contact the mesh is cable.sections.*.elements",
-                "Leave mesh out, or leave winch.drum = contact out",
-            )
+        yield Problem(
+            f"mesh.{next(iter(written))}",
+            "belongs to winch.drum = feed: with contact the mesh is cable.sections.*.elements",
+            "Leave mesh out, or leave winch.drum = contact out",
         )
-    return found
 
 
-def feed_problems(layout: Layout) -> list[Problem]:
+def feed_problems(layout: Layout) -> Iterator[Problem]:
     """A winch that feeds takes sections as material only, and needs cable on the drum and outboard."""
-    found, scene, route = list[Problem](), layout.scene, layout.route
-    winch = scene.winch
+    scene, route, winch = layout.scene, layout.route, layout.scene.winch
     for name, section in scene.cable.sections.items():
         if section.elements is not None:
-            found.append(
-                Problem(
-                    f"cable.sections.{name}.elements",
-                    f"= {section.elements} belongs to winch.drum = contact: a winch that feeds has its mesh made from "
-                    "accuracy",
-                    "Leave it out; numbers written by hand go to mesh",
-                )
+            yield Problem(
+                f"cable.sections.{name}.elements",
+                f"= {section.elements} belongs to winch.drum = contact: a winch that feeds has its mesh made from "
+                "accuracy",
+                "Leave it out; numbers written by hand go to mesh",
             )
     for name in scene.mesh.sections:
         if name not in scene.cable.sections:
-            found.append(
-                Problem(
-                    f"mesh.sections.{name}", "is no section of the cable", f"Known: {', '.join(scene.cable.sections)}"
-                )
+            yield Problem(
+                f"mesh.sections.{name}", "is no section of the cable", f"Known: {', '.join(scene.cable.sections)}"
             )
     if winch.scope is not None and winch.cable_on_drum is not None:
-        found.append(
-            Problem(
-                "winch.scope",
-                f"= {winch.scope:g} m and winch.cable_on_drum = {winch.cable_on_drum:g} m are both given: each says "
-                "alone how much cable is out at the start",
-                "Leave one of them out",
-            )
+        yield Problem(
+            "winch.scope",
+            f"= {winch.scope:g} m and winch.cable_on_drum = {winch.cable_on_drum:g} m are both given: each says "
+            "alone how much cable is out at the start",
+            "Leave one of them out",
         )
-        return found
+        return
     stays = winch.dead_length + DRUM_RESERVE * route.drum
     key = "winch.scope" if winch.scope is not None else "winch.cable_on_drum"
     if winch.scope is not None and winch.scope + route.inboard > route.total:
-        found.append(
-            Problem(
-                key,
-                f"= {winch.scope:g} m and {route.inboard:.4g} m from drum to sheave are more than the "
-                f"{route.total:.4g} m that cable.sections add up to",
-                f"Make it at most {route.total - route.inboard - stays:.4g} m, or the cable longer",
-            )
+        yield Problem(
+            key,
+            f"= {winch.scope:g} m and {route.inboard:.4g} m from drum to sheave are more than the "
+            f"{route.total:.4g} m that cable.sections add up to",
+            f"Make it at most {route.total - route.inboard - stays:.4g} m, or the cable longer",
         )
     elif route.wound < stays * (1 - 1e-9):
         what = "winch.wrap" if winch.scope is None and winch.cable_on_drum is None else key
-        found.append(
-            Problem(
-                what,
-                f"leaves {route.wound:.4g} m on the drum at the start, but {stays:.4g} m must stay there "
-                f"(winch.dead_length = {winch.dead_length:g} m and {DRUM_RESERVE:g} rad of wrap): the winch would "
-                "stand beyond the end of its travel",
-                f"Leave {stays:.4g} m or more on the drum, by a longer cable or a shorter scope",
-            )
+        yield Problem(
+            what,
+            f"leaves {route.wound:.4g} m on the drum at the start, but {stays:.4g} m must stay there "
+            f"(winch.dead_length = {winch.dead_length:g} m and {DRUM_RESERVE:g} rad of wrap): the winch would "
+            "stand beyond the end of its travel",
+            f"Leave {stays:.4g} m or more on the drum, by a longer cable or a shorter scope",
         )
     elif route.total - route.wound <= route.inboard:
-        found.append(
-            Problem(
-                key if winch.cable_on_drum is not None or winch.scope is not None else "winch.wrap",
-                f"leaves {route.wound:.4g} m of the {route.total:.4g} m of cable on the drum: the "
-                f"{max(0.0, route.total - route.wound):.4g} m off it do not reach the sheave, {route.inboard:.4g} m on",
-                "Make the cable longer, or leave less of it on the drum",
-            )
+        yield Problem(
+            key if winch.cable_on_drum is not None or winch.scope is not None else "winch.wrap",
+            f"leaves {route.wound:.4g} m of the {route.total:.4g} m of cable on the drum: the "
+            f"{max(0.0, route.total - route.wound):.4g} m off it do not reach the sheave, {route.inboard:.4g} m on",
+            "Make the cable longer, or leave less of it on the drum",
         )
-    return found or limit_problems(layout)
 
 
-def limit_problems(layout: Layout) -> list[Problem]:
+def limit_problems(layout: Layout) -> Iterator[Problem]:
     """Soft limits that leave no travel, or that the start lies beyond."""
     winch, route = layout.scene.winch, layout.route
     scope = route.scope
     low, high = winch.least_scope, winch.most_scope
     if low is not None and high is not None and low >= high:
-        return [
-            Problem(
-                "winch.least_scope",
-                f"= {low:g} m is not below winch.most_scope = {high:g} m: the winch would have no travel",
-                f"Make it less than {high:g} m",
-            )
-        ]
-    found = []
+        yield Problem(
+            "winch.least_scope",
+            f"= {low:g} m is not below winch.most_scope = {high:g} m: the winch would have no travel",
+            f"Make it less than {high:g} m",
+        )
+        return
     for key, limit, beyond in (("least_scope", low, -1.0), ("most_scope", high, 1.0)):
         if limit is not None and beyond * (scope - limit) > 1e-9 * route.total:
-            found.append(
-                Problem(
-                    f"winch.{key}",
-                    f"= {limit:g} m, but the scope at the start is {scope:.6g} m: the winch would stand beyond its "
-                    "limit",
-                    f"Make it {scope:.6g} m or {'less' if beyond < 0.0 else 'more'}, or start within it",
-                )
+            yield Problem(
+                f"winch.{key}",
+                f"= {limit:g} m, but the scope at the start is {scope:.6g} m: the winch would stand beyond its limit",
+                f"Make it {scope:.6g} m or {'less' if beyond < 0.0 else 'more'}, or start within it",
             )
-    return found
 
 
-def mesh_problems(layout: Layout) -> list[Problem]:
+def mesh_problems(layout: Layout) -> Iterator[Problem]:
     """A mesh that cannot be made as asked for; for a scene without other problems."""
     try:
         layout.plan  # noqa: B018  made here
     except MeshError as error:
-        return [Problem(error.key, error.text, error.remedy)]
-    return []
+        yield Problem(error.key, error.text, error.remedy)
+        return
 
 
-def wave_warnings(layout: Layout) -> list[Problem]:
+def wave_warnings(layout: Layout) -> Iterator[Problem]:
     """Waves of the water that the elements are too long for, from the start to the largest scope."""
     scene = layout.scene
     plan = layout.plan if scene.water.waves.kind is not WaveKind.OFF else None
     if plan is None:
-        return []
+        return
     start = layout.route.scope
     worst = max(
         (row.tension for row in plan.expected if row.scope >= start and row.tension == row.tension), default=0.0
     )
     if worst <= WAVES_BEYOND * scene.accuracy.tension:
-        return []
+        return
     waves, key = scene.water.waves, "accuracy.tension"
-    return [
-        Problem(
-            "water.waves.period",
-            f"= {waves.period:g} s needs shorter elements near the surface than the mesh of {plan.mesh.nodes - 1} has: "
-            f"the deviation of the tension is expected to err by {100.0 * worst:.2g} % of itself, {key} = "
-            f"{scene.accuracy.tension:g} is not kept",
-            f"Give {key} {1.1 * worst:.2g}, leave out numbers under mesh, or a shorter scope (winch.most_scope)",
-        )
-    ]
+    yield Problem(
+        "water.waves.period",
+        f"= {waves.period:g} s needs shorter elements near the surface than the mesh of {plan.mesh.nodes - 1} has: "
+        f"the deviation of the tension is expected to err by {100.0 * worst:.2g} % of itself, {key} = "
+        f"{scene.accuracy.tension:g} is not kept",
+        f"Give {key} {1.1 * worst:.2g}, leave out numbers under mesh, or a shorter scope (winch.most_scope)",
+    )

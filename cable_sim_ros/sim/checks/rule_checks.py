@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 from ...physics.winch_drive import DriveModel
 from ..problem import Problem, apart
 from ..rule_blocks import FLEETS, Rules, RuleSet, slowest_tick, tension_rate
@@ -40,29 +42,29 @@ def given(rules: Rules) -> list[str]:
     return [key for key in fields if key != "set" and getattr(rules, key) != fields[key].default]
 
 
-def rule_problems(scene: Scene) -> list[Problem]:
+def rule_problems(scene: Scene) -> Iterator[Problem]:
     """What makes a rule on watch senseless."""
     rules = scene.rules
     if rules.set is RuleSet.NONE:
-        return []
-    found = list[Problem]()
+        return
 
-    def wrong(key: str, text: str, remedy: str) -> None:
-        found.append(Problem(f"rules.{key}", text, remedy))
+    def wrong(key: str, text: str, remedy: str) -> Problem:
+        return Problem(f"rules.{key}", text, remedy)
 
     value = rules.model_dump()
     there = [key for key in THRESHOLDS if value[key] is not None]
     if rules.set is RuleSet.WATCH and not there:
-        wrong("set", "= watch, but no threshold is given: nothing would be watched", "Give one, or rules.set: none")
+        why = "= watch, but no threshold is given: nothing would be watched"
+        yield wrong("set", why, "Give one, or rules.set: none")
     if rules.factor_of_safety is not None and rules.working_load is not None:
-        wrong(
+        yield wrong(
             "working_load",
             f"= {rules.working_load:g} N and rules.factor_of_safety = {rules.factor_of_safety:g} were both given: "
             "either makes the other",
             "Leave one of them out",
         )
     if rules.set in FLEETS and rules.factor_of_safety is None and rules.working_load is None:
-        wrong(
+        yield wrong(
             "factor_of_safety",
             f"is not given, but rules.set = {rules.set.value} reads the tension against the working load",
             "Give the factor that the operator works with, or rules.working_load",
@@ -70,26 +72,26 @@ def rule_problems(scene: Scene) -> list[Problem]:
     if breaking_load(scene) is None:
         for key in OF_BREAKING_LOAD:
             if value[key] is not None:
-                wrong(
+                yield wrong(
                     key,
                     f"= {value[key]:g} counts from a breaking load, and that of a section of the cable is not known",
                     "Give cable.breaking_load, or rules.breaking_load, in N",
                 )
     for key, other, why in NEEDS:
         if value[key] is not None and value[other] is None:
-            wrong(
+            yield wrong(
                 key,
                 f"= {value[key]:g} cannot be judged without rules.{other}: {why}",
                 f"Give rules.{other} too, or leave it out",
             )
     if rules.wire_ratio is not None and rules.wire_diameter is None:
-        wrong(
+        yield wrong(
             "wire_ratio",
             f"= {rules.wire_ratio:g} cannot be judged without rules.wire_diameter",
             "Give the diameter of the largest strand or wire, or leave it out",
         )
     if rules.wire_diameter is not None and rules.wire_diameter >= scene.cable.diameter:
-        wrong(
+        yield wrong(
             "wire_diameter",
             "= {} m is not below cable.diameter = {} m: no wire is as thick as its cable".format(
                 *apart(rules.wire_diameter, scene.cable.diameter)
@@ -97,22 +99,21 @@ def rule_problems(scene: Scene) -> list[Problem]:
             "Give the diameter of one strand or wire, in m",
         )
     if rules.brake_rise is not None and scene.drive.model is not DriveModel.MOTOR:
-        wrong(
+        yield wrong(
             "brake_rise",
             f"= {rules.brake_rise:g} K, but drive.model = {scene.drive.model.value} has no brake",
             "Leave it out, or give drive.model: motor",
         )
-    found += fleet_problems(rules)
-    found += rate_problems(scene)
-    return found
+    yield from fleet_problems(rules)
+    yield from rate_problems(scene)
 
 
-def fleet_problems(rules: Rules) -> list[Problem]:
+def fleet_problems(rules: Rules) -> Iterator[Problem]:
     """Values that ask for less than the set of that name."""
     fleet = FLEETS.get(rules.set)
     if fleet is None:
-        return []
-    return [
+        return
+    yield from [
         Problem(
             f"rules.{key}",
             f"= {value:g} {unit}".rstrip() + f" asks for less than {least:g} of rules.set = {rules.set.value}",
@@ -123,38 +124,35 @@ def fleet_problems(rules: Rules) -> list[Problem]:
     ]
 
 
-def rate_problems(scene: Scene) -> list[Problem]:
+def rate_problems(scene: Scene) -> Iterator[Problem]:
     """A tension that is to be read oftener than there are ticks, or that nothing reads."""
     rules, tick = scene.rules, scene.solver.tick
     rate = tension_rate(rules)
     if rate is None:
-        return []
+        return
     if rules.tension_rate is not None and rules.factor_of_safety is None and rules.working_load is None:
-        return [
-            Problem(
-                "rules.tension_rate",
-                f"= {rules.tension_rate:g} Hz, but no working load is given that the tension is read for",
-                "Give rules.factor_of_safety or rules.working_load, or leave it out",
-            )
-        ]
-    if rate * tick <= 1.0 + 1e-9:
-        return []
-    return [
-        Problem(
+        yield Problem(
             "rules.tension_rate",
-            f"= {rate:g} Hz reads the tension oftener than there are ticks, 1 in solver.tick = {tick:g} s: peaks "
-            "between them would be missed",
-            f"Give solver.tick (--every) of at most {slowest_tick(rules):g} s",
+            f"= {rules.tension_rate:g} Hz, but no working load is given that the tension is read for",
+            "Give rules.factor_of_safety or rules.working_load, or leave it out",
         )
-    ]
+        return
+    if rate * tick <= 1.0 + 1e-9:
+        return
+    yield Problem(
+        "rules.tension_rate",
+        f"= {rate:g} Hz reads the tension oftener than there are ticks, 1 in solver.tick = {tick:g} s: peaks "
+        "between them would be missed",
+        f"Give solver.tick (--every) of at most {slowest_tick(rules):g} s",
+    )
 
 
-def rule_warnings(scene: Scene) -> list[Problem]:
+def rule_warnings(scene: Scene) -> Iterator[Problem]:
     """Thresholds that nobody watches."""
     rules = scene.rules
     if rules.set is not RuleSet.NONE:
-        return []
-    return [
+        return
+    yield from [
         Problem(f"rules.{key}", "has no effect: rules.set = none", "Give rules.set: watch, or leave it out")
         for key in given(rules)
     ]

@@ -3,6 +3,7 @@ a drag factor that does not say of what, a drag law outside the range of its sou
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from math import cos, hypot, radians, sin
 
 import numpy as np
@@ -44,29 +45,25 @@ def damping_warnings(cable: Cable) -> list[Problem]:
     ]
 
 
-def swing_warnings(scene: Scene, speed: float) -> list[Problem]:
+def swing_warnings(scene: Scene, speed: float) -> Iterator[Problem]:
     """Bodies whose added mass across drives a swing by more than their drag across damps it; speed past them [m/s].
 
     A body that swings with v sin(w t) turns into the flow a little late, and the turning of its axes pulls it on with
     (m_y - m_x) w^2 t/(1 + w^2 t^2) v, t its time constant: theory.md, section 7.
     """
-    found = []
     for key, body in (("towbody", scene.towbody), *((f"bodies.{k}", body) for k, body in scene.bodies.items())):
         lag = SWING * body.flow_time_constant
         drives = (body.added_mass[1] - body.added_mass[0]) * SWING * lag / (1.0 + lag**2)
         damps = 0.5 * scene.water.density * body.drag_area[1] * speed
         if speed > body.least_flow_speed and drives > damps:
-            found.append(
-                Problem(
-                    f"{key}.added_mass",
-                    f"across is {body.added_mass[1]:g} kg, {body.added_mass[1] - body.added_mass[0]:g} kg more than "
-                    f"ahead: while it turns into the flow in {key}.flow_time_constant = {body.flow_time_constant:g} s "
-                    f"that drives a swing to the side with up to {drives:.3g} N s/m, more than the {damps:.3g} N s/m "
-                    f"that its drag_area across damps at {speed:.3g} m/s: it may swing by itself",
-                    "Check added_mass and drag_area of the same body, or make flow_time_constant longer",
-                )
+            yield Problem(
+                f"{key}.added_mass",
+                f"across is {body.added_mass[1]:g} kg, {body.added_mass[1] - body.added_mass[0]:g} kg more than "
+                f"ahead: while it turns into the flow in {key}.flow_time_constant = {body.flow_time_constant:g} s "
+                f"that drives a swing to the side with up to {drives:.3g} N s/m, more than the {damps:.3g} N s/m "
+                f"that its drag_area across damps at {speed:.3g} m/s: it may swing by itself",
+                "Check added_mass and drag_area of the same body, or make flow_time_constant longer",
             )
-    return found
 
 
 def _fastest(scene: Scene) -> float:
@@ -82,7 +79,7 @@ def _at_rest(scene: Scene) -> TowShape:
     return layout_of(scene).shape()
 
 
-def part_warnings(scene: Scene) -> list[Problem]:
+def part_warnings(scene: Scene) -> Iterator[Problem]:
     """Drag factors by hand that do not say of what, with what hangs on it in the static shape."""
     sections = scene.cable.sections
     silent = {
@@ -93,56 +90,50 @@ def part_warnings(scene: Scene) -> list[Problem]:
         and dressed(section).drag_law is not DragLaw.OFF
     }
     if not silent or _fastest(scene) <= STILL:
-        return []
+        return
     across = {"drag_amplification_of": AmplifiedDrag.NORMAL}
     other = {name: s.model_copy(update=across) if name in silent else s for name, s in sections.items()}
     cable = scene.cable.model_copy(update={"sections": other})
     both, normal = _at_rest(scene), _at_rest(scene.model_copy(update={"cable": cable}))
     report = [(float(-shape.place[0, 2]), float(shape.tension[-1])) for shape in (both, normal)]
     if all(abs(a - b) <= NOTHING * abs(a) for a, b in zip(*report, strict=True)):
-        return []
+        return
     (depth, tension), (depth_1, tension_1) = report
     names = ", ".join(f"{name} ({factor:g})" for name, factor in silent.items())
-    return [
-        Problem(
-            f"cable.sections.{next(iter(silent))}.drag_amplification_of",
-            f"is not given for the drag factor of {names}, which multiplies the drag along the cable too, as Westin's: "
-            f"in the static shape {tension:.4g} N at the sheave and {depth:.4g} m deep, on the drag across alone "
-            f"{tension_1:.4g} N and {depth_1:.4g} m",
-            "Give drag_amplification_of: normal for a factor of a measured or printed C_D, both for one tuned so, "
-            "docs/drag.md",
-        )
-    ]
+    yield Problem(
+        f"cable.sections.{next(iter(silent))}.drag_amplification_of",
+        f"is not given for the drag factor of {names}, which multiplies the drag along the cable too, as Westin's: "
+        f"in the static shape {tension:.4g} N at the sheave and {depth:.4g} m deep, on the drag across alone "
+        f"{tension_1:.4g} N and {depth_1:.4g} m",
+        "Give drag_amplification_of: normal for a factor of a measured or printed C_D, both for one tuned so, "
+        "docs/drag.md",
+    )
 
 
-def drag_warnings(scene: Scene, speed: float) -> list[Problem]:
+def drag_warnings(scene: Scene, speed: float) -> Iterator[Problem]:
     """Drag laws outside the range that their source gives: kind of cable, constant C_D, Re and angle of the flow.
 
     Re and angle are those of the static shape of the start, computed where they can matter at all; speed [m/s] of the
     water past the ship.
     """
-    found, asked = list[Problem](), dict[int, Law]()
+    asked = dict[int, Law]()
     fastest = _fastest(scene)
     for i, (name, section) in enumerate(scene.cable.sections.items()):
         own, key = dressed(section), f"cable.sections.{name}"
         law, constant = LAWS[own.drag_law], own.drag_coefficient
         if section.fairing.value not in law.fairing:
-            found.append(
-                Problem(
-                    f"{key}.drag_law",
-                    f"= {own.drag_law.value} is of a cable with fairing: {' or '.join(law.fairing)} ({law.source}), "
-                    f"the section has fairing: {section.fairing.value}, which it does not describe",
-                    "Leave drag_law out for that of the fairing, or correct one of the two",
-                )
+            yield Problem(
+                f"{key}.drag_law",
+                f"= {own.drag_law.value} is of a cable with fairing: {' or '.join(law.fairing)} ({law.source}), "
+                f"the section has fairing: {section.fairing.value}, which it does not describe",
+                "Leave drag_law out for that of the fairing, or correct one of the two",
             )
         if constant is not None and not law.min_drag <= constant <= law.max_drag:
-            found.append(
-                Problem(
-                    f"{key}.drag_coefficient",
-                    f"= {constant:g} is outside {law.min_drag:g} to {law.max_drag:g}, the range of {law.source}, "
-                    f"for the law {own.drag_law.value}",
-                    "Check it, or take drag_law: crossflow, which takes any constant",
-                )
+            yield Problem(
+                f"{key}.drag_coefficient",
+                f"= {constant:g} is outside {law.min_drag:g} to {law.max_drag:g}, the range of {law.source}, "
+                f"for the law {own.drag_law.value}",
+                "Check it, or take drag_law: crossflow, which takes any constant",
             )
         fast = material_rows(scene.cable, section, scene.water, scene.gravity)[RE_FACTOR] * fastest
         of_re = constant is None and (law.min_re > 0.0 or fast > law.max_re)
@@ -152,8 +143,7 @@ def drag_warnings(scene: Scene, speed: float) -> list[Problem]:
         shape = _at_rest(scene)
         sections = list(scene.cable.sections.items())
         for i, law in asked.items():
-            found += _outside(scene, shape, i, *sections[i], law, speed)
-    return found
+            yield from _outside(scene, shape, i, *sections[i], law, speed)
 
 
 def _outside(

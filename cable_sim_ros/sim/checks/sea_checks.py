@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from math import inf, pi, tanh
 
 import numpy as np
@@ -26,31 +27,31 @@ OF_IRREGULAR = {  # keys of waves that a regular one does not have
 CREST = 0.93  # of Hs over z = 0: the highest crest of a thousand waves, sqrt(2 ln 1000)/4
 
 
-def sea_problems(scene: Scene) -> list[Problem]:
+def sea_problems(scene: Scene) -> Iterator[Problem]:
     """What makes the water senseless."""
-    return _table_problems(scene) + _variation_problems(scene) + _turbulence_problems(scene) + _wave_problems(scene)
+    yield from _table_problems(scene)
+    yield from _variation_problems(scene)
+    yield from _turbulence_problems(scene)
+    yield from _wave_problems(scene)
 
 
-def _ascending(key: str, values: tuple[float, ...], unit: str) -> list[Problem]:
+def _ascending(key: str, values: tuple[float, ...], unit: str) -> Iterator[Problem]:
     if len(values) < 2:
-        return [
-            Problem(
-                key,
-                f"has {len(values)} row{'s' if len(values) != 1 else ''}, needs 2 or more to be interpolated",
-                "Give at least two, or leave the table out",
-            )
-        ]
+        yield Problem(
+            key,
+            f"has {len(values)} row{'s' if len(values) != 1 else ''}, needs 2 or more to be interpolated",
+            "Give at least two, or leave the table out",
+        )
+        return
     for i, (a, b) in enumerate(zip(values[:-1], values[1:], strict=True)):
         if b <= a:
-            return [
-                Problem(
-                    key,
-                    f"is not ascending: row {i + 2} with {b:g} {unit} comes after {a:g} {unit}, so that the current "
-                    "between them is not known",
-                    "Sort the rows, and give each once",
-                )
-            ]
-    return []
+            yield Problem(
+                key,
+                f"is not ascending: row {i + 2} with {b:g} {unit} comes after {a:g} {unit}, so that the current "
+                "between them is not known",
+                "Sort the rows, and give each once",
+            )
+            return
 
 
 def _lengths(block: str, first: str, many: int, columns: dict[str, tuple[float, ...] | None]) -> list[Problem]:
@@ -65,79 +66,65 @@ def _lengths(block: str, first: str, many: int, columns: dict[str, tuple[float, 
     ]
 
 
-def _table_problems(scene: Scene) -> list[Problem]:
+def _table_problems(scene: Scene) -> Iterator[Problem]:
     water, table, key = scene.water, scene.water.current_table, "water.current_table"
     columns = {name: getattr(table, name) for name in CurrentTable.model_fields if name != "depth"}
     if table.depth is None:
         given = [name for name, values in columns.items() if values is not None]
-        return [
-            Problem(
-                f"{key}.{given[0]}", f"is given without {key}.depth: at which depths is not known", "Give the depths"
-            )
-            for _ in given[:1]
-        ]
-    found = _ascending(f"{key}.depth", table.depth, "m") + _lengths(key, "depth", len(table.depth), columns)
+        if given:
+            text = f"is given without {key}.depth: at which depths is not known"
+            yield Problem(f"{key}.{given[0]}", text, "Give the depths")
+        return
+    yield from _ascending(f"{key}.depth", table.depth, "m")
+    yield from _lengths(key, "depth", len(table.depth), columns)
     parts = {name for name, values in columns.items() if values is not None}
     if parts not in ({"east", "north"}, {"speed", "towards_deg"}):
-        found.append(
-            Problem(
-                f"{key}.depth",
-                "is given, but the current there is not known: east and north, or speed and towards_deg, are needed, "
-                f"and not both pairs; here {' and '.join(sorted(parts)) or 'none'} "
-                f"{'is' if len(parts) < 2 else 'are'} given",
-                "Give one pair; zeros for a part that the current does not have",
-            )
+        yield Problem(
+            f"{key}.depth",
+            "is given, but the current there is not known: east and north, or speed and towards_deg, are needed, and "
+            f"not both pairs; here {' and '.join(sorted(parts)) or 'none'} {'is' if len(parts) < 2 else 'are'} given",
+            "Give one pair; zeros for a part that the current does not have",
         )
     if any((*water.current, *water.current_gradient)):
-        found.append(
-            Problem(
-                f"{key}.depth",
-                f"is given beside water.current = {list(water.current)} m/s with water.current_gradient = "
-                f"{list(water.current_gradient)} 1/s: the current would count twice",
-                "Leave one of them out",
-            )
+        yield Problem(
+            f"{key}.depth",
+            f"is given beside water.current = {list(water.current)} m/s with water.current_gradient = "
+            f"{list(water.current_gradient)} 1/s: the current would count twice",
+            "Leave one of them out",
         )
     bed = scene.seabed.depth
     if bed is not None and table.depth[-1] > bed:
-        found.append(
-            Problem(
-                f"{key}.depth",
-                f"goes down to {table.depth[-1]:g} m, below the seabed at seabed.depth = {bed:g} m: it is the table of "
-                "another place, or the depth is wrong",
-                f"Leave out the rows below {bed:g} m, or correct seabed.depth",
-            )
+        yield Problem(
+            f"{key}.depth",
+            f"goes down to {table.depth[-1]:g} m, below the seabed at seabed.depth = {bed:g} m: it is the table of "
+            "another place, or the depth is wrong",
+            f"Leave out the rows below {bed:g} m, or correct seabed.depth",
         )
-    return found
 
 
-def _variation_problems(scene: Scene) -> list[Problem]:
+def _variation_problems(scene: Scene) -> Iterator[Problem]:
     variation, key = scene.water.current_variation, "water.current_variation"
     columns = {"factor": variation.factor, "turn_deg": variation.turn_deg}
     if variation.time is None:
         given = [name for name, values in columns.items() if values is not None]
-        return [
-            Problem(f"{key}.{given[0]}", f"is given without {key}.time: when is not known", "Give the times")
-            for _ in given[:1]
-        ]
-    found = _ascending(f"{key}.time", variation.time, "s") + _lengths(key, "time", len(variation.time), columns)
+        if given:
+            yield Problem(f"{key}.{given[0]}", f"is given without {key}.time: when is not known", "Give the times")
+        return
+    yield from _ascending(f"{key}.time", variation.time, "s")
+    yield from _lengths(key, "time", len(variation.time), columns)
     if variation.factor is None and variation.turn_deg is None:
-        found.append(
-            Problem(
-                f"{key}.time",
-                f"is given, but neither {key}.factor nor {key}.turn_deg: the current would not vary",
-                "Give one of them or both, one number a time, or leave the times out",
-            )
+        yield Problem(
+            f"{key}.time",
+            f"is given, but neither {key}.factor nor {key}.turn_deg: the current would not vary",
+            "Give one of them or both, one number a time, or leave the times out",
         )
     water = scene.water
     if not any((*water.current, *water.current_gradient)) and water.current_table.depth is None:
-        found.append(
-            Problem(
-                f"{key}.time",
-                "is given, but there is no current that it could change",
-                "Give water.current or water.current_table, or leave it out",
-            )
+        yield Problem(
+            f"{key}.time",
+            "is given, but there is no current that it could change",
+            "Give water.current or water.current_table, or leave it out",
         )
-    return found
 
 
 def _changed(block: Block, name: str) -> bool:
@@ -145,11 +132,11 @@ def _changed(block: Block, name: str) -> bool:
     return getattr(block, name) != type(block).model_fields[name].default
 
 
-def _turbulence_problems(scene: Scene) -> list[Problem]:
+def _turbulence_problems(scene: Scene) -> Iterator[Problem]:
     turbulence, key = scene.water.turbulence, "water.turbulence"
     if any(turbulence.deviation):
-        return []
-    return [
+        return
+    yield from [
         Problem(
             f"{key}.{name}",
             f"= {getattr(turbulence, name):g} has no effect while {key}.deviation = [0, 0, 0] m/s: there is no "
@@ -165,19 +152,18 @@ def _length(waves: Waves, gravity: float, depth: float) -> float:
     return 2.0 * pi / float(wave_number(np.array([2.0 * pi / waves.period]), gravity, depth)[0])
 
 
-def _wave_problems(scene: Scene) -> list[Problem]:
-    waves, found = scene.water.waves, list[Problem]()
+def _wave_problems(scene: Scene) -> Iterator[Problem]:
+    waves = scene.water.waves
     if waves.kind is WaveKind.OFF:
-        return [
-            Problem(
+        if waves.height > 0.0:
+            yield Problem(
                 "water.waves.height",
                 f"= {waves.height:g} m has no effect while water.waves.kind = off",
                 "Give kind: airy or jonswap, or leave the height out",
             )
-            for _ in range(waves.height > 0.0)
-        ]
+        return
     if waves.kind is WaveKind.AIRY:
-        found += [
+        yield from [
             Problem(
                 f"water.waves.{name}",
                 f"= {getattr(waves, name):g} has no effect on water.waves.kind = airy: {why}",
@@ -187,99 +173,83 @@ def _wave_problems(scene: Scene) -> list[Problem]:
             if _changed(waves, name)
         ]
     if waves.height == 0.0:
-        return [
-            Problem(
-                "water.waves.height",
-                f"= 0 m, but water.waves.kind = {waves.kind.value} asks for waves",
-                "Give the height, or kind: off",
-            )
-        ]
+        yield Problem(
+            "water.waves.height",
+            f"= 0 m, but water.waves.kind = {waves.kind.value} asks for waves",
+            "Give the height, or kind: off",
+        )
+        return
     if scene.gravity == 0.0:
-        return [Problem("gravity", "= 0 m/s^2, but there are no waves without it", "Give gravity, or kind: off")]
+        yield Problem("gravity", "= 0 m/s^2, but there are no waves without it", "Give gravity, or kind: off")
+        return
     depth = inf if scene.seabed.depth is None else scene.seabed.depth
     length = _length(waves, scene.gravity, depth)
     if waves.kind is WaveKind.AIRY:
         maximum = BREAKING * length * (tanh(2.0 * pi * depth / length) if depth < inf else 1.0)
         if waves.height > maximum:
-            found.append(
-                Problem(
-                    "water.waves.height",
-                    f"= {waves.height:g} m is more than {maximum:.4g} m, the height at which a wave of {length:.4g} m "
-                    f"({waves.period:g} s) breaks: there is no such wave",
-                    f"Make it at most {maximum:.3g} m, or the period longer",
-                )
+            yield Problem(
+                "water.waves.height",
+                f"= {waves.height:g} m is more than {maximum:.4g} m, the height at which a wave of {length:.4g} m "
+                f"({waves.period:g} s) breaks: there is no such wave",
+                f"Make it at most {maximum:.3g} m, or the period longer",
             )
-        return found
+        return
     deep = scene.gravity * waves.period**2 / (2.0 * pi)
     if waves.height > STEEPEST * deep:
-        found.append(
-            Problem(
-                "water.waves.height",
-                f"= {waves.height:g} m is more than {STEEPEST * deep:.4g} m, 1/7 of the {deep:.4g} m of waves of "
-                f"the peak period {waves.period:g} s: every wave of that sea would break",
-                f"Make it at most {STEEP * deep:.3g} m (1/15 of that length, the steepest seas found)",
-            )
+        yield Problem(
+            "water.waves.height",
+            f"= {waves.height:g} m is more than {STEEPEST * deep:.4g} m, 1/7 of the {deep:.4g} m of waves of "
+            f"the peak period {waves.period:g} s: every wave of that sea would break",
+            f"Make it at most {STEEP * deep:.3g} m (1/15 of that length, the steepest seas found)",
         )
     if waves.height > SHALLOW * depth:
-        found.append(
-            Problem(
-                "water.waves.height",
-                f"= {waves.height:g} m is more than {SHALLOW:g} of seabed.depth = {depth:g} m: it breaks before",
-                f"Make it at most {SHALLOW * depth:.3g} m, or correct seabed.depth",
-            )
+        yield Problem(
+            "water.waves.height",
+            f"= {waves.height:g} m is more than {SHALLOW:g} of seabed.depth = {depth:g} m: it breaks before",
+            f"Make it at most {SHALLOW * depth:.3g} m, or correct seabed.depth",
         )
-    return found
 
 
-def sea_warnings(scene: Scene) -> list[Problem]:
+def sea_warnings(scene: Scene) -> Iterator[Problem]:
     """What of waves and turbulence will show in the results."""
-    waves, turbulence, found = scene.water.waves, scene.water.turbulence, list[Problem]()
+    waves, turbulence = scene.water.waves, scene.water.turbulence
     minimum = TICKS * scene.solver.tick
     if any(turbulence.deviation) and turbulence.time_scale < minimum * (1.0 - 1e-9):
-        found.append(
-            Problem(
-                "water.turbulence.time_scale",
-                f"= {turbulence.time_scale:g} s is shorter than {minimum:g} s, {TICKS} ticks: what changes from tick "
-                "to tick is not followed, its part of the deviation acts as noise",
-                "Give a longer one, or a shorter solver.tick",
-            )
+        yield Problem(
+            "water.turbulence.time_scale",
+            f"= {turbulence.time_scale:g} s is shorter than {minimum:g} s, {TICKS} ticks: what changes from tick "
+            "to tick is not followed, its part of the deviation acts as noise",
+            "Give a longer one, or a shorter solver.tick",
         )
     if waves.kind is WaveKind.OFF:
-        return found
+        return
     regular = waves.kind is WaveKind.AIRY
     chances = (
         "several water.waves.period some percent apart (a regular wave has no seed)"
         if regular
         else "many seeds (water.waves.seed)"
     )
-    found += [
-        Problem(
-            "water.waves.ship_motion",
-            "= independent: waves act on cable and bodies; a ship that is given motion moves as recorded or commanded, "
-            "whatever the waves are: how its heave goes with them, and with it the tension's peaks, is by chance",
-            f"Let the waves move the ship (--rao), or with motion take the figures of {chances}, or give the waves "
-            "alone (--motion none) or the motion alone",
-        )
-    ]
+    yield Problem(
+        "water.waves.ship_motion",
+        "= independent: waves act on cable and bodies; a ship that is given motion moves as recorded or commanded, "
+        "whatever the waves are: how its heave goes with them, and with it the tension's peaks, is by chance",
+        f"Let the waves move the ship (--rao), or with motion take the figures of {chances}, or give the waves "
+        "alone (--motion none) or the motion alone",
+    )
     deep = scene.gravity * waves.period**2 / (2.0 * pi)
     if waves.kind is WaveKind.JONSWAP and waves.height > STEEP * deep:
-        found.append(
-            Problem(
-                "water.waves.height",
-                f"= {waves.height:g} m is more than {STEEP * deep:.3g} m, 1/15 of the length of waves of "
-                f"{waves.period:g} s: steeper than seas found, and than linear waves are good for",
-                "Check height and period",
-            )
+        yield Problem(
+            "water.waves.height",
+            f"= {waves.height:g} m is more than {STEEP * deep:.3g} m, 1/15 of the length of waves of "
+            f"{waves.period:g} s: steeper than seas found, and than linear waves are good for",
+            "Check height and period",
         )
     crest = 0.5 * waves.height if regular else CREST * waves.height
     low = scene.sheave.position[2] - scene.sheave.radius + scene.ship.reference_height
     if crest > low > 0.0:
-        found.append(
-            Problem(
-                "water.waves.height",
-                f"= {waves.height:g} m brings crests of {crest:.3g} m, over the lowest point of the sheave at "
-                f"{low:.3g} m while the ship does not rise with them: cable aboard counts as wet there",
-                "Lower waves, or a higher sheave",
-            )
+        yield Problem(
+            "water.waves.height",
+            f"= {waves.height:g} m brings crests of {crest:.3g} m, over the lowest point of the sheave at "
+            f"{low:.3g} m while the ship does not rise with them: cable aboard counts as wet there",
+            "Lower waves, or a higher sheave",
         )
-    return found

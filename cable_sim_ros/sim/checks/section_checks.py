@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import re
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 
 from ...physics.drag_laws import EVERY_ANGLE, LAWS, DragLaw
 from ...physics.fairing import Fairing, dressed, fairing_weight
@@ -30,40 +30,41 @@ def name_problems(prefix: str, kind: str, names: Iterable[str]) -> list[Problem]
     ]
 
 
-def section_problems(scene: Scene) -> list[Problem]:
+def section_problems(scene: Scene) -> Iterator[Problem]:
     """What makes a section senseless, or a body on the line, whatever the rest of the scene is."""
     sections = scene.cable.sections
-    found = name_problems("cable.sections", "section", sections) + name_problems("bodies", "body", scene.bodies)
+    yield from name_problems("cable.sections", "section", sections)
+    yield from name_problems("bodies", "body", scene.bodies)
     for name, section in sections.items():
-        found += water_problems(name, section)
-        found += _fairing_problems(scene, name, section) + _termination_problems(name, section)
+        yield from water_problems(name, section)
+        yield from _fairing_problems(scene, name, section)
+        yield from _termination_problems(name, section)
     last, taken = list(sections)[-1], Counter(body.at for body in scene.bodies.values())
     for name, body in scene.bodies.items():
         key = f"bodies.{name}.at"
         if body.at not in sections:
             text = f"= '{body.at}' is no section of the cable"
-            found.append(Problem(key, text, f"Give one of {', '.join(sections)}"))
+            yield Problem(key, text, f"Give one of {', '.join(sections)}")
         elif body.at == last:
             text = f"= '{body.at}' is the last section, at whose end the towbody is"
             remedy = "Add its numbers to the towbody, or divide the section where the body sits"
-            found.append(Problem(key, text, remedy))
+            yield Problem(key, text, remedy)
         elif taken[body.at] > 1:
             text = f"= '{body.at}' is given to {taken[body.at]} bodies, a section's end carries one"
-            found.append(Problem(key, text, "Make one body of them, or put a short section between"))
-    return found
+            yield Problem(key, text, "Make one body of them, or put a short section between")
 
 
-def water_problems(name: str, section: Section) -> list[Problem]:
+def water_problems(name: str, section: Section) -> Iterator[Problem]:
     """Coefficients of the water that the section's drag law cannot take, or lacks."""
     own, key = dressed(section), f"cable.sections.{name}"
-    law, called, found = LAWS[own.drag_law], own.drag_law.value, list[Problem]()
+    law, called = LAWS[own.drag_law], own.drag_law.value
     constant, tangential = own.drag_coefficient, own.tangential_coefficient
     if section.tangential_coefficient is not None and section.friction_coefficient is not None:
         text = (
             f"= {section.friction_coefficient:g} stands beside tangential_coefficient = "
             f"{section.tangential_coefficient:g}: both say what the drag along the cable is, on pi d and on d"
         )
-        found.append(Problem(f"{key}.friction_coefficient", text, "Leave one of the two out"))
+        yield Problem(f"{key}.friction_coefficient", text, "Leave one of the two out")
     if law.per_ct is EVERY_ANGLE and tangential and not constant:
         text = (
             f"= {tangential:g} has no meaning beside drag_coefficient = "
@@ -71,61 +72,61 @@ def water_problems(name: str, section: Section) -> list[Problem]:
             "C_D above 0"
         )
         remedy = "Give drag_coefficient, or leave the tangential one out"
-        found.append(Problem(f"{key}.tangential_coefficient", text, remedy))
+        yield Problem(f"{key}.tangential_coefficient", text, remedy)
     for kind in ("tangential_coefficient", "friction_coefficient"):
         if law.per_ct is None and getattr(section, kind):
             why = "which is no drag" if own.drag_law is DragLaw.OFF else "whose drag along the cable is of the angle"
             text = f"= {getattr(section, kind):g} has no part in the law {called}, {why}"
             remedy = f"Leave it out, or take drag_law: {DragLaw.CROSSFLOW.value}"
-            found.append(Problem(f"{key}.{kind}", text, remedy))
+            yield Problem(f"{key}.{kind}", text, remedy)
     if law.min_drag > 0.0 and not constant:
         text = (
             f"= {called} needs a constant C_D above 0, and drag_coefficient = "
             f"{'none' if constant is None else f'{constant:g}'}: its source gives {law.min_drag:g} to "
             f"{law.max_drag:g}, no value"
         )
-        found.append(Problem(f"{key}.drag_law", text, "Give drag_coefficient"))
+        yield Problem(f"{key}.drag_law", text, "Give drag_coefficient")
     if law.own_fit and section.drag_coefficient is not None:
         text = f"= {section.drag_coefficient:g} takes the place of the C_N(Re) after which the law {called} is named"
         remedy = f"Leave it out, or take drag_law: {DragLaw.CROSSFLOW.value} with this constant"
-        found.append(Problem(f"{key}.drag_coefficient", text, remedy))
+        yield Problem(f"{key}.drag_coefficient", text, remedy)
     elif (law.own_fit or law.drag_coefficient) and section.drag_coefficient is None and constant is not None:
         text = (
             f"= {called} has a C_N of its own, and so has fairing: {section.fairing.value}, {constant:g} on its "
             "thickness: one of the two would be lost"
         )
         remedy = "Leave drag_law out for that of the fairing, or make fairing none"
-        found.append(Problem(f"{key}.drag_law", text, remedy))
-    return found
+        yield Problem(f"{key}.drag_law", text, remedy)
 
 
-def _fairing_problems(scene: Scene, name: str, section: Section) -> list[Problem]:
+def _fairing_problems(scene: Scene, name: str, section: Section) -> Iterator[Problem]:
     key, diameter = f"cable.sections.{name}.fairing", material_of(scene.cable, section).diameter
     mass, net = fairing_weight(section, diameter, scene.water.density, scene.gravity)
     if section.fairing is Fairing.NONE and section.fairing_mass and section.fairing_net_weight is None:
         text = (
             f"= {section.fairing_mass:g} kg/m is of no known material, for fairing is none: its buoyancy is not known"
         )
-        return [Problem(f"{key}_mass", text, "Give fairing_net_weight, or the fairing")]
+        yield Problem(f"{key}_mass", text, "Give fairing_net_weight, or the fairing")
+        return
     if net > 1.02 * mass * scene.gravity and scene.gravity > 0.0:
         text = (
             f"= {net:g} N/m is more than the dry weight {mass * scene.gravity:.4g} N/m of the fairing: nothing sinks so"
         )
-        return [Problem(f"{key}_net_weight", text, "Check the units of it and of fairing_mass")]
-    return []
+        yield Problem(f"{key}_net_weight", text, "Check the units of it and of fairing_mass")
+        return
 
 
-def _termination_problems(name: str, section: Section) -> list[Problem]:
+def _termination_problems(name: str, section: Section) -> Iterator[Problem]:
     key, given = f"cable.sections.{name}.termination_net_weight", section.termination_net_weight
     if given is None or section.termination_mass > 0.0:
-        return []
+        return
     text = f"= {given:g} N belongs to a termination without mass: termination_mass is 0 kg, must be above 0 kg"
-    return [Problem(key, text, "Give termination_mass, or leave the net weight out")]
+    yield Problem(key, text, "Give termination_mass, or leave the net weight out")
 
 
-def body_problems(scene: Scene, leaves: float) -> list[Problem]:
+def body_problems(scene: Scene, leaves: float) -> Iterator[Problem]:
     """Bodies that hang inboard of the arc length ``leaves`` [m], where the cable leaves the sheave at the start."""
-    ends, found = section_ends(scene.cable), []
+    ends = section_ends(scene.cable)
     for name, body in scene.bodies.items():
         if ends[body.at] <= leaves:
             text = (
@@ -133,8 +134,7 @@ def body_problems(scene: Scene, leaves: float) -> list[Problem]:
                 "would hang inboard of where the cable leaves the sheave, and no body passes a sheave"
             )
             remedy = "Put it on a section that ends farther out, or make winch.wrap smaller"
-            found.append(Problem(f"bodies.{name}.at", text, remedy))
-    return found
+            yield Problem(f"bodies.{name}.at", text, remedy)
 
 
 def seat_rise(scene: Scene, section: Section) -> float:
@@ -143,13 +143,13 @@ def seat_rise(scene: Scene, section: Section) -> float:
     return 0.5 * (material_of(scene.cable, section).diameter - scene.cable.diameter) / math.sin(half)
 
 
-def seat_problems(scene: Scene, leaves: float) -> list[Problem]:
+def seat_problems(scene: Scene, leaves: float) -> Iterator[Problem]:
     """Sections too thick or too thin for the groove among those that lie on it at the start.
 
     A thicker one has its centreline above the top of the groove where (D - d)/(2 sin s) is the depth of the groove or
     more; a thinner one is off its seat, which is that of cable.diameter, by as much.
     """
-    ends, found = section_ends(scene.cable), []
+    ends = section_ends(scene.cable)
     for name, section in scene.cable.sections.items():
         rise = seat_rise(scene, section)
         if ends[name] - section.length < leaves and abs(rise) >= scene.sheave.groove_depth:
@@ -160,5 +160,4 @@ def seat_problems(scene: Scene, leaves: float) -> list[Problem]:
                 f"sheave.groove_depth = {scene.sheave.groove_depth:g} m: it does not fit the groove"
             )
             remedy = "Make the groove deeper, the diameters more alike, or keep this section outboard"
-            found.append(Problem(f"cable.sections.{name}.diameter", text, remedy))
-    return found
+            yield Problem(f"cable.sections.{name}.diameter", text, remedy)

@@ -25,26 +25,21 @@ def feed_forward_problems(scene: Scene) -> Iterator[Problem]:
         )
 
 
-def setpoint_option_warnings(scene: Scene) -> list[Problem]:
+def setpoint_option_warnings(scene: Scene) -> Iterator[Problem]:
     """Options of the laws that act on nothing."""
-    block, found = scene.setpoint, list[Problem]()
+    block = scene.setpoint
     for key in ("feed_forward", "prediction"):
         if getattr(block, key) and block.algorithm in WITHOUT:
-            found.append(
-                Problem(
-                    f"setpoint.{key}",
-                    f"= true has no effect with setpoint.algorithm = {block.algorithm.value}, which asks for nothing "
-                    "that follows from the ship's motion",
-                    "Take one of the sheave laws, or leave it out",
-                )
+            yield Problem(
+                f"setpoint.{key}",
+                f"= true has no effect with setpoint.algorithm = {block.algorithm.value}, which asks for nothing "
+                "that follows from the ship's motion",
+                "Take one of the sheave laws, or leave it out",
             )
     if block.prediction and horizon(scene) == 0.0:
         by = "drive.dead_time" if block.horizon is None else "setpoint.horizon"
-        found.append(
-            Problem(
-                "setpoint.prediction",
-                f"= true has no effect: {by} = 0 s, there is nothing to look ahead to",
-                "Give setpoint.horizon or drive.dead_time in s, or leave it out",
-            )
+        yield Problem(
+            "setpoint.prediction",
+            f"= true has no effect: {by} = 0 s, there is nothing to look ahead to",
+            "Give setpoint.horizon or drive.dead_time in s, or leave it out",
         )
-    return found

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from enum import Enum
 
 import numpy as np
@@ -19,11 +20,11 @@ MEANT = 0.8  # a smaller multiplier knows of the inclination
 STILL = 0.02  # diameters: an amplitude that is none
 
 
-def strum_problems(scene: Scene) -> list[Problem]:
+def strum_problems(scene: Scene) -> Iterator[Problem]:
     """Sections whose drag factor is both given and computed."""
     if not on(scene):
-        return []
-    return [
+        return
+    yield from [
         Problem(
             f"cable.sections.{name}.drag_amplification",
             f"= {section.drag_amplification:g} is a drag factor found by hand, which holds strumming, and viv.law = "
@@ -36,7 +37,7 @@ def strum_problems(scene: Scene) -> list[Problem]:
     ]
 
 
-def strum_warnings(layout: Layout) -> list[Problem]:
+def strum_warnings(layout: Layout) -> Iterator[Problem]:
     """Strumming without effect or far from the data behind it."""
     scene = layout.scene
     sections = scene.cable.sections
@@ -54,52 +55,52 @@ def strum_warnings(layout: Layout) -> list[Problem]:
             for n, s in sections.items()
             if s.viv_damping_ratio is not None
         ]
-        return [
+        yield from [
             Problem(key, f"= {value} has no effect while viv.law is off", "Give viv.law, or leave it out")
             for key, value in changed
         ]
+        return
     if not any(strums(section) for section in sections.values()):
-        return [
-            Problem(
-                "viv.law",
-                f"= {scene.viv.law.value} has no effect: every section is faired, has no drag or has viv_multiplier 0",
-                "Leave it out, or take the fairing off",
-            )
-        ]
-    return _far_warnings(layout)
+        yield Problem(
+            "viv.law",
+            f"= {scene.viv.law.value} has no effect: every section is faired, has no drag or has viv_multiplier 0",
+            "Leave it out, or take the fairing off",
+        )
+        return
+    yield from _far_warnings(layout)
 
 
-def _far_warnings(layout: Layout) -> list[Problem]:
+def _far_warnings(layout: Layout) -> Iterator[Problem]:
     """Reynolds numbers and angles to the flow of the tow at rest that the laws were not made for."""
     scene, shape = layout.scene, layout.shape()
     rows = strum_sections(scene)
     strumming = shape.wet & (rows["strums"][shape.section] > 0)
     if not strumming.any():
-        return []
+        return
     re = (rows["reynolds"][shape.section] * shape.across)[strumming]
     if re.max() <= RE_SHEDDING:
         text = (
             f"= {scene.viv.law.value} has no effect: the Reynolds number of the flow across the cable is "
             f"{re.max():.3g} at most, and below {RE_SHEDDING:g} no vortices are shed"
         )
-        return [Problem("viv.law", text, "Leave it out, or check ship.tow_speed and water.viscosity")]
-    found = []
+        yield Problem("viv.law", text, "Leave it out, or check ship.tow_speed and water.viscosity")
+        return
     if re.min() < FITTED[0] or re.max() > FITTED[1]:
         text = (
             f"= {scene.viv.law.value} is used at Reynolds numbers of {re.min():.3g} to {re.max():.3g}, its data are of "
             f"{FITTED[0]:g} to {FITTED[1]:g}: there the drag factor is an extrapolation"
         )
         remedy = "Take it as an estimate, try others by viv.multiplier, or give a measured drag_amplification"
-        found.append(Problem("viv.law", text, remedy))
+        yield Problem("viv.law", text, remedy)
     laws = strum_amplitudes(scene)
     a = np.array([laws[k](v) for k, v in zip(shape.section, shape.across, strict=True)])
-    found += _still(scene, rows, a, shape, strumming)
-    return [*found, *_inclined(scene, rows, shape, strumming & (a > 0.0)), *_bounds(scene, a[strumming])]
+    yield from _still(scene, rows, a, shape, strumming)
+    yield from _inclined(scene, rows, shape, strumming & (a > 0.0))
+    yield from _bounds(scene, a[strumming])
 
 
-def _still(scene: Scene, rows: np.ndarray, a: np.ndarray, shape: TowShape, strumming: np.ndarray) -> list[Problem]:
+def _still(scene: Scene, rows: np.ndarray, a: np.ndarray, shape: TowShape, strumming: np.ndarray) -> Iterator[Problem]:
     """Sections whose damping leaves no amplitude."""
-    found = []
     for k, (name, section) in enumerate(scene.cable.sections.items()):
         here = strumming & (shape.section == k)
         multiplier = scene.viv.multiplier * section.viv_multiplier
@@ -114,37 +115,36 @@ def _still(scene: Scene, rows: np.ndarray, a: np.ndarray, shape: TowShape, strum
             "diameters: it does not strum, its drag factor is 1"
         )
         remedy = "Give it as a share of critical (0.01 is 1 %); cable that is not to strum has viv_multiplier 0"
-        found.append(Problem(key, text, remedy))
-    return found
+        yield Problem(key, text, remedy)
 
 
-def _inclined(scene: Scene, rows: np.ndarray, shape: TowShape, strumming: np.ndarray) -> list[Problem]:
+def _inclined(scene: Scene, rows: np.ndarray, shape: TowShape, strumming: np.ndarray) -> Iterator[Problem]:
     """A multiplier that knows nothing of the small angle between cable and flow."""
     if not strumming.any():
-        return []
+        return
     speed = np.maximum(shape.past[strumming], 1e-9)
     angles = np.degrees(np.arcsin(np.minimum(shape.across[strumming] / speed, 1.0)))
     angle = float(np.average(angles, weights=np.gradient(shape.s)[strumming]))
     maximum = scene.viv.multiplier * float(rows["multiplier"][shape.section][strumming].max())
     if angle >= STEEP_DEG or maximum <= MEANT:
-        return []
+        return
     product = "" if maximum == scene.viv.multiplier else f" ({maximum:.3g} with the viv_multiplier of the section)"
     text = (
         f"= {scene.viv.multiplier:g}{product} with cable that is inclined by {angle:.3g} deg on average to the flow, "
         f"less than {STEEP_DEG:g} deg: there a cable strums less than the flow across it says"
     )
-    return [Problem("viv.multiplier", text, "Try 0.6 beside it, docs/strumming.md")]
+    yield Problem("viv.multiplier", text, "Try 0.6 beside it, docs/strumming.md")
 
 
-def _bounds(scene: Scene, a: np.ndarray) -> list[Problem]:
+def _bounds(scene: Scene, a: np.ndarray) -> Iterator[Problem]:
     """Amplitudes and drag factors beyond what is known; a: A/d of the strumming cable."""
-    found, maximum = [], float(a.max())
+    maximum = float(a.max())
     if maximum > MAX_AMPLITUDE:
         text = (
             f"= {scene.viv.multiplier:g} gives amplitudes of up to {maximum:.3g} diameters, more than the "
             f"{MAX_AMPLITUDE:g} that the laws are bounded by"
         )
-        found.append(Problem("viv.multiplier", text, "Give a smaller one; cables strum with one diameter or less"))
+        yield Problem("viv.multiplier", text, "Give a smaller one; cables strum with one diameter or less")
     at_bound = float(np.mean([unbounded_factor(scene, x) >= MAX_FACTOR for x in a]))
     if at_bound > 0.0:
         text = (
@@ -152,7 +152,4 @@ def _bounds(scene: Scene, a: np.ndarray) -> list[Problem]:
             f"{100.0 * at_bound:.3g} % of the strumming cable is held at the bound of {MAX_FACTOR:g}: there the "
             "factor no longer answers to the flow"
         )
-        found.append(
-            Problem("viv.amplification", text, "Give a smaller viv.multiplier, or viv.amplification: vandiver")
-        )
-    return found
+        yield Problem("viv.amplification", text, "Give a smaller viv.multiplier, or viv.amplification: vandiver")

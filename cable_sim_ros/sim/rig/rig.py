@@ -19,22 +19,34 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterator
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from ...compiler.jit import LANES, NO, YES, prepare
 from ...errors import RunError
-from ...physics.ancf import AXIAL_DAMPING, EA, EI, MASS_PER_LENGTH, WEIGHT_PER_LENGTH
-from ...physics.cable_assembly import Cable
+from ...physics.ancf import (
+    ADDED_MASS,
+    AXIAL_DAMPING,
+    BUOYANCY,
+    DISPLACED,
+    EA,
+    EI,
+    HALF_RHO_D,
+    MASS_PER_LENGTH,
+    RE_FACTOR,
+    WEIGHT_PER_LENGTH,
+)
+from ...physics.cable_assembly import Cable, Section
 from ...physics.contact_surface import SURFACE
+from ...physics.drag_laws import DragLaw
 from ...physics.fluid import Fluid, fill_space
 from ...physics.integrate import Solver
 from ...physics.link_element import without_bending
 from ...physics.section import CableModel
 from ...physics.state import AT_REST, FLOW, LOAD, NOW, STRUT, Change, LineModel, Q, V, X, make_state
-from ...physics.substeps import NO_LIMIT, link_stepper
+from ...physics.substeps import MAX_TURN, NO_LIMIT, link_stepper
 from ...physics.towbody import BODY, Towbody, body_record
 from ...physics.water import Water
 from ..build import Rules, arc_lengths, bead_table, build_line, element_table, line_settings, lock
@@ -44,11 +56,37 @@ from ..tables.current import declare_water
 from ..tables.sea_tables import sea_of
 from ..wake_tables import begin_wakes, line_problems, step_problems, wake_table
 from .rig_entries import Moved, Samples, accelerate, begin_step, bring_to_rest, integrate, look, take, weigh_up
-from .rig_parts import FOLDING as FOLDING
-from .rig_parts import HALVED, SHIPPED, WHOLE, cable_of, load_of, rows_in_air
-from .rig_parts import WHIPPING as WHIPPING
 
 COMPONENTS = {"x": [0], "y": [1], "z": [2], "r": [0, 1, 2], "gx": [3], "gy": [4], "gz": [5], "g": [3, 4, 5]}
+
+FOLDING = 1e-7  # cable.compression_share of a cable that goes slack
+SHIPPED = Solver()  # the defaults of the product: step, rho_inf, tolerance
+WHOLE = Rules(0, NO_LIMIT, NO_LIMIT)  # steps as asked for, or not at all
+HALVED = Rules(SHIPPED.max_halvings, NO_LIMIT, NO_LIMIT)  # halved where Newton does not solve them
+WHIPPING = Rules(10, MAX_TURN, NO_LIMIT)  # and where they turn the cable far: for one that goes slack
+
+
+def cable_of(sections: list[dict], **numbers: Any) -> Cable:
+    """A Cable of the product from plain numbers; a section without a drag law has none.
+
+    Slack elements push, as in scenes by default; a case whose cable goes slack lets them fold (FOLDING).
+    """
+    named = {f"s{i}": Section(**({"drag_law": DragLaw.OFF} | s)) for i, s in enumerate(sections)}
+    return Cable(sections=named, **({"diameter": 0.01} | numbers))
+
+
+def load_of(node: int, force: npt.ArrayLike = (0.0, 0.0, 0.0), moment: npt.ArrayLike = (0.0, 0.0, 0.0)) -> np.ndarray:
+    """A LOAD record: dead force [N] on a node, moment [N m] on its tangent."""
+    row = np.zeros((), LOAD)
+    row["node"], row["force"], row["moment"] = node, force, moment
+    return row
+
+
+def rows_in_air(elements: np.ndarray) -> np.ndarray:
+    """The element table without water: no drag, added mass and buoyancy at any height."""
+    elements = elements.copy()
+    elements[:, [HALF_RHO_D, RE_FACTOR, ADDED_MASS, BUOYANCY, DISPLACED]] = 0.0
+    return elements
 
 
 class RigError(RunError):

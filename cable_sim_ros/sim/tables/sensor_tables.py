@@ -145,8 +145,7 @@ def pin_problem(state: State, scene: Scene) -> str:
         return ""
     axis = "none" if pin.axis_deg is None else f"{pin.axis_deg:g}"
     return (
-        f"instruments.load_pin.axis_deg = {axis}: the pin bears "
-        f"{state.sensors.sensing[0].newtons:.3g} N per newton of tension along it at the static start, less than "
-        f"{MIN_NEWTONS:g}; no tension can be taken from that, and nothing was started. Give the direction of the "
-        "resultant, or instruments.load_pin.calibration"
+        f"instruments.load_pin.axis_deg = {axis}: the pin bears {state.sensors.sensing[0].newtons:.3g} N per newton of "
+        f"tension along it at the static start, less than {MIN_NEWTONS:g}; no tension can be taken from that, and "
+        "nothing was started. Give the direction of the resultant, or instruments.load_pin.calibration"
     )

@@ -171,8 +171,8 @@ def offline(
 
 def _unfit(scene: Scene) -> str:
     """Why a set-point law is not for the cable of a scene, "": it is."""
-    found = setpoint_warnings(scene, layout_of(scene).water_speed)
-    return f"the law is not for this cable: {found[0].remedy}" if found else ""
+    found = next(setpoint_warnings(scene, layout_of(scene).water_speed), None)
+    return f"the law is not for this cable: {found.remedy}" if found else ""
 
 
 class _quiet(warnings.catch_warnings):
