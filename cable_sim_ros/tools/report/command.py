@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 
 import click
 
+from ...cli.answer import leave
 from ...cli.report_option import checked_place, said, typed
-from ...runs.recorded import recorded
-from ...terminal import say
 
 
 @click.command()
@@ -29,11 +27,9 @@ def report(bag, out) -> None:
     replay found is not in it: ask for --report where it is run.
     """
     from ...io.scenes.resources import find_bag
+    from ...runs.recorded import recorded
     from .write import write_report
 
     result = recorded(find_bag(bag), "no report is made", "cable-sim run SCENE --report FILE.html")
     said(write_report(result, out, command=typed()))
-    if result.verdict.code:
-        for line in result.verdict.lines():
-            say(line, err=True)
-        sys.exit(result.verdict.code)
+    leave(result.verdict.lines(), result.verdict.code, quiet=True)
