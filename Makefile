@@ -1,11 +1,11 @@
 # make run   makes the environment and plays recorded ship motion through the node (about 90 s after the install)
 # make check  tests that start no process, and the linter: after an edit (a minute and a half, kernels compiled)
 # make test   makes the environment and runs what a user needs to trust an installation
-# make test-rest  the other tests;  make lint  runs the linter and the type checks
+# make test-rest  the other tests;  make test-view  those of one folder of test/;  make lint  runs linter and type checks
 # make coverage  runs all tests (half as long again) and lists what they leave out above the physics
 # make install-check  installs as docs/install.md says: from a wheel, and beside a ROS from its distribution (a stand-in)
 # make bench  run time against error beside other codes;  make validate  repeats the experiments (both into runs/)
-# make soak  the real node under load, faults and hostile neighbours, R1 to S9 (two hours, idle machine), into runs/
+# make soak  what the clock judges: tests, then the real node under load, faults and neighbours (two hours, idle machine)
 # make stress  stability N1 to N28, bags and recordings I and S at full size (half an hour or more), into runs/
 # make nightly  stress, validate and bench one after the other, the longest tests, run times beside AGAINST
 # make docs  the pages of docs/ and the Python API as a site, build/docs/index.html; a broken link is an error
@@ -40,8 +40,10 @@ test: $(VENV)/.test
 	$(PYTEST) -m "check or trust" $(PYTEST_ARGS)
 
 test-rest: $(VENV)/.rest
-	$(PYTEST) -m "rest and not install" $(PYTEST_ARGS)
-	$(BIN)/python -m pytest -m alone $(PYTEST_ARGS)
+	$(PYTEST) -m rest $(PYTEST_ARGS)
+
+test-%: $(VENV)/.rest
+	$(PYTEST) test/$* $(PYTEST_ARGS)
 
 install-check: $(VENV)/.test
 	$(BIN)/python -m pytest -n 2 --dist loadfile -m install test/install $(PYTEST_ARGS)
@@ -68,6 +70,7 @@ stress: $(VENV)/.test
 	$(BIN)/cable-sim stress --out runs/stress
 
 soak: $(VENV)/.test
+	$(BIN)/python -m pytest -m realtime $(PYTEST_ARGS)
 	$(BIN)/cable-sim soak --out runs/soak
 
 nightly: $(VENV)/.rest stress validate bench

@@ -82,7 +82,7 @@ TEST = [
     "setuptools<80",  # colcon-core: `setup.py develop` and `install` as they were before 80
 ]
 
-CHECKOUT = bool({"editable_wheel", "develop"} & set(sys.argv))  # installed in place: what stands beside the product too
+IN_PLACE = bool({"editable_wheel", "develop"} & set(sys.argv))
 COMMANDS = {  # what extensions.py finds; a package of its own adds to the same groups
     "ahc": "ahc.command",
     "calibrate": "calibrate.command",
@@ -106,14 +106,14 @@ COMMANDS = {  # what extensions.py finds; a package of its own adds to the same 
     "view": "view.command",
     "viv": "spans.viv_command",
 }
-OF_A_CHECKOUT = {
+OF_A_CHECKOUT = {  # extensions.py offers them where verification/ is there: in no wheel
     **dict.fromkeys(("bench", "case", "stress", "validate"), "verification.commands"),
     "soak": "verification.soak.command",
 }
 EXTENSIONS = {
     "cable_sim.commands": [
         *(f"{name} = {NAME}.tools.{where if ':' in where else f'{where}:{name}'}" for name, where in COMMANDS.items()),
-        *(f"{name} = {where}:{name}" for name, where in OF_A_CHECKOUT.items() if CHECKOUT),
+        *(f"{name} = {where}:{name}" for name, where in OF_A_CHECKOUT.items()),
     ],
     "cable_sim.node_parts": [
         f"fix = {NAME}.tools.layback.node_part:TowbodyFix",
@@ -143,7 +143,7 @@ setup(
     maintainer="cable_sim_ros maintainers",
     maintainer_email="maintainers@cable-sim.org",
     license="MIT",
-    packages=find_packages(include=[NAME, NAME + ".*", *(["verification", "verification.*"] if CHECKOUT else [])]),
+    packages=find_packages(include=[NAME, NAME + ".*", *(["verification", "verification.*"] if IN_PLACE else [])]),
     package_data={NAME: ["py.typed", "requirements.txt", "**/*.html", "**/*.c", "**/*.js", "**/*.css"]},
     data_files=[
         ("share/ament_index/resource_index/packages", ["resource/" + NAME]),

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from functools import cache
 from importlib.metadata import EntryPoint, entry_points
+from importlib.util import find_spec
 from typing import Any
 
 from .errors import CableSimError
@@ -14,6 +15,7 @@ from .errors import CableSimError
 COMMANDS = "cable_sim.commands"  # name of the command -> click.Command
 NODE_PARTS = "cable_sim.node_parts"  # name of a group of parameters of the node -> NodePart (ros/parts.py)
 PAGES = "cable_sim.pages"  # page of `cable-sim manual` -> function that gives its text
+OF_A_CHECKOUT = "verification"  # stands beside the product, in no wheel
 RUN_PARTS = "cable_sim.run_parts"  # report: --report of what simulates; scores: --limits of replay -> module
 
 
@@ -25,7 +27,10 @@ class ExtensionError(CableSimError, ImportError):
 def found(group: str) -> dict[str, EntryPoint]:
     """Entry points of a group by name. Raises ExtensionError where two packages offer one name."""
     by_name: dict[str, EntryPoint] = {}
+    checkout = find_spec(OF_A_CHECKOUT) is not None
     for point in entry_points(group=group):
+        if point.module.partition(".")[0] == OF_A_CHECKOUT and not checkout:
+            continue
         other = by_name.setdefault(point.name, point)
         if other.value != point.value:
             raise ExtensionError(

@@ -24,6 +24,7 @@ from .motion_options import SHIPPED_BAG, motion_options, simulated
 from .number import Number
 from .options import (
     FILE,
+    all_option,
     bag_options,
     bag_scene_option,
     folder_option,
@@ -161,6 +162,7 @@ def node(ros_arguments: tuple[str, ...]) -> None:
 @out_option
 @markers_option
 @report_option
+@all_option
 @answers
 def run(scene, begin, report, out, **asked) -> Answer:
     """Simulate SCENE offline, as fast as it goes."""
@@ -181,6 +183,7 @@ def run(scene, begin, report, out, **asked) -> Answer:
 @limits_option
 @junit_option
 @report_option
+@all_option
 @answers
 def replay(bag, scene, algorithm, convention, topics, settings, out, markers, limits, junit, report) -> Answer:
     """Simulate a recorded BAG again and print the residuals against what it recorded of the tow.
@@ -223,6 +226,7 @@ def replay(bag, scene, algorithm, convention, topics, settings, out, markers, li
 @imu_option
 @folder_option("Folder for the bag, figures and picture. Default: runs/<date and time>.")
 @report_option
+@all_option
 @answers
 def live(bag, scene, duration, imu_only, out, report) -> Answer:
     """Play BAG over real topics into the node, in real time: summary, picture, recorded bag."""

@@ -22,6 +22,7 @@ SET_HELP = (
     "A value by its dotted key, as the node's parameters: of the scene (water.density=1000), or of how messages are "
     "taken in (heave.imu_position=[1, 0, 2]). May be repeated."
 )
+EVERYTHING = "cable_sim_ros.everything"  # of click's context: print all figures
 
 
 def folder_option(text: str) -> Callable:
@@ -39,6 +40,17 @@ def force_option(text: str = "Replace a file that is there.") -> Callable:
     return click.option("--force", is_flag=True, help=text)
 
 
+def _everything(context: click.Context, param: click.Parameter, value: bool) -> None:
+    context.meta[EVERYTHING] = value
+
+
+all_option = click.option(
+    "--all",
+    is_flag=True,
+    expose_value=False,
+    callback=_everything,
+    help="Print every figure with its meaning, not only those that matter most for this run.",
+)
 out_option = folder_option("Folder for the bag, figures and picture.")
 limits_option = click.option(
     "--limits",

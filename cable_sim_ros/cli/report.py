@@ -6,9 +6,12 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import click
+
 from ..sim.flag_rules import OK
 from ..terminal import plain_console, print_table, say
 from .answer import Answer, drawn
+from .options import EVERYTHING
 
 if TYPE_CHECKING:
     from ..io.sources.recorded_tow import Residual
@@ -31,15 +34,12 @@ def answer_of(result: Run, out: Path | None) -> Answer:
 
 
 def _tell(result: Run) -> None:
-    from ..runs.offline import METRICS
-    from ..runs.summary import format_value, summary_table
+    from ..runs.short_summary import short_table
+    from ..runs.summary import summary_table
 
-    metrics = result.metrics
-    table = summary_table(metrics, f"{metrics.get('scene', '')}, motion {metrics.get('motion')}")
-    for name, unit, meaning in METRICS[:1]:
-        if name in metrics:
-            table.add_row(name, format_value(metrics[name]), unit, meaning)
-    plain_console(120).print(table)
+    metrics, context = result.metrics, click.get_current_context(silent=True)
+    table = summary_table if context is not None and context.meta.get(EVERYTHING) else short_table
+    plain_console(120).print(table(metrics, f"{metrics.get('scene', '')}, motion {metrics.get('motion')}"))
     if "phases" in metrics:
         phase_table(metrics["phases"])
     if "rules" in metrics:

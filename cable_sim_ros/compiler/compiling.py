@@ -1,6 +1,6 @@
 """Kernels compiled by as many processes as there are cores, where they are not on disk yet.
 
-What is called by symbol can be compiled in any order and place (`compiler/jit.py`). The calling process and workers of
+What is called by symbol can be compiled in any order and place (`by_symbol.py`). The calling process and workers of
 its own take one kernel after the other, the largest first; each keeps what it compiled on disk, where the calling
 process finds it. Nothing depends on a worker: what one leaves undone, because it died or could not start, the calling
 process compiles itself, to the same code.
@@ -23,7 +23,7 @@ from typing import Any
 
 import numba
 
-from .jit import fingerprint, planned, publish
+from .by_symbol import fingerprint, planned, publish
 from .kernel_cache import files
 from .kernel_form import Form
 from .kernel_key import content_of
@@ -39,7 +39,7 @@ _prepared: set[tuple] = set()
 def prepare(linker: Callable[..., None], parts: tuple, entry: Any = None, arguments: tuple = ()) -> None:
     """Compile or load what ``linker(*parts)`` publishes, and publish it; the entry with its arguments is compiled too.
 
-    Raises what `jit.link` raises.
+    Raises what `by_symbol.link` raises.
     """
     if numba.config.DISABLE_JIT:
         return

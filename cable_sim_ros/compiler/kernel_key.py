@@ -28,7 +28,7 @@ from numba.core.dispatcher import Dispatcher
 # what stands in these is of their versions, which are in every key
 LIBRARIES = {"builtins", "math", "cmath", "operator", "numpy", "numba", "llvmlite", "functools", "itertools"}
 HERE = Path(__file__).parent
-COMPILERS = ("jit.py", "kernel_form.py", "kernel_key.py", "kernel_cache.py")  # what they do is part of all code
+COMPILERS = ("by_symbol.py", "kernel_form.py", "kernel_key.py", "kernel_cache.py")  # what they do is part of all code
 CONFIG = ("OPT", "LOOP_VECTORIZE", "SLP_VECTORIZE", "ENABLE_AVX", "BOUNDSCHECK", "DEBUGINFO_DEFAULT", "DEBUG_NRT")
 DOCSTRING = 0x4000000  # flag of a code object in Python 3.13: it has one
 PYTHON = "python"  # in place of options: called while compiling, not compiled

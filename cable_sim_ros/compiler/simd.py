@@ -5,11 +5,17 @@ It looks for long loops over separate arrays; the elimination of a 6x16 block is
 
 from __future__ import annotations
 
+import os
+
 import numba
-from llvmlite import ir
-from numba.core import types
-from numba.extending import intrinsic
-from numba.np.arrayobj import make_array
+
+from .jit import VARIABLE, inline
+
+if not os.environ.get(VARIABLE):
+    from llvmlite import ir
+    from numba.core import types
+    from numba.extending import intrinsic
+    from numba.np.arrayobj import make_array
 
 
 def row_update(width: int):
@@ -24,6 +30,8 @@ def row_update(width: int):
                 x[i, a : a + width] -= f * y[j + k, b : b + width]
 
         return plain
+    if os.environ.get(VARIABLE):
+        return _looped(width)
     vector, index = ir.VectorType(ir.DoubleType(), width), ir.IntType(32)
     blank, first = ir.Constant(vector, ir.Undefined), ir.Constant(ir.VectorType(index, width), [0] * width)
 
@@ -49,3 +57,16 @@ def row_update(width: int):
         return types.void(x, types.intp, types.intp, s, y, types.intp, types.intp), code
 
     return less
+
+
+def _looped(width: int):
+    """The same as a loop, in the same order of operations, for numba.njit alone."""
+
+    def less(x, i, a, s, y, j, b):
+        for c in range(width):
+            total = x[i, a + c]
+            for k in range(len(s)):
+                total -= s[k] * y[j + k, b + c]
+            x[i, a + c] = total
+
+    return inline(less)

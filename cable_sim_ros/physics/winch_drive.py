@@ -34,6 +34,7 @@ from .winch import ACCELERATION, clip, wound_on
 
 POINTS = 8  # of the curve of the motor
 BALANCED = 1e-4  # of the working tension, that (1) may be out of balance by at the end of a step
+LIFTED = 1e-9  # of a set brake: what is left of it after its time is round-off of the steps
 MEETINGS = 12  # solutions of the cable in one step, before it is halved
 
 
@@ -229,6 +230,8 @@ def begin_turn(h, drum, drive, old, before, driving, winch, length, rate):
         aim = 0.0
     time = drive.brake_set_time if aim > 0.0 else drive.brake_lift_time
     driving.brake = clip(before.brake + (h / time if aim > 0.0 else -h / time), 0.0, 1.0)
+    if driving.brake < LIFTED:
+        driving.brake = 0.0
     driving.setting, driving.mode = (driving.brake - before.brake) / h, mode
     driving.gear, driving.mass, driving.climb, driving.shed = 1.0, drive.mass, 0.0, 0.0
     if drum.lay_turns > 0.0:  # as it is at the end of the step
@@ -238,6 +241,15 @@ def begin_turn(h, drum, drive, old, before, driving, winch, length, rate):
         driving.mass = drive.mass * driving.gear**2 + drive.cable * second_moment(drum, wound) / r**2
         driving.climb = driving.mass * slope / r
     winch.target, winch.target_rate = length, driving.reference
+
+
+@inline
+def taken_up(gain, integral, error, new, up, motor):
+    """What of its change ``up`` [N] an integral takes in a step whose motor ends at a bound, ``motor`` [N]: none while
+    the law is past the bound, and what keeps it there where its proportional part, gain times the error, falls."""
+    before, after = gain * error + integral, gain * new + integral + up
+    part = clip((motor - before) / (after - before), 0.0, 1.0) if after != before else 0.0
+    return clip(motor - gain * new - integral, min(part * up, up), max(part * up, up))
 
 
 @driver
@@ -317,14 +329,17 @@ def balance(h, alpha, drum, drive, old, before, winch, driving, at, tension):
     if at_rest:
         a, driving.aux = 0.0, 0.0
     driving.error = past + abs((beta + 0.5 * (am - af) - 1.0 / 6.0) * h * h * (a - a0)) * mass / (vb * slope)
+    if before.brake > 0.0 and driving.brake == 0.0:  # commands count from the next step on, not from when it is open
+        driving.error += (h - before.brake * drive.brake_lift_time) * abs(before.given_rate)
     stand_at_end(drum, winch, new)
     winch.length, winch.rate, winch.accel = new, v, a
     driving.motor, driving.held, driving.step = motor, held, h
     most = largest_pull(drive, gear, v)
     driving.spent = 1 if mode != EMERGENCY_STOP and abs(motor) >= most * (1.0 - 1e-9) else 0
     up = drive.gain_i * (0.5 * h * (error + v - driving.reference) - driving.lead)
-    free = (up >= 0.0 or motor > max(low, -most)) and (up <= 0.0 or motor < min(high, most))
-    driving.integral = before.integral + (up if free else 0.0)
+    if (up > 0.0 and motor >= min(high, most)) or (up < 0.0 and motor <= max(low, -most)):
+        up = taken_up(drive.gain_p, before.integral, error, v - driving.reference, up, motor)
+    driving.integral = before.integral + up
     if mode == TENSION:  # what takes over goes on from the pull of now
         driving.integral = motor - drive.gain_p * v
     elif driving.brake > 0.0:

@@ -13,7 +13,7 @@ def quiet() -> None:
     """Freeze what is loaded, and collect only young garbage from now on.
 
     A full collection walks every object with the lock held: 0.1 s with all this loaded, a second with five million
-    objects, while inputs and outputs wait. The node makes no cycles that grow old (row R7 of docs/faults.md), so what
+    objects, while inputs and outputs wait. The node makes no cycles that grow old (row R7 of `cable-sim soak`), so what
     a full collection would find does not come up.
     """
     gc.collect()

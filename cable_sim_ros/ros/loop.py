@@ -99,8 +99,9 @@ class Loop:
         self._launch()
 
     def _launch(self) -> None:
-        self._thread = threading.Thread(target=self._enter, name="tick", daemon=True)
-        self._thread.start()
+        thread = threading.Thread(target=self._enter, name="tick", daemon=True)
+        thread.start()
+        self._thread = thread  # only now: a signal during the configure may stop it at any moment
 
     def run_to(self, count: int) -> None:
         """Come back when so many ticks are done, or it halted."""

@@ -3,15 +3,11 @@ pages."""
 
 from __future__ import annotations
 
-from .summary import OF_BODIES
+from .summary import DEPARTURE, OF_BODIES
 
 # JSON names beside those of runs/summary.py: name, unit, meaning
 METRICS = (
-    (
-        "departure_angle_deg",
-        "deg",
-        "mean angle of the cable at the sheave from the downward vertical, read as in [fields](fields.md)",
-    ),
+    DEPARTURE,
     ("contact_resultant_n", "N", "mean resultant of the cable on the sheave, whole run"),
     (
         "bodies",
@@ -109,7 +105,8 @@ METRICS = (
     (
         "check",
         "",
-        "`--check`: `agreed`, and of tension and its peaks [this run, with half the step and twice the elements]",
+        "`--check`: `agreed`, of tension and its peaks [this run, with half the step and twice the elements], and how "
+        "far apart the two are at most, `body_moved_m` and `payout_moved_m`",
     ),
     ("problem", "", "why the run ended early; absent when it did not"),
     (

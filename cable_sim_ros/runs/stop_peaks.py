@@ -64,3 +64,23 @@ def stop_missed(frames: np.recarray, scene: Scene) -> tuple[Reason, ...]:
             f"--every {good:g}, or solver.tick: {good:g}",
         ),
     )
+
+
+def stop_displaced(frames: np.recarray, scene: Scene) -> tuple[Reason, ...]:
+    """Reason where a brake was set on a drum under way, or just stopped by its motor, and the steps were chosen by their
+    error, which does not see what the towbody loses; frames: tick outputs."""
+    tick = tick_length(frames)
+    if scene.drive.model is not DriveModel.MOTOR or scene.solver.tension_error is None or not tick:
+        return ()
+    moving, brake, before = np.abs(frames["payout_rate"]) > AT_REST, frames["brake_set"], round(RINGS / tick)
+    sets = np.flatnonzero((brake[1:] > 0.0) & (brake[:-1] == 0.0)) + 1
+    stops = [k for k in sets if moving[max(k - before, 0) : k + 1].any()]
+    if not stops:
+        return ()
+    at = float(frames["time"][stops[0]] - frames["time"][0]) * 1e-9 + tick
+    text = (
+        f"a brake stopped the drum {at:.4g} s after the start, in steps chosen by their error: from then on the towbody "
+        f"may be further off than solver.position_error, 0.02 to 0.7 m in tows that were measured. Take --step fixed "
+        f"--every 0.005, or compare with --check"
+    )
+    return (check("STOP_PLACE", text),)

@@ -156,6 +156,11 @@ SUMMARY = (
     ("latency_p99_ms", "ms", "IMU stamp to tension on the wire, 99 % quantile"),
     ("jitter_p99_ms", "ms", "start of a tick after its due time, 99 % quantile"),
 )
+DEPARTURE = (  # a run adds it from the free cable; not of the tick outputs alone
+    "departure_angle_deg",
+    "deg",
+    "mean angle of the cable at the sheave from the downward vertical, read as in [fields](fields.md)",
+)
 OF_BODIES = (  # of each body on the line, after the start-up: name, unit, meaning
     ("depth_m", "m", "mean depth below the mean water surface"),
     ("depth_std_m", "m", "its standard deviation, at the ends of ticks as all of these"),
@@ -355,7 +360,7 @@ def summary_table(summary: dict, title: str = "Summary") -> Table:
     table.add_column("value", justify="right")
     table.add_column("unit")
     table.add_column("meaning", overflow="fold")
-    for name, unit, meaning in SUMMARY:
+    for name, unit, meaning in (*SUMMARY, DEPARTURE):
         if summary.get(name) is not None:
             table.add_row(name, format_value(summary[name]), "" if unit == "1" else unit, meaning)
     for body, metrics in summary.get("bodies", {}).items():

@@ -20,8 +20,7 @@ import sys
 import numpy as np
 from numba import types
 
-from ..compiler.compiling import prepare
-from ..compiler.jit import driver
+from ..compiler.jit import driver, prepare
 from ..physics.output import no_peaks
 from ..physics.state import NOW
 from ..physics.tick import link_tick, observe, sense, tick

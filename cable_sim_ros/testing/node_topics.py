@@ -289,7 +289,6 @@ class Link:
                 f"parameter {name!r} = {value!r} is of a type that no parameter has ({error}); nothing was changed. "
                 f"Give a float, int, bool, str or a list of floats"
             ) from error
-        self._given = self._given or name == "lockstep.wait"
         (result,) = self.client.call(SetParameters, f"{NODE}/set_parameters", request, SERVICE).results
         if not result.successful:
             raise TowError(f"{name} = {value!r} was refused: {result.reason}")

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 pytest.importorskip("rclpy")
-pytestmark = [pytest.mark.ros, pytest.mark.skipif(os.environ.get("NUMBA_DISABLE_JIT") == "1", reason="needs real time")]
+pytestmark = pytest.mark.skipif(os.environ.get("NUMBA_DISABLE_JIT") == "1", reason="needs real time")
 
 from cable_sim_ros.tools.ahc import benchmark, definition  # noqa: E402
 from cable_sim_ros.tools.ahc.definition import Cell, Class  # noqa: E402

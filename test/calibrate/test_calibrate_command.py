@@ -71,6 +71,7 @@ def steady(tmp_path, shown):
     return write(tmp_path, t, tension=tension, depth=depth)
 
 
+@pytest.mark.nightly
 def test_a_run_with_another_drag_is_found_with_noise_and_latency(tmp_path):
     """Latency 0.3 s, noise 5 N: the interval holds the drag that made the log, and the lag."""
     pytest.importorskip("iminuit")
@@ -134,12 +135,14 @@ def test_a_log_beside_the_bag_of_its_motion_gives_drag_and_gain(under_way, gaine
         assert one["interval"][1] - one["interval"][0] < 0.1
 
 
+@pytest.mark.nightly
 def test_a_winch_plan_stands_in_for_the_commands(gained):
     told = json.loads(call(*gained, "--heave", "1,8", "--duration", "34", "--winch", PLAN, *FIT).stdout)
     assert not {reason["flag"] for reason in told["verdict"]["reasons"]} - {"FEW_SAMPLES"}, told["verdict"]
     assert told["parameters"][0]["value"] == pytest.approx(TRUE, abs=0.03)
 
 
+@pytest.mark.nightly
 def test_a_damaged_bag_of_the_motion_is_told_though_the_log_is_whole(under_way, gained, tmp_path):
     shutil.copytree(under_way[0], tmp_path / "cut")
     (mcap,) = (tmp_path / "cut").rglob("*.mcap")
@@ -213,6 +216,7 @@ def test_an_interval_over_which_the_tow_bends_is_told_to_be_rough(steady):
     assert any(rise is not None and abs(rise - 1.0) > 0.2 for rise in told["parameters"][0]["rise"])
 
 
+@pytest.mark.nightly
 def test_the_truth_is_in_the_intervals_of_twenty_logs():
     """Tension with 5 N of noise, 20 N of bias and 0.3 s of latency, depth with 0.2 m; each fit simulates the tow
     itself. Fewer than 17 of 20 has a probability of 2 % at 95 %. 7 minutes."""

@@ -87,6 +87,7 @@ def test_the_look_ahead_is_what_came_where_the_plan_was_kept(bag, scene, followe
         follower.order("0 haul 3")
 
 
+@pytest.mark.nightly
 def test_twins_of_the_same_ranges_are_inside_and_a_drag_half_as_large_again_is_seen(bag, scene, monkeypatch):
     monkeypatch.setattr(coverage, "ENSEMBLES", 2)
     plan = EnsemblePlan(copies=5, every=5.0)

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 PACKAGE = Path(__file__).resolve().parents[2] / "cable_sim_ros"
-COMPILERS = ("jit.py", "kernel_form.py", "kernel_key.py", "kernel_cache.py", "compiling.py")
+COMPILERS = ("jit.py", "by_symbol.py", "kernel_form.py", "kernel_key.py", "kernel_cache.py", "compiling.py")
 FILES = {
     "__init__.py": "",
     "physics/__init__.py": "",

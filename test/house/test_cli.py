@@ -138,20 +138,16 @@ def test_every_command_helps(command):
         (("viv", "capozucca_5_5", "--out", "/dev/null/x"), "cannot be made or written (Not a directory); nothing was"),
         (("span", "span_in_wind", "--out", "/dev/null/x"), "cannot be made or written (Not a directory); nothing was"),
         (("soak", "R1", "--out", "/dev/null/x"), "cannot be made or written (Not a directory); nothing was run."),
-        pytest.param(
+        (
             ("play", "nbp1406", "--ros-args", "-r"),
             "error: ROS arguments: Couldn't parse trailing -r flag. No remap rule found.; nothing was played. Correct",
-            marks=pytest.mark.ros,
         ),
-        pytest.param(
+        (
             ("play", "nbp1406", "--ros-args", "-p", "x"),
             "error: ROS arguments: Couldn't parse parameter override rule: '-p x'.",
-            marks=pytest.mark.ros,
         ),
-        pytest.param(("live", "no_such_bag"), "error: no_such_bag: no such bag file", marks=pytest.mark.ros),
-        pytest.param(
-            ("live", "--scene", "no_such_scene"), "error: no_such_scene: no such scene file", marks=pytest.mark.ros
-        ),
+        (("live", "no_such_bag"), "error: no_such_bag: no such bag file"),
+        (("live", "--scene", "no_such_scene"), "error: no_such_scene: no such scene file"),
         (("manual", "--out", "no/such/folder/x.md"), "error: "),
         (("make-bags", "--speed", "nan"), "nan is not a finite number; nothing was done. Give one in [-15, 15] m/s"),
         (("make-bags", "--only", "nbp"), "error: there is no record 'nbp': nothing was written"),
@@ -169,20 +165,13 @@ def test_every_command_helps(command):
         (("span", "no_such_span"), "error: no_such_span: no such span file; nothing was started."),
         (("span", "span_in_wind", "--case", "x"), "error: case 'x' is not in span_in_wind; nothing was run."),
         (("run", "span_in_wind"), "span_in_wind.yaml:3: span stands at the top: this is a span in a wind, not a scene"),
-        pytest.param(
-            ("play", "nbp1406", "--lop"), "error: --lop: no option of play; nothing was played.", marks=pytest.mark.ros
-        ),
-        pytest.param(
-            ("play", "nbp1406", "--rate", "0"),
-            "Invalid value for '--rate': 0 is outside (0, 100]; nothing was done",
-            marks=pytest.mark.ros,
-        ),
-        pytest.param(
+        (("play", "nbp1406", "--lop"), "error: --lop: no option of play; nothing was played."),
+        (("play", "nbp1406", "--rate", "0"), "Invalid value for '--rate': 0 is outside (0, 100]; nothing was done"),
+        (
             ("play", "nbp1406", "--lockstep", "--rate", "1"),
             "error: --rate 1 with --lockstep: /clock says when a message is sent; nothing was played",
-            marks=pytest.mark.ros,
         ),
-        pytest.param(("play", "no_such_bag"), "error: no_such_bag: no such bag file", marks=pytest.mark.ros),
+        (("play", "no_such_bag"), "error: no_such_bag: no such bag file"),
     ],
 )
 def test_a_mistake_is_told_in_one_line(arguments, text, tmp_path, monkeypatch):
@@ -362,7 +351,7 @@ def test_out_has_bag_figures_and_picture(tmp_path):
     assert result.exit_code == 0, result.output
     assert (tmp_path / "out" / "run.png").read_bytes()[:4] == b"\x89PNG"
     assert (tmp_path / "out" / "tow" / "metadata.yaml").is_file() and (tmp_path / "out" / "summary.json").is_file()
-    for word in ("picture:", "recording:", "figures:", "tension_mean_n"):
+    for word in ("picture:", "recording:", "figures:", "tension at the sheave"):
         assert word in result.stdout
 
 

@@ -43,7 +43,11 @@ def call(*command, cwd, **environment):
     return done.stdout
 
 
-@pytest.fixture(scope="module", params=["", "--symlink-install"], ids=["copied", "symlinked"])
+@pytest.fixture(
+    scope="module",
+    params=["", pytest.param("--symlink-install", marks=pytest.mark.nightly)],
+    ids=["copied", "symlinked"],
+)
 def workspace(request, tmp_path_factory):
     """Workspace with the package built by colcon."""
     pytest.importorskip("colcon_core")
@@ -71,7 +75,6 @@ def sourced(workspace, *command, **environment):
     )
 
 
-@pytest.mark.colcon
 def test_colcon_installs_share_and_index(workspace):
     prefix = workspace / "install" / "cable_sim_ros"
     assert (prefix / "share" / "ament_index" / "resource_index" / "packages" / "cable_sim_ros").is_file()
@@ -84,20 +87,16 @@ def test_colcon_installs_share_and_index(workspace):
     assert str(prefix) in sourced(workspace, "bash", "-c", "echo $AMENT_PREFIX_PATH")
 
 
-@pytest.mark.colcon
 def test_executable_installed_by_colcon_runs(workspace):
     executable = workspace / "install" / "cable_sim_ros" / "lib" / "cable_sim_ros" / "cable-sim"
     assert "make-bags" in sourced(workspace, str(executable), "--help")
 
 
-@pytest.mark.colcon
 def test_scenes_and_bags_are_found_after_colcon(workspace):
     fraction, *names = sourced(workspace, sys.executable, "-c", WHERE).split()
     assert fraction.startswith(str(workspace)) and {"full_scale", "nbp1406"} <= set(names)
 
 
-@pytest.mark.colcon
-@pytest.mark.ros
 def test_node_installed_by_colcon_starts(workspace):
     pytest.importorskip("rclpy")
     executable = workspace / "install" / "cable_sim_ros" / "lib" / "cable_sim_ros" / "node"
@@ -120,7 +119,6 @@ def test_node_installed_by_colcon_starts(workspace):
     assert done.returncode == 2 and "no_such_parameter" in done.stderr, done.stderr
 
 
-@pytest.mark.slow
 def test_scenes_and_bags_are_found_after_pip(tmp_path):
     (tmp_path / "source").mkdir()
     copied(tmp_path / "source")

@@ -14,6 +14,8 @@ from cable_sim_ros.physics.tick_output import SHAPE_COLUMNS, SLOPE_COLUMNS, STRU
 from cable_sim_ros.sim import build, loop
 from cable_sim_ros.sim.rig import rig_entries
 
+pytestmark = pytest.mark.check
+
 PAGE = (Path(__file__).parents[2] / "docs" / "contract.md").read_text("utf-8")
 
 

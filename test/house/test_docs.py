@@ -9,12 +9,15 @@ import pytest
 
 from cable_sim_ros.io.messages.messages import CAUSES
 
+pytestmark = pytest.mark.check
+
 ROOT = Path(__file__).resolve().parents[2]
 PACKAGE = ROOT / "cable_sim_ros"
 DOCS = ROOT / "docs"
 WIDEST = 100  # characters of a line of prose
 PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted(DOCS.glob("*.md"))]
-CODE = {path: path.read_text("utf-8") for path in sorted(PACKAGE.rglob("*.py"))}
+SOURCES = [*PACKAGE.rglob("*.py"), *(ROOT / "verification").rglob("*.py")]
+CODE = {path: path.read_text("utf-8") for path in sorted(SOURCES)}
 THEORY = (DOCS / "theory.md").read_text("utf-8")
 REFERENCES = (DOCS / "references.md").read_text("utf-8")
 CITED = {  # what the code cites -> its entry in docs/references.md; both sides are checked

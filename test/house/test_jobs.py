@@ -14,6 +14,8 @@ from cable_sim_ros.io.scenes.winch_plan import WinchPlan
 from cable_sim_ros.physics.heave_compensation import SetpointLaw
 from cable_sim_ros.runs.settings import apply_to_scene, settings_of
 
+pytestmark = pytest.mark.trust
+
 ROOT = Path(__file__).resolve().parents[2]
 PAGE = (ROOT / "docs" / "jobs.md").read_text("utf-8")
 TABLE, *SECTIONS = PAGE.split("\n## ")

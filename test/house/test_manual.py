@@ -15,6 +15,8 @@ from cable_sim_ros.runs import field_manual
 from cable_sim_ros.sim.scene import Scene
 from cable_sim_ros.tools.logs.imports.mapping_manual import text as mapping_text
 
+pytestmark = pytest.mark.check
+
 DOCS = Path(__file__).resolve().parents[2] / "docs"
 
 

@@ -16,6 +16,8 @@ from cable_sim_ros.io.scenes import resources
 from cable_sim_ros.io.scenes.load import load_scene
 from cable_sim_ros.tools.spans.load import load_span
 
+pytestmark = pytest.mark.trust
+
 ROOT = Path(__file__).resolve().parents[2]
 CITATION = yaml.safe_load((ROOT / "CITATION.cff").read_text("utf-8"))
 PACKAGE_XML = ElementTree.parse(ROOT / "package.xml").getroot()

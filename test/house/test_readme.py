@@ -26,6 +26,8 @@ from cable_sim_ros.physics.towbody import LineBody
 from cable_sim_ros.runs import offline
 from cable_sim_ros.runs.summary import SUMMARY, summary_markdown
 
+pytestmark = pytest.mark.trust
+
 ROOT = Path(__file__).resolve().parents[2]
 README = (ROOT / "README.md").read_text("utf-8")
 CONTRIBUTING = (ROOT / "CONTRIBUTING.md").read_text("utf-8")
@@ -78,7 +80,8 @@ def test_make_targets_exist(page):
     targets = set(re.findall(r"`make ([a-z-]+)", page)) | set(re.findall(r"^make ([a-z-]+)", page, re.M))
     assert targets
     for target in targets:
-        assert re.search(rf"^{target}:", MAKEFILE, re.M), target
+        folder = ROOT / "test" / target.removeprefix("test-")  # of the rule test-%
+        assert re.search(rf"^{target}:", MAKEFILE, re.M) or folder.is_dir(), target
 
 
 def test_every_make_target_stands_in_contributing():
@@ -121,8 +124,7 @@ def test_the_python_of_the_rig_page_runs(capsys):
 
 
 def test_the_python_of_the_winch_page_runs(capsys):
-    blocks = re.findall(r"```python\n(.*?)```", WINCH, re.S)
-    (code,) = (block for block in blocks if "rclpy" not in block)  # test/ros/test_controller.py runs the other
+    (code,) = re.findall(r"```python\n(.*?)```", WINCH, re.S)
     exec(compile(code, "winch.md", "exec"), {})
     assert float(capsys.readouterr().out) == pytest.approx(0.2, abs=1e-3)
 
@@ -273,6 +275,7 @@ def test_readme_and_index_have_the_same_doors():
 
 def test_the_readme_is_a_page_of_short_lines():
     assert len(README.splitlines()) <= 100
+    assert f"Version {cable_sim_ros.__version__} " in README
     for page in (README, CONTRIBUTING, INDEX):
         lines = [line for line in page.splitlines() if not line.startswith(("|", "!["))]
         assert [line for line in lines if len(line) > 100] == []

@@ -8,6 +8,8 @@ from pathlib import Path
 
 import pytest
 
+pytestmark = pytest.mark.check
+
 PACKAGE = Path(__file__).resolve().parents[2] / "cable_sim_ros"
 # numpy computes them by other code with AVX-512 than with AVX2, or gives them to the BLAS (numpy 2.4)
 CHOSEN = {
@@ -24,11 +26,13 @@ BESIDE = {  # no number of a run comes from them: what they are for
     "io/messages/fault_hypotheses.py": "matrices of 0 and 1, to be compared with bounds",
     "io/messages/markers.py": "what RViz draws",
     "io/geodesy.py": "latitude and longitude of a layback",
-    "tools/layback/ways.py": "ways of the trade, beside a run",
     "tools/logs/inspection/axes.py": "findings on a log",
     "tools/logs/inspection/times.py": "the same",
     "tools/logs/mapping/apply.py": "an import: a run has the numbers of the bag that it made",
     "tools/logs/mapping/lever_arm.py": "the same",
+    "tools/logs/imports/import_logs.py": "the same",
+    "tools/logs/imports/regular.py": "the same",
+    "tools/logs/imports/track.py": "the same",
     "io/sources/coarse_bag.py": "rounded motion, smoothed: bounded, docs/replay.md",
     "io/sources/rounding.py": "the same: which columns are rounded, and to what",
     "io/sources/smoothing.py": "the same: the spline",
@@ -66,7 +70,9 @@ def found(source: str) -> set[str]:
 def test_a_run_takes_nothing_that_is_chosen_by_the_processor():
     used = {}
     for path in (
-        path for floor in ("compiler", "physics", "sim", "io") for path in sorted((PACKAGE / floor).rglob("*.py"))
+        path
+        for floor in ("compiler", "physics", "sim", "io", "tools/logs")
+        for path in sorted((PACKAGE / floor).rglob("*.py"))
     ):
         if names := found(path.read_text("utf-8")):
             used[path.relative_to(PACKAGE).as_posix()] = names

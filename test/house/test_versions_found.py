@@ -10,6 +10,8 @@ import pytest
 
 from cable_sim_ros import start
 
+pytestmark = pytest.mark.check
+
 ROOT = Path(__file__).resolve().parents[2]
 UBUNTU = {"numba": "0.58.1", "pydantic": "1.10.14"}  # too old in Ubuntu 24.04
 

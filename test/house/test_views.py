@@ -14,6 +14,8 @@ from cable_sim_ros.io.messages.markers import markers_channel
 from cable_sim_ros.io.scenes.load import load_scene
 from cable_sim_ros.physics.tick_output import CONTACT_COLUMNS, SHAPE_COLUMNS
 
+pytestmark = pytest.mark.check
+
 CONFIG = Path(__file__).resolve().parents[2] / "config"
 SCENE = load_scene("full_scale")
 ROWS = {Context().topic(row): row for row in (*channels_of(SCENE), markers_channel(SCENE, 10.0))}

@@ -73,7 +73,6 @@ def test_a_run_with_a_shipped_scene_and_bag(installed):
     assert (installed[2] / "a" / "tow" / "metadata.yaml").is_file()
 
 
-@pytest.mark.ros
 def test_the_node_starts_and_says_what_it_refuses(installed):
     pytest.importorskip("rclpy")
     done = call(installed, "node", "--ros-args", "-p", "no_such:=1")

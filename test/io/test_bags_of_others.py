@@ -12,6 +12,8 @@ from cable_sim_ros.io.bags.bag import BagError, Damage, read_bag
 from cable_sim_ros.io.bags.typestore import STORE
 from cable_sim_ros.io.sources.bag_motion import read_motion
 
+pytestmark = pytest.mark.check
+
 
 @pytest.mark.parametrize("kind", ["SQLITE3", "ros1"])
 def test_a_flipped_bit_gives_messages_or_one_line(kind, tmp_path):

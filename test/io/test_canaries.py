@@ -7,6 +7,8 @@ import pytest
 from cable_sim_ros.io.scenes.load import SceneError, scene_from_text
 from verification.soak.files import CANARIES, files, judge
 
+pytestmark = pytest.mark.check
+
 REMEDY = "; nothing was started. Correct the YAML"
 
 

@@ -24,6 +24,8 @@ from cable_sim_ros.io.messages.channels import (
 from cable_sim_ros.io.messages.frame_numbers import NAMES, numbers_of
 from cable_sim_ros.physics.tick_output import CONTACT_COLUMNS, FIELDS, SHAPE_COLUMNS, TICK_OUTPUT
 
+pytestmark = pytest.mark.check
+
 CONTEXT = Context()
 BY_NAME = {channel.name: channel for channel in CHANNELS}
 finite = st.floats(allow_nan=False, allow_infinity=False, width=64)
@@ -51,7 +53,7 @@ def tables(frame):
 
 
 @given(frames())
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 def test_health_carries_every_field_of_the_frame_bit_by_bit(frame):
     data = serialize(BY_NAME["sim_health"], frame, None, None, CONTEXT)
     assert decode_frame(data).tobytes() == frame.tobytes()
@@ -83,7 +85,7 @@ def test_health_of_another_version_is_read_by_name():
 
 @pytest.mark.parametrize("channel", CHANNELS, ids=lambda c: c.name)
 @given(frame=frames())
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 def test_encoder_writes_the_bytes_of_the_serializer(channel, frame):
     frame["tick"] = 0  # every channel is due
     shape, contact = tables(make_frames(1)[0])
@@ -101,7 +103,7 @@ def test_template_is_written_anew_each_time():
 
 
 @given(frames())
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 def test_fixed_channels_read_back(frame):
     for name in ("winch_state", "towbody_pose", "sheave_tension"):
         fields = decode(BY_NAME[name], serialize(BY_NAME[name], frame, None, None, CONTEXT))

@@ -14,6 +14,8 @@ from cable_sim_ros.io.recordings.recovery import recover
 from cable_sim_ros.io.sources.bag_motion import read_motion
 from verification.stress.bags import IMU, TOPIC, chunks_of, known_bag, mcap_of
 
+pytestmark = pytest.mark.check
+
 COUNT = 600
 
 

@@ -15,6 +15,8 @@ from cable_sim_ros.physics.ship import Ship as Parameters
 from cable_sim_ros.physics.state import MEMORY, records
 from cable_sim_ros.sim.loop import look
 
+pytestmark = pytest.mark.check
+
 TICK = S // 100
 LATE = 3 * S // 100  # ns, the delay with which the motion is used
 HEADING, TOWED = 0.7, 2.2  # rad, m/s: the tow frame's
@@ -81,7 +83,7 @@ def test_the_imu_bridges_a_drop_out_of_the_odometry():
 
 
 @given(st.integers(0, 10_000))
-@settings(max_examples=8, deadline=None)
+@settings(max_examples=8)
 def test_duplicates_swaps_losses_and_odd_stamps_leave_the_motion_as_it_was(seed):
     """One message in ten twice, later than its neighbour, lost, or with a stamp of 1970 or an hour ahead, each."""
     random, m = np.random.default_rng(seed), sail(12.0)

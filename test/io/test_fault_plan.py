@@ -7,6 +7,8 @@ import pytest
 from cable_sim_ros.io.scenes.fault_plan import FaultError, load_faults, timed
 from cable_sim_ros.runs.fault_report import scenario_of
 
+pytestmark = pytest.mark.check
+
 GOOD = """
 scenario: motion lost
 faults:

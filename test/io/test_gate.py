@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+import pytest
+
 from cable_sim_ros.io.motion.time_sequencer import CONFIRM, MAX, Cadence, MotionGate
+
+pytestmark = pytest.mark.check
 
 MS = 1_000_000
 S = 1_000_000_000

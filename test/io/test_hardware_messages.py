@@ -18,6 +18,8 @@ from cable_sim_ros.physics.state import records
 from cable_sim_ros.physics.winch import DRUM, WINCH
 from cable_sim_ros.physics.winch_command import command as carry
 
+pytestmark = pytest.mark.check
+
 STEP = S // 100
 
 

@@ -27,6 +27,8 @@ from cable_sim_ros.io.sources.bag_motion import read_motion
 from cable_sim_ros.io.sources.recorded_tow import Feeder, read_tow
 from cable_sim_ros.physics.inputs import make_inputs
 
+pytestmark = pytest.mark.check
+
 POSITION, VELOCITY = "command_position", "command_velocity"
 
 

@@ -15,6 +15,8 @@ from cable_sim_ros.io.recordings.journal import MSGTYPE, Journal, Start, encoded
 from cable_sim_ros.io.recordings.journal_entries import Sample, state_of
 from cable_sim_ros.physics.inputs import MOTION_COLUMNS, MOTION_ROWS, make_inputs, push_command, push_motion
 
+pytestmark = pytest.mark.check
+
 
 def rings(inputs):
     return {f"inputs_{name}": array.copy() for name, array in inputs._asdict().items()}

@@ -20,9 +20,7 @@ from cable_sim_ros.io.scenes.load import (
     scene_from_text,
 )
 
-pytestmark = pytest.mark.filterwarnings(
-    "ignore::cable_sim_ros.io.scenes.load.SceneWarning"
-)  # those expected are caught
+pytestmark = [pytest.mark.check, pytest.mark.filterwarnings("ignore::cable_sim_ros.io.scenes.load.SceneWarning")]
 
 SCENE = """\
 name: short_tow
@@ -483,7 +481,7 @@ DATA = st.dictionaries(
 )
 
 
-@settings(deadline=None, derandomize=True, max_examples=50)
+@settings(derandomize=True, max_examples=50)
 @given(DATA)
 @example({"a": "0" * 130 + "\x1f0 0"})
 def test_what_is_dumped_is_read_alike_by_yaml_1_1_and_1_2(data):
@@ -492,7 +490,7 @@ def test_what_is_dumped_is_read_alike_by_yaml_1_1_and_1_2(data):
     assert yaml.safe_load(text) == data, "by those of 1.1"
 
 
-@settings(deadline=None, derandomize=True, max_examples=10)
+@settings(derandomize=True, max_examples=10)
 @given(
     st.text(),
     st.floats(900.0, 1100.0),
@@ -617,6 +615,20 @@ def test_a_caution_names_the_line_that_loads_the_scene(tmp_path):
     with pytest.warns(SceneWarning, match="winch.wrap = 2 rad") as caught:
         load_scene(path)
     assert [item.filename for item in caught] == [__file__]
+
+
+def test_what_its_author_accepts_is_not_warned_of_in_that_line_alone():
+    """An override of the scene has no lines, and is warned of."""
+    text = re.sub(r"wrap: 6\.0(.*)", r"wrap: 2.0\1  # accepted: a test", SCENE)
+    text += "setpoint: {algorithm: simplified_sheave}\n"
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        scene = scene_from_text(text, "tow.yaml")
+    for other in (text.replace("accepted: a test", "accepted:"), text.replace("accepted: a test", "a test")):
+        with pytest.warns(SceneWarning, match="winch.wrap = 2 rad"):
+            scene_from_text(other, "tow.yaml")
+    with pytest.warns(SceneWarning, match="winch.wrap = 2 rad"):
+        override(scene, {})
 
 
 def test_elements_that_resolve_the_bending_length_are_no_caution():

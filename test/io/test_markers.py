@@ -24,6 +24,8 @@ from cable_sim_ros.io.scenes.load import load_scene
 from cable_sim_ros.physics.section import CableModel
 from cable_sim_ros.sim.simulator import Simulator
 
+pytestmark = pytest.mark.check
+
 CONTEXT = Context()
 DELETE = 2
 

@@ -16,6 +16,8 @@ from cable_sim_ros.physics.heave_filter import Heave
 from cable_sim_ros.physics.inputs import make_inputs
 from cable_sim_ros.physics.tick_output import Source
 
+pytestmark = pytest.mark.check
+
 
 def through_json(value):
     return json.loads(json.dumps(taken(value)))

@@ -24,6 +24,8 @@ from cable_sim_ros.physics.inputs import EPOCH, MOTION_ROWS, SOURCE, make_inputs
 from cable_sim_ros.physics.ship import Ship
 from cable_sim_ros.physics.tick_output import Source
 
+pytestmark = pytest.mark.trust
+
 BAGS = Path(__file__).parents[2] / "bags"
 G = 9.81
 S = 10**9
@@ -131,7 +133,7 @@ attitude = st.tuples(st.floats(-3, 3), st.floats(-1.3, 1.3), st.floats(-3, 3))
 
 
 @given(attitude, small, small, small, st.text("abc_/", max_size=9), st.text("abc_/", max_size=9), st.booleans())
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 def test_numbers_come_back_whatever_the_names_and_byte_order(angles, position, velocity, rate, frame, child, order):
     got = decode_odometry(
         odometry(T0 + 5, position, angles, velocity, rate, frame=frame, child=child, little_endian=order)
@@ -144,7 +146,7 @@ def test_numbers_come_back_whatever_the_names_and_byte_order(angles, position, v
 
 
 @given(st.binary(max_size=800))
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=100)
 def test_any_bytes_are_refused_or_finite(data):
     for decode in (decode_imu, decode_odometry):
         try:
@@ -155,7 +157,7 @@ def test_any_bytes_are_refused_or_finite(data):
 
 
 @given(st.integers(0, 84), st.floats(), st.integers(0, 36), st.floats())
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=150)
 def test_no_number_gets_a_sample_that_is_not_finite_through(i, a, k, b):
     """One double of a good message replaced by anything: NaN, infinity, 1e300, a denormal."""
     it = ingest()
@@ -180,7 +182,7 @@ def test_known_roll_port_side_up():
 
 
 @given(attitude, small, small)
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 def test_ned_is_the_same_motion_in_other_axes(angles, vector, position):
     """Rotate a body vector into the world in NED, then change axes: must be what the converted message gives."""
 

@@ -14,6 +14,8 @@ from cable_sim_ros.io.sources.motion_table import COLUMNS, MotionError, MotionWa
 from cable_sim_ros.physics.ship import Ship
 from cable_sim_ros.sim.tables.attitude import angle_rates, to_world
 
+pytestmark = pytest.mark.check
+
 SHIP = Ship(tow_speed=2.0, heading_deg=30.0, reference_height=0.5)
 SECOND = 10**9
 

@@ -21,6 +21,8 @@ from cable_sim_ros.physics.ship import Ship
 from cable_sim_ros.physics.tick_output import Source
 from cable_sim_ros.sim.tables.attitude import angles_of, rotation
 
+pytestmark = pytest.mark.trust
+
 DEGREES = 180.0 / pi
 KNOTS = 1.943844
 
@@ -226,7 +228,7 @@ def test_a_ship_at_rest_tells_nothing():
     st.sampled_from([0.0, 0.01, 0.05]),
     st.integers(0, 999),
 )
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 def test_good_data_is_never_doubted(hertz, sea, heading, speed, turning, noise, seed):
     m = sail(min(20.0, 600.0 / hertz), hertz, sea, heading, speed, turning, begin=0.1 * seed)
     sent = noisy(m, noise, seed) if noise else m

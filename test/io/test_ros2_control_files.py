@@ -11,6 +11,8 @@ from hardware_component import INTERFACES, of_urdf
 from cable_sim_ros.io.messages.channels import CHANNELS
 from cable_sim_ros.io.messages.messages import DRUM, JOINT, KINDS
 
+pytestmark = pytest.mark.check
+
 FILES = Path(__file__).resolve().parents[2] / "config" / "ros2_control"
 URDFS = {"winch_velocity.urdf": "velocity", "winch_position.urdf": "position"}
 NAMESPACE = "/tow_sim"  # of the node, unless set

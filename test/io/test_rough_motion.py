@@ -281,8 +281,7 @@ def test_noise_of_the_attitude_from_the_imu_alone():
     assert rms(bend * 40.0).max() < 0.05
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("name", ["nbp1406", "lmg1903"])
+@pytest.mark.parametrize("name", ["nbp1406", pytest.param("lmg1903", marks=pytest.mark.nightly)])
 def test_the_shipped_motion_stays_as_it_is(name):
     both, only = ingest(), ingest()
     plain = MotionIngest(make_inputs(), Ship(), Heave(), MotionInput(stamp_jitter=0.0, position_time=0.0))
@@ -309,7 +308,6 @@ def rough(event, random):
     return Event(stamp, event.arrival, "odometry", event.data[:4] + head + event.data[12:-680] + numbers.tobytes())
 
 
-@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore::cable_sim_ros.io.scenes.load.SceneWarning")
 def test_rough_odometry_tows_as_clean_odometry_does():
     from cable_sim_ros.io.scenes.load import load_scene

@@ -17,6 +17,8 @@ from cable_sim_ros.io.sources.recorded_tow import RecordedTow
 from cable_sim_ros.io.sources.rounding import even, noise, resolution
 from cable_sim_ros.physics.ship import Ship
 
+pytestmark = pytest.mark.check
+
 SHEAVE = (-16.0, 0.0, 6.0)
 SHIP = Ship(tow_speed=2.0, heading_deg=30.0, reference_height=0.5)
 HEAVE = Given("heave_m", "m", 1.0, False)

@@ -21,7 +21,7 @@ from cable_sim_ros.physics.water import CurrentFrame, WaveKind
 from cable_sim_ros.sim.tables.attitude import angle_rates, to_world
 from cable_sim_ros.sim.tables.sea_tables import BAND, FINE, jonswap
 
-pytestmark = pytest.mark.filterwarnings("ignore::cable_sim_ros.io.scenes.load.SceneWarning")
+pytestmark = [pytest.mark.check, pytest.mark.filterwarnings("ignore::cable_sim_ros.io.scenes.load.SceneWarning")]
 G, SPEED, PERIOD, HEIGHT = 9.81, 2.0, 8.0, 2.0
 OMEGA = 2.0 * pi / PERIOD
 K = OMEGA**2 / G
@@ -234,7 +234,7 @@ def test_a_full_circle_is_closed(table):
 GRIDS = [{45, 90, 135}, {60, 120}, {0, 90, 180}, {0, 80, 160, 240, 320}, {0, 90, 180, 270, 360}, {10, 100, 190, 280}]
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(
     periods=st.lists(st.floats(0.5, 200.0), min_size=1, max_size=4, unique=True),
     headings=st.one_of(st.sets(st.integers(0, 360), min_size=1, max_size=6), st.sampled_from(GRIDS)),

@@ -2,11 +2,13 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from cable_sim_ros.io.scenes.ship_plan import MAX_TURN_RATE, PEAK, UNITS, PlanError, ShipPlan
 from cable_sim_ros.physics.ship import Ship
+
+pytestmark = pytest.mark.check
 
 SHIP = Ship(tow_speed=2.0, heading_deg=30.0)
 STEP = 0.1
@@ -23,7 +25,6 @@ def plans(draw):
     return ", ".join(parts)
 
 
-@settings(deadline=None)
 @given(plans())
 def test_a_plan_is_its_text_and_its_rates_are_those_of_its_track(text):
     plan = ShipPlan(text)

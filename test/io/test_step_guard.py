@@ -120,7 +120,6 @@ def test_a_blow_that_the_position_follows_is_used(change, within, maximum):
     assert len(refused) <= maximum and said == []
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("name", ["nbp1406", "lmg1903"])
+@pytest.mark.parametrize("name", ["nbp1406", pytest.param("lmg1903", marks=pytest.mark.nightly)])
 def test_the_whole_shipped_bags_are_not_refused(name):
     assert watched(list(read_motion(BAGS / name))) == ([], [])

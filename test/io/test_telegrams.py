@@ -17,6 +17,8 @@ from cable_sim_ros.tools.telegrams import lci90i, pashr, psxn, sources, tss1
 from cable_sim_ros.tools.telegrams.fields import Motion, TelegramError, Withheld
 from cable_sim_ros.tools.telegrams.lci90i import Winch
 
+pytestmark = pytest.mark.check
+
 LOGS = Path(__file__).resolve().parents[3] / "shared" / "data" / "foreign" / "nbp1406_winch"
 PAGE = Path(__file__).parents[2] / "docs" / "telegrams.md"
 TRAWL = b"\x0102RD,2014-08-01T00:29:19.251,STBD TRAWL,-0000003,000000.0,-00034.0,3588\r\n"  # NBP1406

@@ -12,6 +12,8 @@ import yaml
 
 from cable_sim_ros.io.bags import typestore
 
+pytestmark = pytest.mark.trust
+
 USED = ("sensor_msgs/msg/Imu", "nav_msgs/msg/Odometry", "sensor_msgs/msg/JointState", "sensor_msgs/msg/PointCloud2")
 USED += ("geometry_msgs/msg/PoseStamped", "geometry_msgs/msg/WrenchStamped", "diagnostic_msgs/msg/DiagnosticArray")
 WRITE = """
@@ -57,7 +59,6 @@ def test_bag_says_the_distribution_it_was_made_with(tmp_path, name):
     assert info["ros_distro"] == name
 
 
-@pytest.mark.ros
 def test_text_and_hash_are_those_of_the_messages_installed():
     """The definition files and hashes that the distribution in use ships, where its wheels are here."""
     pytest.importorskip("rclpy")

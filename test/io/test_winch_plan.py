@@ -14,6 +14,8 @@ from cable_sim_ros.physics.winch import DRUM, WINCH
 from cable_sim_ros.physics.winch_command import command
 from cable_sim_ros.sim.loop import look
 
+pytestmark = pytest.mark.check
+
 TICK, S = 10_000_000, 1_000_000_000
 START = 7 * S + 3
 

@@ -15,6 +15,8 @@ from cable_sim_ros.physics.towbody import Towbody, body_record, load
 from cable_sim_ros.sim.build import lock
 from cable_sim_ros.sim.rig.rig import Rig, cable_of
 
+pytestmark = pytest.mark.check
+
 MASS, NET, GRAVITY, DENSITY = 7.0, 40.0, 9.81, 1026.0
 
 

@@ -11,6 +11,8 @@ from cable_sim_ros.physics.state import ARC, NOW, Change
 from cable_sim_ros.physics.water import Water
 from cable_sim_ros.sim.rig.rig import Rig, RigError, cable_of
 
+pytestmark = pytest.mark.check
+
 CHANGE = Change(30.0, 900.0, 0.0, 0.2)
 
 

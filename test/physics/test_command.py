@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from cable_sim_ros.physics.inputs import make_inputs, push_command
@@ -12,6 +12,8 @@ from cable_sim_ros.physics.state import records
 from cable_sim_ros.physics.winch import DRUM, WINCH, servo
 from cable_sim_ros.physics.winch_command import approach, between, command, command_between
 from cable_sim_ros.sim.loop import look
+
+pytestmark = pytest.mark.check
 
 NAN, S, TICK = np.nan, 1_000_000_000, 10_000_000
 
@@ -225,7 +227,6 @@ def test_a_step_of_any_length_takes_every_command_from_its_time_to_its_time_out(
     assert found[0] == pytest.approx(0.24 - 1.0, abs=1e-8)
 
 
-@settings(deadline=None)
 @given(st.floats(-50, 50), st.floats(-5, 5), st.floats(0.01, 100), st.floats(1e-3, 30), st.integers(1, 7))
 def test_the_way_to_rest_is_the_same_however_it_is_cut(offset, rate, a, seconds, parts):
     whole = approach(offset, rate, -5.0, 5.0, a, seconds)
@@ -250,7 +251,6 @@ orders = st.lists(
 )
 
 
-@settings(deadline=None)
 @given(orders, st.sampled_from([0.3, 2.0, 50.0]), st.sampled_from([0, 120_000_000]))
 def test_no_sequence_of_commands_breaks_rate_ramp_or_travel(sequence, ramp, delay):
     """And what comes out depends on the commands so far alone: later ones in the ring do not change a bit."""

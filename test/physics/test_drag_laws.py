@@ -30,6 +30,8 @@ from cable_sim_ros.physics.fairing import dressed
 from cable_sim_ros.physics.section import Section
 from cable_sim_ros.physics.water import Water
 
+pytestmark = pytest.mark.check
+
 LAWS_OF_RE = [law for law in LAWS if law is not DragLaw.OFF]
 WATER = Water(density=1026.0, viscosity=1.2e-3)
 UNIT = 0.5 * 1026.0 * 0.01  # rho d/2
@@ -144,7 +146,7 @@ def test_choo_casarella_and_crossflow_without_a_constant_are_one():
     st.floats(-5.0, 1.2),
     st.sampled_from(("both", "normal")),
 )
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=100)
 def test_no_law_adds_energy(law, way, size, of):
     """Drag takes power from any relative flow, from 1e-5 to 16 m/s, amplified or not."""
     flow = 10.0**size * np.array(way)

@@ -6,7 +6,7 @@ from math import pi, sqrt
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from cable_sim_ros.io.scenes.load import SceneError, load_scene, override
@@ -25,7 +25,7 @@ from cable_sim_ros.sim.layout import layout_of
 from cable_sim_ros.sim.live_parameters import set_live
 from verification.experiments.drum import MU, RADIUS, hanging, started
 
-pytestmark = pytest.mark.filterwarnings("ignore::cable_sim_ros.io.scenes.load.SceneWarning")
+pytestmark = [pytest.mark.check, pytest.mark.filterwarnings("ignore::cable_sim_ros.io.scenes.load.SceneWarning")]
 
 
 def drum(turns=20.0, radius=0.3, pitch=0.02, rise=0.017):
@@ -43,7 +43,6 @@ DRUMS = st.builds(
 )
 
 
-@settings(deadline=None)  # the first call compiles
 @given(DRUMS, st.integers(0, 30))
 def test_a_layer_holds_its_turns_and_is_found_again(one, i):
     full = below(one, i + 1.0) - below(one, float(i))
@@ -52,7 +51,6 @@ def test_a_layer_holds_its_turns_and_is_found_again(one, i):
     assert turns_of(one, below(one, float(i)) + 0.5 * full) == pytest.approx((i + 0.5) * one.lay_turns)
 
 
-@settings(deadline=None)  # the first call compiles
 @given(DRUMS, st.floats(0.0, 1.0))
 def test_radius_and_lay_go_on_without_a_jump_also_of_their_slope(one, part):
     end = below(one, 3.0)
@@ -64,7 +62,6 @@ def test_radius_and_lay_go_on_without_a_jump_also_of_their_slope(one, part):
     assert one.radius - 1e-12 <= radius_of(one, s) <= one.radius + 3.0 * one.lay_rise
 
 
-@settings(deadline=None)  # the first call compiles
 @given(DRUMS, st.integers(0, 6), st.floats(0.01, 0.99))
 def test_slope_and_second_moment_are_those_of_the_radius(one, i, part):
     radii = one.radius + np.arange(i + 1) * one.lay_rise

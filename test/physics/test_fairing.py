@@ -26,6 +26,8 @@ from cable_sim_ros.physics.section import Material
 from cable_sim_ros.physics.water import Water
 from cable_sim_ros.sim.tables.material import material_rows
 
+pytestmark = pytest.mark.check
+
 WATER, GRAVITY, D = Water(), 9.81, 0.02
 STRIPPED = {"fairing_mass": 0.0, "fairing_net_weight": 0.0}
 

@@ -9,6 +9,8 @@ from cable_sim_ros.physics import tick_output
 from cable_sim_ros.physics.tick_output import Flag
 from cable_sim_ros.ros.report.diagnostics import ALARMS
 
+pytestmark = pytest.mark.check
+
 PAGE = Path(__file__).resolve().parents[2] / "docs" / "flags.md"
 FLAGS = [flag for flag in Flag if flag]
 

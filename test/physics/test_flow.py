@@ -13,6 +13,8 @@ from cable_sim_ros.physics.mesh_motion import lay_mesh
 from cable_sim_ros.physics.state import ARC, NOW
 from cable_sim_ros.sim.simulator import Simulator
 
+pytestmark = pytest.mark.check
+
 C1, C2 = 30.0, 900.0
 
 

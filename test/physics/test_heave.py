@@ -16,6 +16,8 @@ from cable_sim_ros.io.sources.bag_motion import read_motion
 from cable_sim_ros.physics.heave_filter import SETTLED, Heave, HeaveFilter, response
 from cable_sim_ros.sim.tables.attitude import rotation
 
+pytestmark = pytest.mark.check
+
 BAGS = Path(__file__).parents[2] / "bags"
 G = 9.81
 BIAS = 1e-3 * G  # 1 mg on every axis
@@ -38,7 +40,7 @@ def heaving(t, acceleration, bias=0.0):
 
 
 @given(st.tuples(st.floats(-1, 1), st.floats(-1, 1), st.floats(-3, 3)))
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 def test_at_rest_in_any_attitude_nothing_moves(angles):
     force = rotation(np.array([angles]))[0].T @ [0.0, 0.0, G]
     t = np.arange(0, 60, 0.1)
@@ -72,7 +74,7 @@ def test_a_constant_bias_leaves_no_displacement_and_is_found():
 
 
 @given(st.tuples(*[st.floats(-40, 40)] * 3))
-@settings(max_examples=8, deadline=None)
+@settings(max_examples=8)
 def test_roll_and_pitch_about_base_link_move_the_imu_only(lever):
     t = np.arange(0, 90, 0.02)
     angles = np.column_stack([0.1 * np.sin(0.6 * t), 0.05 * np.sin(0.55 * t + 1), 0.02 * np.sin(0.3 * t)])

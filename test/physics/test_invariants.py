@@ -18,6 +18,8 @@ from cable_sim_ros.physics.drag_laws import LAWS, DragLaw, choo_casarella, loadi
 from cable_sim_ros.physics.tick_output import Flag
 from cable_sim_ros.physics.workspace import LOST_POWER, OWN, SURFACES, WATER
 
+pytestmark = pytest.mark.check
+
 angles = st.floats(-3.0, 3.0)
 
 
@@ -29,7 +31,7 @@ def bare(seed=2, **more) -> Bench:
 
 
 @given(st.tuples(angles, angles, angles), st.tuples(*[st.floats(-1e4, 1e4)] * 3))
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 def test_rigid_motion_turns_the_forces_and_leaves_the_energy(rotation, shift):
     bench = bare()
     force = bench.residual()
@@ -45,7 +47,7 @@ def test_rigid_motion_turns_the_forces_and_leaves_the_energy(rotation, shift):
 
 
 @given(st.tuples(angles, angles, angles))
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 def test_internal_damping_is_objective(spin):
     """A rigid spin of a curved, strained cable meets no damping (trap T1: (55) brakes it)."""
     bench = bare(ca=200.0, tau=0.5)
@@ -109,13 +111,13 @@ def test_buoyancy_of_a_wet_cable_at_rest_is_exact():
 
 
 @given(st.floats(-1.0, 1.0), st.floats(-50.0, 50.0), st.floats(0.0, 100.0))
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=200)
 def test_contact_never_pulls(delta, closing, damping):
     assert press(delta, closing, 1e9, damping)[0] >= 0.0
 
 
 @given(st.floats(-0.03, 0.03), st.floats(-0.02, 0.03), st.floats(-5.0, 5.0), st.floats(-5.0, 5.0))
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=100)
 def test_groove_pushes_away_from_its_flanks_and_out(y, h, vy, vh):
     row = contact_surface.surface_row((0, 0, 0), 0.25, np.pi / 3, 0.01, 0.02, 1e9, 0.3)
     gap, own, other = touch(contact_surface.solid(record(row)), 1e9, (0.0, y, 0.25 + h), (0.0, vy, vh))
@@ -134,7 +136,7 @@ def test_drum_is_a_groove_of_one_flank():
 
 
 @given(st.floats(-4, 4), st.floats(-4, 4), st.floats(-4, 4), st.sampled_from(list(LAWS)))
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 def test_drag_never_adds_energy(vx, vy, vz, law):
     """In still water the drag of G = 1 takes power from any motion, except the printed 0.11 below 8 degrees."""
     bench = Bench(1, 0, law=law, amplification=1.0, lengths=1.0, gravity=0.0, mass=0.0)

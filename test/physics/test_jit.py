@@ -6,8 +6,10 @@ import numba
 import numpy as np
 import pytest
 
-from cable_sim_ros.compiler.jit import driver, link, opaque, returned_by, symbol_of
+from cable_sim_ros.compiler.by_symbol import driver, link, opaque, returned_by, symbol_of
 from cable_sim_ros.physics import contact
+
+pytestmark = pytest.mark.check
 
 compiled = pytest.mark.skipif(bool(numba.config.DISABLE_JIT), reason="needs compilation")
 

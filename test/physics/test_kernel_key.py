@@ -19,6 +19,8 @@ from cable_sim_ros.compiler.kernel_cache import KernelFiles, sweep
 from cable_sim_ros.compiler.kernel_form import Kernel
 from cable_sim_ros.compiler.kernel_key import UnknownContent, changed, content_of, functions_of, spell, type_text
 
+pytestmark = pytest.mark.check
+
 compiled = pytest.mark.skipif(bool(numba.config.DISABLE_JIT), reason="needs compilation")
 
 
@@ -222,7 +224,7 @@ def test_every_kernel_of_the_product_has_a_known_content():
 
 
 def test_every_source_that_compiles_is_part_of_every_key():
-    names = {p.name for p in kernel_key.HERE.glob("kernel_*.py")} | {"jit.py"}
+    names = {p.name for p in kernel_key.HERE.glob("kernel_*.py")} | {"by_symbol.py"}
     assert names == set(kernel_key.COMPILERS)
 
 

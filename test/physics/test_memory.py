@@ -17,7 +17,7 @@ from cable_sim_ros.physics.tick_output import Flag
 from cable_sim_ros.sim.simulator import Simulator, SolverError
 
 ROOT = Path(__file__).parents[2]
-pytestmark = pytest.mark.filterwarnings("ignore::cable_sim_ros.io.scenes.load.SceneWarning")
+pytestmark = [pytest.mark.check, pytest.mark.filterwarnings("ignore::cable_sim_ros.io.scenes.load.SceneWarning")]
 
 
 def leaves(record, kind: np.dtype = MEMORY, name: str = "") -> dict[str, bytes]:
@@ -46,7 +46,7 @@ def scribble(state, random: np.random.Generator) -> None:
 
 
 @given(st.integers(0, 2**32 - 1), st.sampled_from([STEP, TICK]))
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=50)
 def test_taking_back_is_the_identity_whatever_was_written_in_between(seed, slot):
     state, random = make_state(np.linspace(0.0, 1.0, 5), []), np.random.default_rng(seed)
     scribble(state, random)

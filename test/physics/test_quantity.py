@@ -8,6 +8,8 @@ import pytest
 from cable_sim_ros.physics.parameter import REQUIRED, Block, declared, interval, quantity
 from cable_sim_ros.sim.scene import Scene
 
+pytestmark = pytest.mark.check
+
 
 class Inner(Block):
     size: float = quantity(REQUIRED, "m", 0.0, 2.0, "size")

@@ -13,6 +13,8 @@ from cable_sim_ros.physics.rate_loop import changed, early, follow_rate
 from cable_sim_ros.physics.winch import DRUM, WINCH
 from cable_sim_ros.physics.winch_drive import DRIVE, DRIVING, balance, begin_turn
 
+pytestmark = pytest.mark.check
+
 FREE = 1e6
 
 
@@ -55,7 +57,7 @@ def integrated(w, zeta, gain, tick, ticks, goal, rate):
 LOOPS = st.floats(0.5, 500.0), st.one_of(st.just(0.0), st.just(1.0), st.floats(0.05, 10.0))
 
 
-@settings(deadline=None, max_examples=25)  # the first call compiles
+@settings(max_examples=25)
 @given(*LOOPS, st.floats(0.002, 0.05))
 def test_a_step_is_answered_exactly_whatever_the_bandwidth(w, zeta, tick):
     """Implicit steps of 1 ms, as these were, are 0.015 of the step out at 60 rad/s and 0.065 at 300."""
@@ -77,7 +79,6 @@ def test_a_length_that_lags_is_made_good_to_second_order(w, zeta):
     assert apart[1] < 2e-5 and (apart[0] / apart[1] > 2.5 or apart[1] < 1e-6)
 
 
-@settings(deadline=None)  # the first call compiles
 @given(st.floats(-2.0, 2.0), st.floats(0.01, 2.0), st.floats(0.0, 1.0), st.floats(1e-3, 0.1))
 def test_the_lengths_tell_when_a_rate_changed(begin, change, share, h):
     """A ramp over a share of the step and then the rate, as a command has it, or the rate and then the ramp."""

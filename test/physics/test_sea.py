@@ -32,6 +32,8 @@ from cable_sim_ros.physics.water import CurrentTable, Turbulence, Waves
 from cable_sim_ros.physics.workspace import make_work
 from cable_sim_ros.sim.tables.sea_tables import eddy_table, profile_table, wave_number, wave_table
 
+pytestmark = pytest.mark.check
+
 G, HEIGHT, PERIOD, TOWARDS = 9.81, 1.2, 6.0, 0.7
 
 

@@ -7,6 +7,8 @@ import pytest
 
 from cable_sim_ros.physics.link_loads import added_mass, integrals, normal_drag, tangential_drag
 
+pytestmark = pytest.mark.check
+
 
 @pytest.mark.parametrize(
     "form, want",

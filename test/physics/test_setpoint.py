@@ -15,6 +15,8 @@ from cable_sim_ros.physics.heave_compensation import (
 )
 from cable_sim_ros.physics.state import SHEAVE, records
 
+pytestmark = pytest.mark.check
+
 HOLD, SIMPLE, RIGOROUS, SIMPLE_WATERLINE, RIGOROUS_WATERLINE = range(5)
 H = 0.01  # s
 

@@ -11,6 +11,8 @@ from cable_sim_ros.physics.setpoint_prediction import MARGIN, PREDICTION, begin_
 from cable_sim_ros.physics.setpoint_tension import TENSION, begin_tension, hold_tension
 from cable_sim_ros.physics.state import SHEAVE, records
 
+pytestmark = pytest.mark.check
+
 H = 0.02  # s
 SIMPLE, CONSTANT_TENSION = 1, 5
 

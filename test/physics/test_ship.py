@@ -23,6 +23,8 @@ from cable_sim_ros.physics.ship import (
 from cable_sim_ros.physics.state import MEMORY, records
 from cable_sim_ros.sim.loop import look
 
+pytestmark = pytest.mark.check
+
 ARM = (-36.8, 0.4, 3.7)
 AMPLITUDE = np.array([0.8, 0.5, 1.5, 0.21, 0.087, 0.052])
 OMEGA = np.array([0.55, 0.43, 0.62, 0.5, 0.6, 0.2])
@@ -59,7 +61,7 @@ def test_hull_point_against_rotation_and_differences(t, slide):
 
 
 @given(st.tuples(*[st.floats(-3, 3)] * 6), st.tuples(*[st.floats(-50, 50)] * 3))
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=50)
 def test_rotation_there_and_back(c, s):
     np.testing.assert_allclose(unrotate(np.array(c), rotate(np.array(c), s)), s, atol=1e-12)
 

@@ -10,6 +10,8 @@ from cable_sim_ros.physics import viv_amplification
 from cable_sim_ros.physics.viv_amplification import FORMULAS, LAWS, StrumDrag, StrumLaw
 from verification.experiments.viv_tow import facchinetti
 
+pytestmark = pytest.mark.check
+
 
 def plain(function):
     return getattr(function, "py_func", function)

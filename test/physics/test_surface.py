@@ -23,6 +23,8 @@ from cable_sim_ros.physics.contact_surface import (
 from cable_sim_ros.physics.state import NOW, STEP, Q, make_state
 from verification.stress.sheave_depth import depth
 
+pytestmark = pytest.mark.check
+
 STIFFNESS, SEAT = 1e9, 0.255
 ROW = record(surface_row((0, 0, 0), SEAT, np.pi / 3, 0.01, 0.008, STIFFNESS, 0.0))
 SOLID = solid(ROW)
@@ -46,7 +48,7 @@ def energy(y: float, h: float) -> float:
 
 
 @given(*AROUND)
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=300)
 def test_the_force_is_that_of_a_potential(y, h):
     """Going round and back through rim and cheek neither gains nor loses; inside, where normals change, is left out."""
     step = 1e-8
@@ -57,7 +59,7 @@ def test_the_force_is_that_of_a_potential(y, h):
 
 
 @given(*AROUND)
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=200)
 def test_the_two_halves_mirror_each_other(y, h):
     if y == 0.0:
         return
@@ -66,7 +68,7 @@ def test_the_two_halves_mirror_each_other(y, h):
 
 
 @given(*AROUND)
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=300)
 def test_it_pushes_where_the_way_out_says_there_is_a_sheave(y, h):
     """The force is there inside and only there, and a small way along it leads outward."""
     way, pushed = depth(ROW, y, h), force(y, h)
@@ -99,7 +101,7 @@ def test_no_step_where_rim_meets_flank_and_cheek(joint, fraction):
 
 
 @given(st.tuples(*[st.floats(-0.4, 0.4)] * 3), st.tuples(*[st.floats(-2.0, 2.0)] * 3))
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=100)
 def test_a_drum_is_the_groove_without_a_second_flank(place, speed):
     row = record(surface_row((0, 0, 0), SEAT, None, 0.0, 0.0, STIFFNESS, 0.3))
     row.spin[1] = 0.7

@@ -12,6 +12,8 @@ from cable_sim_ros.physics.drag_laws import DragLaw
 from cable_sim_ros.physics.state import NOW, STRUM
 from cable_sim_ros.physics.viv_amplification import EXTRA
 
+pytestmark = pytest.mark.check
+
 C1, C2, SIGMA = 30.0, 900.0, 0.3
 
 

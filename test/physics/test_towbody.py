@@ -22,6 +22,8 @@ from cable_sim_ros.physics.towbody import (
     turn_into_flow,
 )
 
+pytestmark = pytest.mark.check
+
 BODY = Towbody(
     mass=250.0, net_weight=445.0, added_mass=(11.0, 212.0, 200.0), drag_area=(0.0641, 0.9, 1.485), lift_area=-0.29836
 )

@@ -29,6 +29,8 @@ from cable_sim_ros.sim.rig.rig import Rig, RigError, cable_of
 from cable_sim_ros.sim.wake_tables import STEPS
 from cable_sim_ros.tools.spans.in_time.wake_run import frequency
 
+pytestmark = pytest.mark.check
+
 OM, A1 = 19.0, 0.3
 DIAMETER, LENGTH, ELEMENTS, WIND = 0.02, 2.0, 4, 0.3
 LAWS = [WakeLaw.BAI_QIN, WakeLaw.FACCHINETTI]

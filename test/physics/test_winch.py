@@ -9,6 +9,8 @@ from scipy.signal import lsim
 from cable_sim_ros.physics.state import records
 from cable_sim_ros.physics.winch import DRUM, WINCH, drum_point, servo
 
+pytestmark = pytest.mark.check
+
 
 def filled(kind: np.dtype, **values) -> np.record:
     """One record of a kind, zero but for these fields."""

@@ -8,6 +8,7 @@ import signal
 import sys
 import threading
 import time
+from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -18,20 +19,18 @@ from cable_sim_ros.io.messages.messages import KINDS
 from cable_sim_ros.ros.child import Process
 from cable_sim_ros.ros.load import sender
 from cable_sim_ros.ros.topics import message_class
+from cable_sim_ros.testing.arguments import SENT_AGAIN
 from cable_sim_ros.testing.domain import reserve
 
 if TYPE_CHECKING:
     from cable_sim_ros.ros.client import Client
 
 HERE = Path(__file__).parent
+LONG = 115.0  # s of wall time that only something that hangs takes
 ROOT = HERE.parents[1]
 
 
-def pytest_configure(config):
-    config.addinivalue_line("markers", "ros: needs rclpy; runs several processes")
-
-
-def poll(condition, within: float, what: str = "", step: float = 0.02):
+def poll(condition, what: str = "", within: float = LONG, step: float = 0.02):
     """The first true value of condition(); fails the test after `within` seconds."""
     deadline = time.monotonic() + within
     while True:
@@ -59,7 +58,7 @@ class Node(Process):
         own = world.environment | (environment or {})
         super().__init__("node", command, world.folder / f"node{number}.log", own, folder=world.folder)
 
-    def stop(self, steps=((signal.SIGINT, 5.0),)) -> int:
+    def stop(self, steps=((signal.SIGINT, LONG),)) -> int:
         return super().stop(steps)  # the first signal must do
 
     def state(self) -> dict:
@@ -68,13 +67,13 @@ class Node(Process):
         except FileNotFoundError:
             return {}
 
-    def until(self, state: str, within: float = 40.0) -> Node:
+    def until(self, state: str, within: float = LONG) -> Node:
         def there():
             if self.code is not None:
                 pytest.fail(f"the node ended with {self.code}:\n{self.text}")
             return self.state().get("state") == state
 
-        poll(there, within, f"state {state}")
+        poll(there, f"state {state}", within)
         return self
 
 
@@ -83,11 +82,8 @@ class Ship(sender.Ship):
 
     def __init__(self, ears: Client) -> None:
         super().__init__(1.0, 10.0, speed=2.2)
-        from rclpy.qos import qos_profile_sensor_data
-
         self.publishers = {
-            kind: ears.node.create_publisher(message_class(KINDS[kind][0]), KINDS[kind][1], qos_profile_sensor_data)
-            for kind in ("imu", "odometry")
+            kind: ears.publisher(message_class(KINDS[kind][0]), KINDS[kind][1]) for kind in ("imu", "odometry")
         }
         self.imu, self.odom = self.publishers.values()
         self.silent: set[str] = set()  # kinds that are not sent
@@ -137,6 +133,8 @@ class World:
 
     def node(self, *arguments: str, environment: dict | None = None, **parameters) -> Node:
         parameters = {name.replace("__", "."): value for name, value in parameters.items()}
+        if parameters.get("time_mode") == "lockstep":
+            parameters = SENT_AGAIN | parameters  # what is waited for is not lost
         process = Node(self, parameters, arguments, environment)
         self.processes.append(process)
         return process
@@ -150,7 +148,11 @@ class World:
     def ears(self) -> Client:
         from cable_sim_ros.ros.client import Client
 
-        ears = Client(self.domain, "ears")
+        class Ears(Client):
+            def call(self, kind, name, request, within=LONG):
+                return super().call(kind, name, request, within)
+
+        ears = Ears(self.domain, "ears")
         self.closing.append(ears.close)
         return ears
 
@@ -173,13 +175,24 @@ def kernel_cache(tmp_path_factory):
     return tmp_path_factory.mktemp("kernels")
 
 
+def alone(folder: Path, cache: Path) -> Iterator[World]:
+    with pytest.MonkeyPatch.context() as patched:
+        patched.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
+        patched.setenv("ROS_PYTHON_CHECK_FIELDS", "1")
+        it = World(folder, cache)
+        yield it
+        it.close()
+
+
 @pytest.fixture
-def world(tmp_path, kernel_cache, monkeypatch):
-    monkeypatch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
-    monkeypatch.setenv("ROS_PYTHON_CHECK_FIELDS", "1")
-    it = World(tmp_path, kernel_cache)
-    yield it
-    it.close()
+def world(tmp_path, kernel_cache):
+    yield from alone(tmp_path, kernel_cache)
+
+
+@pytest.fixture(scope="module")
+def shared_world(tmp_path_factory, kernel_cache):
+    """One for all tests of a file that leave it as they found it."""
+    yield from alone(tmp_path_factory.mktemp("world"), kernel_cache)
 
 
 @pytest.fixture(scope="session")

@@ -5,7 +5,6 @@ from __future__ import annotations
 import pytest
 
 pytest.importorskip("rclpy")
-pytestmark = pytest.mark.ros
 HEAD = "/**:\n  ros__parameters:\n    "
 
 

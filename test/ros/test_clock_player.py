@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import pytest
-from conftest import poll
+from conftest import LONG, poll
 
 pytest.importorskip("rclpy")
-pytestmark = pytest.mark.ros
 
 S = 1_000_000_000
 MS = 1_000_000
@@ -65,26 +64,24 @@ def test_a_bag_reaches_a_paused_node_whole_and_through_a_pause(world, bag):
     from test_lockstep_node import Watcher
 
     watcher = Watcher(world)
-    player = world.run("cable_sim_ros.cli", "play", str(bag), "--lockstep", "--duration", "6")
-    node = world.node(time_mode="lockstep", lockstep__rate=0.0, lockstep__wait=2.0, lockstep__paused=True)
+    player = world.run("cable_sim_ros.cli", "play", str(bag), "--lockstep", "--duration", "2")
+    node = world.node(time_mode="lockstep", lockstep__rate=0.0, lockstep__wait=600.0, lockstep__paused=True)
     node.until("waiting")
-    poll(lambda: watcher.figure("motion_held") >= 1.0, 20.0, "the first message")
-    watcher.stands(0.3)
+    poll(lambda: watcher.figure("motion_held") >= 1.0, "the first message")
+    watcher.stands()
     assert watcher.call("pause", False).success
-    watcher.more(100)
+    watcher.more(50)
     assert watcher.call("pause", True).success
-    watcher.more(0)
-    poll(lambda: watcher.task()[1] == "paused", 5.0, "paused")
-    watcher.stands(1.0)
+    poll(lambda: watcher.task()[1] == "paused", "paused")
+    watcher.stands()
     assert player.code is None
     assert watcher.call("pause", False).success
-    assert player.wait(40.0) == 0, player.text
-    poll(lambda: watcher.ticks() >= 600, 20.0, "the last ticks, 30 ms behind the clock: they wait for motion in vain")
-    ages = [f"{kind}_received_age_s" for kind in ("imu", "odometry")]
-    poll(lambda: min(float(watcher.task("motion")[2].get(age, 0.0)) for age in ages) > 0.3, 20.0, "no more messages")
+    assert player.wait(LONG) == 0, player.text
+    poll(lambda: watcher.figure("clock_s") > 3.0, "a clock behind the last sample")
     assert node.stop() == 0
-    stamps = watcher.stamps()[:600]  # without motion it goes on faster than it is heard
-    assert set(b - a for a, b in zip(stamps, stamps[1:])) == {10 * MS} and len(stamps) == 600
+    stamps = watcher.stamps()
+    assert set(b - a for a, b in zip(stamps, stamps[1:])) == {10 * MS}
     metrics = node.state()
-    assert metrics["received"] == {"imu": 301, "odometry": 301} and metrics["dropped"] == {}
-    assert metrics["lockstep"]["imu_missed"] <= 5 and "played 602 messages" in player.text
+    assert metrics["received"] == {"imu": 101, "odometry": 101} and metrics["dropped"] == {}
+    assert metrics["lockstep"]["imu_missed"] == 0 and "played 202 messages" in player.text
+    assert metrics["ticks"] > 195

@@ -26,7 +26,17 @@ from cable_sim_ros.physics.winch_drive import BRAKE
 from cable_sim_ros.ros.report.diagnostics import OK, WARN, Watch
 from cable_sim_ros.ros.timing import Distance
 
+pytestmark = pytest.mark.check
+
 SECOND = 10**9
+
+
+@pytest.fixture
+def passed(monkeypatch):
+    """Function: let so many seconds of the process's clock pass."""
+    hands = [1000 * SECOND]
+    monkeypatch.setattr(time, "monotonic_ns", lambda: hands[0])
+    return lambda seconds: hands.append(hands.pop() + round(seconds * SECOND))
 
 
 def watched(flags=Flag.NONE, payout=450.0, mode=0):
@@ -108,17 +118,17 @@ def test_a_good_command():
     ],
     ids=["stale", "clamped", "limited", "refused"],
 )
-def test_what_is_wrong_is_warned_of(flags, given, text):
+def test_what_is_wrong_is_warned_of(passed, flags, given, text):
     commands, task = watched(flags)
     commands.take(command(NOW, **given), 4 * SECOND, NOW)
     status = task()
     assert (status.level, status.message) == (WARN, text)
-    time.sleep(1.1)
+    passed(1.1)
     task()
     assert task().level == (WARN if flags else OK), "what was counted is new for a second, a flag as long as it lasts"
 
 
-def test_a_controller_that_is_not_active_is_no_warning_and_is_shown():
+def test_a_controller_that_is_not_active_is_no_warning_and_is_shown(passed):
     commands, task = watched()
     for _ in range(3):
         commands.take(command(NOW, [np.nan], [np.nan]), 4 * SECOND, None)
@@ -129,7 +139,7 @@ def test_a_controller_that_is_not_active_is_no_warning_and_is_shown():
     )
     assert status.values["no_command"] == "3" and not [key for key in status.values if key.startswith("refused")]
     commands.take(command(NOW, velocity=[0.5]), 4 * SECOND, NOW)
-    time.sleep(1.1)
+    passed(1.1)
     task()
     assert task().message.startswith("commanded: rate 0.5 m/s; 15.00 m") and "without" not in task().message
 

@@ -1,9 +1,8 @@
-"""The controller of docs/winch.md, as it stands there, against the real simulator through real topics."""
+"""hold_depth.py of docs/winch.md against the real simulator through real topics."""
 
 from __future__ import annotations
 
 import os
-import re
 import sys
 from pathlib import Path
 
@@ -13,22 +12,21 @@ from conftest import poll
 from cable_sim_ros.ros.child import Process
 
 pytest.importorskip("rclpy")
-pytestmark = [pytest.mark.ros, pytest.mark.skipif(os.environ.get("NUMBA_DISABLE_JIT") == "1", reason="needs real time")]
-PAGE = Path(__file__).resolve().parents[2] / "docs" / "winch.md"
+pytestmark = pytest.mark.skipif(os.environ.get("NUMBA_DISABLE_JIT") == "1", reason="needs real time")
+SCRIPT = Path(__file__).resolve().parents[1] / "examples" / "hold_depth.py"
 WITHIN = 0.1  # m
 
 
 def example() -> str:
-    blocks = re.findall(r"```python\n(.*?)```", PAGE.read_text("utf-8"), re.S)
-    (code,) = (block for block in blocks if "rclpy" in block)
-    return code
+    return SCRIPT.read_text("utf-8")
 
 
 def test_the_example_is_short_and_its_own():
     code = example()
-    assert len(code.splitlines()) <= 40 and "cable_sim" not in code
+    assert len(code.splitlines()) <= 41 and "cable_sim" not in code
 
 
+@pytest.mark.realtime
 def test_the_controller_of_the_page_brings_the_body_to_its_depth_and_its_end_is_seen(world):
     """A rosette at 100 m: 1.5 m deeper and 3 s there within 30 s; killed, the winch holds and says so."""
     from diagnostic_msgs.msg import DiagnosticArray
@@ -45,7 +43,7 @@ def test_the_controller_of_the_page_brings_the_body_to_its_depth_and_its_end_is_
     node = [sys.executable, "-m", "cable_sim_ros.ros.node", "--ros-args"]
     node += ["-p", "scene:=lowered_ctd", "-p", "winch.scope:=100.0", "-p", "winch.most_scope:=150.0"]
     world.processes.append(Process("node", node, world.folder / "node.log", environment))
-    poll(lambda: len(poses) > 100, 300.0, "a second of poses: compiling takes minutes the first time")
+    poll(lambda: len(poses) > 100, "a second of poses: compiling takes minutes the first time")
 
     def depth() -> float:
         return -poses[-1].pose.position.z
@@ -64,7 +62,7 @@ def test_the_controller_of_the_page_brings_the_body_to_its_depth_and_its_end_is_
         return len(poses) > begun and all(abs(-p.pose.position.z - wanted) < WITHIN for p in poses[-300:])
 
     begun = len(poses) + 300
-    poll(held, 30.0, f"3 s at {wanted:.2f} m, now {depth():.2f} m\n{controller.text}", step=0.2)
+    poll(held, f"3 s at {wanted:.2f} m, now {depth():.2f} m\n{controller.text}", 30.0, 0.2)
     assert winch[-1].position[0] - winch[0].position[0] == pytest.approx(1.5, abs=0.3)
     values = ears.diagnostics()["command"][2]
     assert values["newest"].startswith("rate") and values["stale"] == "false" and values["lag_clock"] == "motion"
@@ -74,7 +72,6 @@ def test_the_controller_of_the_page_brings_the_body_to_its_depth_and_its_end_is_
     controller.kill()
     level, text, _ = poll(
         lambda: (lambda task: task if task[2].get("stale") == "true" else None)(ears.diagnostics()["command"]),
-        5.0,
         "the end of the controller in /diagnostics",
     )
     assert level == 1 and "older than winch.command_timeout, the winch brakes and holds" in text

@@ -1,4 +1,8 @@
-"""Bad input at the topics, winch commands, jumps of the clock, a solver that gives up, services."""
+"""A node in real time on one ship: bad input, winch commands, a solver that gives up, services; events, no pace.
+
+Stale motion: test_motion_task.py, and how soon: test_health.py; a clock that jumps: test_session.py,
+test_run_is_replay.py.
+"""
 
 from __future__ import annotations
 
@@ -9,25 +13,28 @@ import pytest
 from conftest import poll
 
 pytest.importorskip("rclpy")
-pytestmark = pytest.mark.ros
 
 
-@pytest.fixture
-def running(world):
-    """A node that runs on a live ship: (world, node, ears, ship)."""
+@pytest.fixture(scope="module")
+def running(shared_world):
+    """A node that runs on a live ship: (world, node, ears, ship); each test leaves it running."""
     from diagnostic_msgs.msg import DiagnosticArray
     from geometry_msgs.msg import PoseStamped
     from sensor_msgs.msg import JointState
 
-    ears = world.ears()
+    ears = shared_world.ears()
     ears.listen(DiagnosticArray, "/diagnostics")
     ears.listen(PoseStamped, "towbody/pose")
     ears.listen(JointState, "winch/state")
     ears.listen(JointState, "sim/health")
-    ship = world.ship(ears).sail()
-    node = world.node().until("running")
-    poll(lambda: ears.received["towbody/pose"] and ears.received["/diagnostics"], 115.0, "poses and diagnostics")
-    return world, node, ears, ship
+    ship = shared_world.ship(ears).sail()
+    node = shared_world.node().until("running")
+    poll(lambda: ears.received["towbody/pose"] and ears.received["/diagnostics"], "poses and diagnostics")
+    return shared_world, node, ears, ship
+
+
+def task(ears, name: str):
+    return ears.diagnostics().get(name, (0, "", {}))
 
 
 def numbers(ears):
@@ -40,85 +47,34 @@ def numbers(ears):
             yield from (*message.position, *message.velocity, *message.effort)
 
 
-def test_bad_motion_is_refused_counted_and_never_published(running):
-    world, node, ears, ship = running
-    nan, inf = math.nan, math.inf
-
-    def bad_messages():
-        for place in range(8):
-            imu, odom = ship.messages(time.time_ns(), 0.0)
-            if place == 0:
-                imu.linear_acceleration.x = nan
-            elif place == 1:
-                imu.angular_velocity.y = inf
-            elif place == 2:
-                imu.orientation.w = 0.0
-            elif place == 3:
-                imu.orientation.w = 2.0
-            elif place == 4:
-                odom.pose.pose.position.x = nan
-            elif place == 5:
-                odom.pose.pose.orientation.w = 0.0
-            elif place == 6:
-                odom.header.stamp.sec -= 100
-                imu.header.stamp.sec += 100
-            else:
-                odom.twist.twist.linear.x = inf
-            yield imu, odom
-
-    for imu, odom in bad_messages():
-        ship.imu.publish(imu)
-        ship.odom.publish(odom)
-    same, _ = ship.messages(time.time_ns(), 0.0)
-    ship.imu.publish(same)
-    ship.imu.publish(same)
-
-    def counted():
-        values = ears.diagnostics().get("motion", (0, "", {}))[2]
-        return {key: int(value) for key, value in values.items() if key.startswith("dropped")}
-
-    poll(
-        lambda: (
-            {"dropped: not_finite", "dropped: quaternion", "dropped: stamp_not_advancing", "dropped: stamp_off_clock"}
-            <= set(counted())
-        ),
-        15.0,
-        "four causes in /diagnostics",
-    )
-    assert counted()["dropped: not_finite"] == 4
-    assert counted()["dropped: quaternion"] == 3
-    assert node.state()["state"] == "running"
-    assert all(map(math.isfinite, numbers(ears)))
-
-
-def test_stale_motion_is_reported_and_taken_up_again(running):
-    world, node, ears, ship = running
-    ship.silent = {"imu", "odometry"}
-    level, text, _ = poll(
-        lambda: (lambda m: m if m[0] == 2 else None)(ears.diagnostics().get("motion", (0, "", {}))),
-        115.0,
-        "an ERROR of the motion",
-    )
-    assert "stale" in text
+def more_poses(ears, count: int, what: str) -> None:
     before = len(ears.received["towbody/pose"])
-    poll(lambda: len(ears.received["towbody/pose"]) > before + 50, 15.0, "ticks without motion")
-    ship.silent = set()
-    poll(lambda: ears.diagnostics()["motion"][0] == 0, 115.0, "motion OK again")
-    assert all(map(math.isfinite, numbers(ears)))
+    poll(lambda: len(ears.received["towbody/pose"]) > before + count, what)
 
 
-def test_a_backward_jump_of_the_clock_maps_it_anew(running):
+def test_bad_motion_is_refused_and_never_published(running):
+    """Said again until it is heard, each with a cause of its own; that each is counted: test/io/test_motion.py."""
     world, node, ears, ship = running
-    ship.shift = -3600 * 10**9
-    poll(lambda: ears.diagnostics()["motion"][2].get("clock_jumps") == "1", 115.0, "the jump in /diagnostics")
-    node.until("running", 5.0)
 
-    def on_new_clock():
-        message = ears.received["towbody/pose"][-1]
-        return abs(time.time() - 3600.0 - message.header.stamp.sec) < 3.0
+    def spoilt():
+        def imu(spoil):
+            message, _ = ship.messages(time.time_ns(), 0.0)
+            spoil(message)
+            ship.imu.publish(message)
 
-    poll(on_new_clock, 15.0, "poses on the new clock")
-    assert node.code is None
+        imu(lambda m: setattr(m.linear_acceleration, "x", math.nan))
+        imu(lambda m: setattr(m.orientation, "w", 0.0))
+        imu(lambda m: setattr(m.header.stamp, "sec", m.header.stamp.sec + 100))
+        imu(lambda m: setattr(m.header, "frame_id", "x" * 200_000))
+        same, _ = ship.messages(time.time_ns(), 0.0)
+        ship.imu.publish(same)
+        ship.imu.publish(same)
+        causes = {"not_finite", "quaternion", "stamp_off_clock", "size", "stamp_not_advancing"}
+        return {f"dropped: {cause}" for cause in causes} <= set(task(ears, "motion")[2])
+
+    poll(spoilt, "five causes in /diagnostics", step=0.2)
+    assert "imu of more than 64 kB refused" in node.text and node.state()["state"] == "running"
+    assert all(map(math.isfinite, numbers(ears)))
 
 
 def command(ears, **arrays):
@@ -134,31 +90,20 @@ def test_winch_commands(running):
     from sensor_msgs.msg import JointState
 
     world, node, ears, ship = running
-    publisher = ears.node.create_publisher(JointState, "winch/command", 10)
-    poll(publisher.get_subscription_count, 15.0, "the node to listen")
+    publisher = ears.publisher(JointState, "winch/command")
+    poll(publisher.get_subscription_count, "the node to listen")
     state = ears.received["winch/state"]
 
     def send_until(message, condition, what):
-        def once():
-            publisher.publish(message)
-            return condition()
+        poll(lambda: publisher.publish(message) or condition(), what, step=0.05)
 
-        poll(once, 115.0, what, step=0.05)
-
-    send_until(
-        command(ears, velocity=[0.5]),
-        lambda: state[-1].velocity[0] == 0.5 and state[-1].position[0] > 0.2,
-        "a rate of 0.5 m/s",
-    )
-    poll(lambda: ears.diagnostics().get("command", (0,))[0] == 1, 15.0, "the stale command in /diagnostics")
-    assert "stale" in ears.diagnostics()["command"][1]
-    assert state[-1].velocity[0] == 0.0, "a silent source must hold the winch"
-    send_until(
-        command(ears, position=[1.0], velocity=[math.nan]),
-        lambda: abs(state[-1].position[0] - 1.0) < 0.01,
-        "a length of 1 m",
-    )
-
+    out = state[-1].position[0] + 0.2
+    rate = command(ears, velocity=[0.5])
+    send_until(rate, lambda: state[-1].velocity[0] == 0.5 and state[-1].position[0] > out, "a rate of 0.5 m/s")
+    poll(lambda: "stale" in task(ears, "command")[1] and task(ears, "command")[0] == 1, "the stale command")
+    poll(lambda: state[-1].velocity[0] == 0.0, "a silent source holds the winch")
+    length = command(ears, position=[1.0], velocity=[math.nan])
+    send_until(length, lambda: abs(state[-1].position[0] - 1.0) < 0.01, "a length of 1 m")
     for bad in (
         command(ears, name=["drum"], velocity=[1.0]),
         command(ears, velocity=[1.0, 2.0]),
@@ -168,38 +113,26 @@ def test_winch_commands(running):
         command(ears, velocity=[math.inf]),
     ):
         publisher.publish(bad)
-
-    def refused():
-        return {key for key in ears.diagnostics()["command"][2] if key.startswith("refused")}
-
-    poll(
-        lambda: (
-            {"refused: joint_name", "refused: array_length", "refused: effort_only", "refused: not_finite"} <= refused()
-        ),
-        15.0,
-        "four causes in /diagnostics",
-    )
-    assert ears.diagnostics()["command"][2]["no_command"] == "2"
+    causes = {f"refused: {cause}" for cause in ("joint_name", "array_length", "effort_only", "not_finite")}
+    poll(lambda: causes <= set(task(ears, "command")[2]), "four causes in /diagnostics")
+    poll(lambda: task(ears, "command")[2]["no_command"] == "2", "two that command nothing")
     assert all(map(math.isfinite, numbers(ears)))
 
 
-def test_a_halt_stops_the_poses_until_reset(running):
+def test_a_halt_lasts_until_reset(running):
     from sensor_msgs.msg import JointState
     from std_srvs.srv import Trigger
 
     world, node, ears, ship = running
-    publisher = ears.node.create_publisher(JointState, "winch/command", 10)
-    poll(publisher.get_subscription_count, 15.0, "the node to listen")
+    publisher = ears.publisher(JointState, "winch/command")
+    poll(publisher.get_subscription_count, "the node to listen")
     fatal = command(ears, position=[-1000.0])  # what the stand-in gives up at; said again until it is heard
-    poll(lambda: publisher.publish(fatal) or ears.diagnostics()["solver"][0] == 2, 15.0, "an ERROR of the solver")
-    node.until("halted", 5.0)
-    assert "~/reset" in ears.diagnostics()["solver"][1]
-    count = len(ears.received["towbody/pose"])
-    poll(lambda: len(ears.received["/diagnostics"]) >= 3, 15.0, "three seconds")
-    assert len(ears.received["towbody/pose"]) == count, "poses are published after the halt"
+    poll(lambda: publisher.publish(fatal) or task(ears, "solver")[0] == 2, "an ERROR of the solver", step=0.05)
+    node.until("halted")
+    assert "~/reset" in task(ears, "solver")[1]
     answer = ears.call(Trigger, "/tow_sim/cable_sim/reset", Trigger.Request())
     assert answer.success, answer.message
-    poll(lambda: len(ears.received["towbody/pose"]) > count + 20, 15.0, "poses after the reset")
+    more_poses(ears, 20, "poses after the reset")
 
 
 def test_record_service(running):
@@ -213,8 +146,7 @@ def test_record_service(running):
     answer = ears.call(SetBool, "/tow_sim/cable_sim/record", SetBool.Request(data=True))
     assert answer.success, answer.message
     assert not ears.call(SetBool, "/tow_sim/cable_sim/record", SetBool.Request(data=True)).success
-    count = len(ears.received["towbody/pose"])
-    poll(lambda: len(ears.received["towbody/pose"]) > count + 50, 15.0, "fifty ticks")
+    more_poses(ears, 50, "fifty ticks")
     answer = ears.call(SetBool, "/tow_sim/cable_sim/record", SetBool.Request(data=False))
     assert answer.success, answer.message
     bags = list(world.folder.glob("recordings/tow_*"))
@@ -237,21 +169,17 @@ def test_life_cycle_by_its_services(running):
 
     world, node, ears, ship = running
 
-    def change(transition):
-        request = ChangeState.Request(transition=Transition(id=transition))
-        return ears.call(ChangeState, "/tow_sim/cable_sim/change_state", request, within=40.0).success
+    def change(*transitions):
+        for transition in transitions:
+            request = ChangeState.Request(transition=Transition(id=transition))
+            assert ears.call(ChangeState, "/tow_sim/cable_sim/change_state", request).success
 
-    assert change(Transition.TRANSITION_DEACTIVATE)
-    node.until("ready", 5.0)
-    count = len(ears.received["towbody/pose"])
-    assert change(Transition.TRANSITION_ACTIVATE)
-    poll(lambda: len(ears.received["towbody/pose"]) > count + 20, 15.0, "poses after a second activation")
-    assert change(Transition.TRANSITION_DEACTIVATE)
-    assert change(Transition.TRANSITION_CLEANUP)
-    node.until("unconfigured", 5.0)
-    assert change(Transition.TRANSITION_CONFIGURE)
-    count = len(ears.received["towbody/pose"])
-    assert change(Transition.TRANSITION_ACTIVATE)
-    poll(lambda: len(ears.received["towbody/pose"]) > count + 20, 20.0, "poses after a second configure")
+    change(Transition.TRANSITION_DEACTIVATE)
+    node.until("ready")
+    change(Transition.TRANSITION_ACTIVATE)
+    more_poses(ears, 20, "poses after a second activation")
+    change(Transition.TRANSITION_DEACTIVATE, Transition.TRANSITION_CLEANUP)
+    node.until("unconfigured")
+    change(Transition.TRANSITION_CONFIGURE, Transition.TRANSITION_ACTIVATE)
+    more_poses(ears, 20, "poses after a second configure")
     assert "Traceback" not in node.text
-    assert node.stop() == 0

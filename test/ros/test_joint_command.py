@@ -36,7 +36,6 @@ def package(tmp_path_factory):
         del sys.modules[name]
 
 
-@pytest.mark.ros
 @pytest.mark.skipif(os.environ.get("NUMBA_DISABLE_JIT") == "1", reason="needs real time")
 @pytest.mark.skipif(bool(standard_package.why_not()), reason=standard_package.why_not())
 def test_a_node_takes_both_messages_and_records_both(world, package):
@@ -50,7 +49,7 @@ def test_a_node_takes_both_messages_and_records_both(world, package):
     senders = {name: ears.publisher(kind, KINDS[name][1]) for name in COMMANDS if KINDS[name][0] == JOINT_COMMAND}
     path = os.pathsep.join([str(package), world.environment["PYTHONPATH"]])
     node = world.node(environment={"PYTHONPATH": path}, recording__enabled=True, recording__root=str(world.folder))
-    poll(lambda: all(its.get_subscription_count() for its in senders.values()), 40.0, "the node to listen")
+    poll(lambda: all(its.get_subscription_count() for its in senders.values()), "the node to listen")
     world.ship(ears).sail()
     node.until("running")
     assert f"winch commands are heard as {JOINT_COMMAND} too" in node.text
@@ -65,7 +64,7 @@ def test_a_node_takes_both_messages_and_records_both(world, package):
         sent("command_velocity", "velocity", 0.5)
         return "0.5" in values().get("newest", "")
 
-    poll(rate, 20.0, "the rate", 0.05)
+    poll(rate, "the rate", step=0.05)
     plain = ears.publisher(JointState, KINDS["command"][1])
 
     def other():
@@ -73,13 +72,13 @@ def test_a_node_takes_both_messages_and_records_both(world, package):
         plain.publish(JointState(name=["payout"], velocity=[0.25]))
         return "0.25" in values().get("newest", "") and "refused: interface" in values()
 
-    poll(other, 20.0, "the other message, and the refusal", 0.05)
+    poll(other, "the other message, and the refusal", step=0.05)
 
     def length():
         sent("command_position", "position", 3.0)
         return any(abs(message.position[0] - 3.0) < 0.01 for message in ears.received["winch/state"][-1:])
 
-    poll(length, 20.0, "the length", 0.05)
+    poll(length, "the length", step=0.05)
     assert not [line for line in differences(ears.node) if "joint_command" in line or "winch/command" in line]
     node.stop()
     (bag,) = [found.parent for found in world.folder.rglob("metadata.yaml")]

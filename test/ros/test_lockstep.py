@@ -7,6 +7,8 @@ import pytest
 from cable_sim_ros.ros.blocks import Lockstep as Settings
 from cable_sim_ros.ros.lockstep import LONGEST, Do, Lockstep, rate_problem
 
+pytestmark = pytest.mark.check
+
 MS = 1_000_000
 S = 1_000_000_000
 

@@ -35,7 +35,7 @@ loop.warm_up()
 target = time.monotonic_ns() - 5_000_000_000
 loop.start(5_000_000_000, target)
 def until(count):
-    end = time.monotonic() + 20.0
+    end = time.monotonic() + 100.0
     while loop.count < count and time.monotonic() < end:
         time.sleep(0.001)
     assert loop.count >= count, "the loop stands still"
@@ -44,7 +44,6 @@ with loop.paused():
     before = loop.count
     time.sleep(0.025)
 until(before + 10)
-caught_up = dict(count=loop.count, resyncs=int(loop.control[L.RESYNCS]))
 with loop.paused():
     resyncs = int(loop.control[L.RESYNCS])
     stalled = loop.count
@@ -68,24 +67,35 @@ def run_script(cache) -> dict:
         "NUMBA_CACHE_DIR": str(cache),
         "PYTHONPATH": os.pathsep.join([str(HERE), str(HERE.parents[1])]),
     }
-    done = subprocess.run([sys.executable, "-c", SCRIPT], env=environment, capture_output=True, text=True, timeout=120)
+    done = subprocess.run([sys.executable, "-c", SCRIPT], env=environment, capture_output=True, text=True, timeout=600)
     assert done.returncode == 0, done.stderr
     return json.loads(done.stdout.splitlines()[-1])
 
 
-def test_time_stays_on_the_grid_and_a_stall_is_counted_and_worked_off(kernel_cache):
-    report = run_script(kernel_cache)
-    assert report["steps"] == [10_000_000], "simulation time jumped"
-    assert report["reached"] == 5_000_000_000 + report["count"] * 10_000_000
-    assert report["new_resyncs"] >= 1 and report["skipped"] >= 15
-    assert report["overruns"] >= 1, "the ticks after a short pause are late"
-    assert report["lag"] > 100_000_000
-    assert report["later"] < report["lag"] - 5_000_000, "the lag is not worked off"
+@pytest.fixture(scope="module")
+def runs(tmp_path_factory) -> list[dict]:
+    """Two in a row on one cache on disk, empty at first."""
+    cache = tmp_path_factory.mktemp("cache")
+    return [run_script(cache), run_script(cache)]
 
 
-def test_the_loop_is_cached_on_disk(tmp_path):
-    assert run_script(tmp_path)["hits"] == 0
-    assert run_script(tmp_path)["hits"] > 0, "the loop was compiled again"
+def test_time_stays_on_the_grid_and_a_stall_is_counted(runs):
+    for report in runs:
+        assert report["steps"] == [10_000_000], "simulation time jumped"
+        assert report["reached"] == 5_000_000_000 + report["count"] * 10_000_000
+        assert report["new_resyncs"] >= 1 and report["skipped"] >= 15
+        assert report["overruns"] >= 1, "the ticks after a short pause are late"
+        assert report["lag"] > 100_000_000
+
+
+@pytest.mark.realtime
+def test_a_lag_is_worked_off(runs):
+    assert runs[1]["later"] < runs[1]["lag"] - 5_000_000
+
+
+def test_the_loop_is_cached_on_disk(runs):
+    assert runs[0]["hits"] == 0
+    assert runs[1]["hits"] > 0, "the loop was compiled again"
 
 
 SECOND = 10**9

@@ -6,6 +6,7 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -23,6 +24,8 @@ from cable_sim_ros.ros.report.diagnostics import ERROR, OK, WARN, Watch
 from cable_sim_ros.ros.report.health import InputHealth
 from cable_sim_ros.ros.report.node_verdict import verdict_of_node
 from cable_sim_ros.ros.timing import MARGIN, Distance
+
+pytestmark = pytest.mark.check
 
 
 def task(status=0, **wrong):

@@ -9,6 +9,8 @@ import pytest
 
 from cable_sim_ros.ros.overload import RECOVERED, Pace
 
+pytestmark = pytest.mark.check
+
 PERIOD = 10_000_000
 POLL = 50_000_000
 SECOND = 1_000_000_000

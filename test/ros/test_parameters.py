@@ -8,7 +8,7 @@ import re
 import pytest
 
 pytest.importorskip("rclpy")
-pytestmark = pytest.mark.ros
+from conftest import LONG
 
 WRONG = [  # overrides, parts of the text
     ({"water.density": 5000.0}, ["water.density", "5000", "kg/m^3", "900", "1100"]),
@@ -67,15 +67,7 @@ def test_error_texts(overrides, parts):
         settle(overrides)
     for part in parts:
         assert part in str(error.value), str(error.value)
-
-
-@pytest.mark.parametrize("overrides, parts", WRONG, ids=[next(iter(o)) + str(i) for i, (o, _) in enumerate(WRONG)])
-def test_no_refusal_suggests_a_value_that_is_refused(overrides, parts):
-    from cable_sim_ros.ros.parameters import ParameterError, settle
-
-    with pytest.raises(ParameterError) as error:
-        settle(overrides)
-    if found := re.search(r"; write (-?[\d.e+]+)$", str(error.value)):
+    if found := re.search(r"; write (-?[\d.e+]+)$", str(error.value)):  # what it suggests is not refused
         settle(overrides | {next(iter(overrides)): float(found[1])})
 
 
@@ -151,7 +143,9 @@ def test_declared_parameters_and_changes_at_run_time(world):
     from rcl_interfaces.msg import Parameter, ParameterType, ParameterValue
     from rcl_interfaces.srv import DescribeParameters, GetParameters, SetParameters
 
-    node = world.node(water__density=1010.0).until("waiting")
+    path = world.folder / "good.yaml"
+    path.write_text("/**:\n  ros__parameters:\n    winch: {position: [-28.0, 0.0, 3.0]}\n")
+    node = world.node("--params-file", str(path), water__density=1010.0).until("waiting")
     ears = world.ears()
     names = [
         "water.density",
@@ -174,7 +168,7 @@ def test_declared_parameters_and_changes_at_run_time(world):
     values = ears.call(GetParameters, "/tow_sim/cable_sim/get_parameters", GetParameters.Request(names=names)).values
     assert values[0].double_value == 1010.0
     assert math.isnan(values[3].double_value)
-    assert list(values[5].double_array_value) == [-28.8, 0.0, 3.1]
+    assert list(values[5].double_array_value) == [-28.0, 0.0, 3.0]
 
     def change(name, **value):
         request = SetParameters.Request(parameters=[Parameter(name=name, value=ParameterValue(**value))])
@@ -211,31 +205,13 @@ def test_what_is_declared_live_is_live_and_nothing_else():
     assert own == {"recording.path", "state_file", "lockstep.rate", "lockstep.wait", "lockstep.steps"}
 
 
-@pytest.mark.parametrize(
-    "body, parts",
-    [
-        ("water: {density: 1000}", ["water.density", "write 1000.0"]),
-        ("watre: {density: 1000.0}", ["watre.density", "no such parameter"]),
-        ("water: {density: 2000.0}", ["water.density", "2000", "1100 kg/m^3"]),
-    ],
-)
-def test_a_wrong_parameter_file_ends_with_2_and_one_line(world, body, parts):
+def test_a_wrong_parameter_file_ends_with_2_and_one_line(world):
     path = world.folder / "wrong.yaml"
-    path.write_text("/**:\n  ros__parameters:\n    " + body + "\n")
+    path.write_text("/**:\n  ros__parameters:\n    watre: {density: 1000.0}\n")
     node = world.node("--params-file", str(path))
-    assert node.wait(20.0) == 2
-    assert "Traceback" not in node.text
-    lines = [line for line in node.text.splitlines() if line.startswith("error: ")]
-    assert len(lines) == 1
-    for part in parts:
-        assert part in lines[0]
-
-
-def test_a_parameter_file_reaches_the_scene(world):
-    path = world.folder / "good.yaml"
-    path.write_text("/**:\n  ros__parameters:\n    water: {density: 1000.0}\n    winch: {drum_radius: 0.31}\n")
-    node = world.node("--params-file", str(path)).until("waiting")
-    assert node.stop() == 0
+    assert node.wait(LONG) == 2 and "Traceback" not in node.text
+    (line,) = (line for line in node.text.splitlines() if line.startswith("error: "))
+    assert "watre.density" in line and "no such parameter" in line
 
 
 def test_a_whole_number_that_may_be_left_out_is_0_in_ros():

@@ -8,7 +8,10 @@ import numpy as np
 import pytest
 
 pytest.importorskip("rclpy")
-pytestmark = [pytest.mark.ros, pytest.mark.skipif(os.environ.get("NUMBA_DISABLE_JIT") == "1", reason="needs real time")]
+pytestmark = [
+    pytest.mark.realtime,
+    pytest.mark.skipif(os.environ.get("NUMBA_DISABLE_JIT") == "1", reason="needs real time"),
+]
 
 
 def test_recorded_ship_motion_through_the_node_and_replayed(world):

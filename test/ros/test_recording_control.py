@@ -15,6 +15,8 @@ from cable_sim_ros.ros.parameters import ParameterError, settle
 from cable_sim_ros.ros.services.recording_control import RecordingControl
 from cable_sim_ros.sim.live_parameters import changed
 
+pytestmark = pytest.mark.check
+
 TOGGLES = 100  # a thousand are stress row S1
 IMU, TOPIC = "sensor_msgs/msg/Imu", "/tow_sim/imu/data"
 

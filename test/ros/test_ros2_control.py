@@ -18,7 +18,6 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "io"))
 from hardware_component import INTERFACES, Component, of_urdf
 
 pytest.importorskip("rclpy")
-pytestmark = pytest.mark.ros
 FILES = ROOT / "config" / "ros2_control"
 CYCLE = 0.02  # s, 1 / update_rate
 TIMEOUT = 1.0  # s; a busy machine holds up a sender for half of it
@@ -80,10 +79,10 @@ def tow(world):
     node = world.node(winch__command_timeout=TIMEOUT)
     hardware = Hardware(ears, of_urdf(FILES / "winch_velocity.urdf"))  # before the first motion: nothing is refused
     world.closing.insert(0, hardware.close)
-    poll(hardware.publisher.get_subscription_count, 40.0, "the node to listen")
+    poll(hardware.publisher.get_subscription_count, "the node to listen")
     world.ship(ears).sail()
     node.until("running")
-    poll(lambda: task(ears)[2].get("no_command", "0") != "0", 40.0, "the component in /diagnostics")
+    poll(lambda: task(ears)[2].get("no_command", "0") != "0", "the component in /diagnostics")
     return ears, node, hardware
 
 
@@ -99,6 +98,7 @@ def rates(ears, seconds: float) -> list[float]:
     return [message.velocity[message.name.index("payout")] for message in box[begun:]]
 
 
+@pytest.mark.realtime
 def test_a_winch_through_the_life_of_a_controller(tow):
     ears, node, hardware = tow
     it = hardware.component
@@ -106,47 +106,46 @@ def test_a_winch_through_the_life_of_a_controller(tow):
     level, text, values = task(ears)
     assert level == 0 and text.startswith("no command yet: the winch holds; ") and "messages without a command" in text
     assert values["accepted"] == "0" and not [key for key in values if key.startswith("refused")]
-    poll(
-        lambda: all(isfinite(it.state[f"{joint}/{i}"]) for joint in it.joints for i in INTERFACES), 15.0, "both joints"
-    )
+    poll(lambda: all(isfinite(it.state[f"{joint}/{i}"]) for joint in it.joints for i in INTERFACES), "both joints")
 
     # a velocity controller: the state is soon equal to the command, and the rate lasts (threshold -1)
     it.command["payout/velocity"] = 0.3
-    poll(lambda: it.state["payout/velocity"] == pytest.approx(0.3), 15.0, "the rate in the state")
+    poll(lambda: it.state["payout/velocity"] == pytest.approx(0.3), "the rate in the state")
     found = rates(ears, 2.5 * TIMEOUT)
     assert len(found) > 50 and set(found) == {0.3}
     assert task(ears)[0] == 0 and task(ears)[2]["stale"] == "false" and task(ears)[2]["newest"] == "rate 0.3 m/s"
 
     # it is deactivated: on_deactivate() of JointGroupVelocityController writes 0
     it.command["payout/velocity"] = 0.0
-    poll(lambda: it.state["payout/velocity"] == 0.0, 15.0, "the stop")
+    poll(lambda: it.state["payout/velocity"] == 0.0, "the stop")
     assert set(rates(ears, 1.5 * TIMEOUT)) == {0.0} and task(ears)[2]["stale"] == "false"
 
     # the component is emptied while it pays out: the rate runs out
     it.command["payout/velocity"] = 0.3
-    poll(lambda: it.state["payout/velocity"] == pytest.approx(0.3), 15.0, "the rate again")
+    poll(lambda: it.state["payout/velocity"] == pytest.approx(0.3), "the rate again")
     it.command["payout/velocity"] = nan
     found = rates(ears, 2.5 * TIMEOUT)
     assert found[0] == 0.3 and found[-1] == 0.0 and found == sorted(found, reverse=True)
-    text = poll(lambda: task(ears)[1] if task(ears)[0] == 1 else "", 15.0, "a WARN")
+    text = poll(lambda: task(ears)[1] if task(ears)[0] == 1 else "", "a WARN")
     assert "command stale: the newest, rate 0.3 m/s" in text and "is the controller active?" in text
 
     # the component itself is deactivated: silence, and the same end
     it.command["payout/velocity"] = -0.2
-    poll(lambda: it.state["payout/velocity"] == pytest.approx(-0.2), 15.0, "another rate")
+    poll(lambda: it.state["payout/velocity"] == pytest.approx(-0.2), "another rate")
     hardware.active = False
     found = rates(ears, 2.5 * TIMEOUT)
     assert found[0] == -0.2 and found[-1] == 0.0 and found == sorted(found)
     assert "winch command refused" not in node.text
 
 
+@pytest.mark.realtime
 def test_commands_that_are_equal_to_the_state_and_lengths(tow, world):
     ears, node, hardware = tow
     it = hardware.component
     # the default threshold: what is equal is not sent, and the rate runs into its time-out again and again
     it.threshold = 1e-5
     it.command["payout/velocity"] = 0.3
-    poll(lambda: it.state["payout/velocity"] == pytest.approx(0.3), 15.0, "the rate in the state")
+    poll(lambda: it.state["payout/velocity"] == pytest.approx(0.3), "the rate in the state")
     box, begun, sent, cycles = (
         ears.received["winch/state"],
         len(ears.received["winch/state"]),
@@ -158,23 +157,23 @@ def test_commands_that_are_equal_to_the_state_and_lengths(tow, world):
         found = [message.velocity[message.name.index("payout")] for message in box[begun:]]
         return sum(now == 0.3 and before == 0.0 for before, now in zip(found, found[1:]))
 
-    poll(lambda: starts() >= 3, 30.0, "three stops and starts")
+    poll(lambda: starts() >= 3, "three stops and starts")
     assert len(hardware.sent) - sent < 0.6 * (hardware.cycles - cycles), "most cycles send nothing"
     it.command["payout/velocity"] = 0.0
-    poll(lambda: it.state["payout/velocity"] == 0.0, 15.0, "the stop")
+    poll(lambda: it.state["payout/velocity"] == 0.0, "the stop")
     hardware.active = False
 
     # lengths, by the other URDF, and equal ones not sent either: it is there and stays there
     lengths = Hardware(ears, of_urdf(FILES / "winch_position.urdf"))
     world.closing.insert(0, lengths.close)
-    poll(lengths.publisher.get_subscription_count, 10.0, "the node to listen")
+    poll(lengths.publisher.get_subscription_count, "the node to listen")
     other = lengths.component
     other.threshold = 1e-5
-    poll(lambda: isfinite(other.state["payout/position"]), 15.0, "the state")
+    poll(lambda: isfinite(other.state["payout/position"]), "the state")
     assert isnan(other.command["payout/position"])
     other.command["payout/position"] = other.state["payout/position"] + 0.4
     wanted = other.command["payout/position"]
-    poll(lambda: abs(other.state["payout/position"] - wanted) <= 1e-5, 20.0, "the length")
+    poll(lambda: abs(other.state["payout/position"] - wanted) <= 1e-5, "the length")
     begun = len(lengths.sent)
     time.sleep(1.0)
     assert len(lengths.sent) - begun <= 2 and other.state["payout/position"] == pytest.approx(wanted, abs=1e-4)

@@ -13,6 +13,8 @@ from cable_sim_ros.ros.services.recording_control import RecordingControl
 from cable_sim_ros.ros.status import OK, WARN
 from cable_sim_ros.sim.rules.watch import watched
 
+pytestmark = pytest.mark.check
+
 RULES = {"rules.set": "unols_3hz", "rules.working_load": 3000.0, "rules.groove_margin": 0.0, "rules.bend_life": 100.0}
 
 

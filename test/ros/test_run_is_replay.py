@@ -48,7 +48,6 @@ encoder = Encoder(context, 0.02)
 quiet = {context.topic(channel): SimpleNamespace(publish=lambda data: None) for channel in CHANNELS}
 publisher = TickPublisher(session.built_loop, encoder, quiet, lambda: session.clock.offset)
 publisher.start()
-bag = sys.argv[1]
 recorder = None
 begun = time.monotonic_ns()
 shift = 0  # ns, of the motion's clock
@@ -74,10 +73,11 @@ def took(kind, topic, msgtype, data, arrival):
     if recorder is not None:
         recorder.put(f"{context.namespace}/{topic}", msgtype, arrival + session.wall, data)
 
-def move(seconds, odd=None):
+def move(seconds, odd=None):  # so many s of messages at 50 Hz, longer on a busy machine
     global k
-    until = time.monotonic() + seconds
-    while time.monotonic() < until:
+    left = round(seconds / 0.02)
+    while left:
+        left -= session.state != "waiting"  # the start takes as long as the machine does
         stamp, t = now(), (time.monotonic_ns() - begun) * 1e-9
         wild = odd is not None and k % odd == odd - 1
         height, speed = math.sin(0.8 * t), 0.8 * math.cos(0.8 * t)
@@ -86,10 +86,15 @@ def move(seconds, odd=None):
         took("odometry", "odom", "nav_msgs/msg/Odometry", data, arrival)
         session.motion(Event(stamp_of(data), arrival, "odometry", data))
         session.poll()
-        if session.state == "waiting":
-            until = time.monotonic() + seconds  # the start takes as long as the machine does
         k += 1
         time.sleep(0.02)
+
+def move_until_jumped(count):
+    for _ in range(600):
+        move(0.1)
+        if session.clock.jumps == count:
+            return
+    raise AssertionError(f"{session.clock.jumps} jumps of the clock were followed, not {count}")
 
 def order(stamp, position=(), velocity=(), **more):
     data, arrival = command(stamp, list(position), list(velocity), **more), time.monotonic_ns()
@@ -113,11 +118,11 @@ def finish():
     session.close()
     session.built_loop.close()
     again = offline.replay(bag)
-    print(json.dumps(dict(
+    return dict(
         state=session.problem, said=said, resets=session.resets, jumps=session.clock.jumps, dropped=stats.dropped,
         refused=session.commands.refused, motion=session.intake.refused, skipped=publisher.skipped,
         largest=again.metrics["largest_difference"], faults=again.metrics["replay_faults"],
-        moved=float(abs(again.frames["payout"] - again.frames["payout"][0]).max()), ticks=len(again.frames))))
+        moved=float(abs(again.frames["payout"] - again.frames["payout"][0]).max()), ticks=len(again.frames))
 """
 
 ODD = """
@@ -136,7 +141,7 @@ for i in range(8):
     if i == 6:
         joint("command_position", "position", 199.0)
     move(0.15, odd=5)  # and stamps of motion that are an hour ahead
-finish()
+found = finish()
 """
 EVENTS = """
 record()
@@ -146,15 +151,16 @@ session.set_live("setpoint.algorithm", "simplified_sheave")
 session.set_live("winch.command_timeout", 0.3)
 move(0.6)
 shift += 3 * S // 2  # ahead by 1.5 s
-move(0.8)
+move_until_jumped(1)
+move(0.4)
 session.reset()
 order(now(), velocity=[0.4])
 move(0.7)
 shift -= S // 2  # behind by 0.5 s: followed after a second
-move(2.0)
+move_until_jumped(2)
 session.set_live("setpoint.algorithm", "hold")
 move(0.4)
-finish()
+found = finish()
 """
 RESTORED = """
 from pathlib import Path
@@ -172,7 +178,7 @@ said += [("info", text) for _, text in answers]
 move(0.6)
 order(now(), velocity=[-0.3])
 move(0.5)
-finish()
+found = finish()
 """
 MIDDLE = """
 session.activate()
@@ -190,19 +196,33 @@ for _ in range(12):
     order(now(), velocity=[0.5])
     move(0.15)
 burning = False
-finish()
+found = finish()
 """
 
 
-def run_and_replay(what: str, bag: Path) -> dict:
-    environment = os.environ | {
-        "PYTHONPATH": os.pathsep.join([str(HERE), str(HERE.parent / "io"), str(HERE.parents[1])])
-    }
+ALL = """
+import json, sys
+for name, script in json.load(sys.stdin).items():
+    space = {"bag": f"{sys.argv[1]}/{name}/bag", "__name__": name}
+    exec(compile(script, name, "exec"), space)
+    print(json.dumps([name, space["found"]]))
+"""
+
+
+@pytest.fixture(scope="module")
+def ran(tmp_path_factory) -> tuple[dict, Path]:
+    """What each ended with and the folder of their bags; one process for all."""
+    folder = tmp_path_factory.mktemp("bags")
+    scripts = {"odd": ODD, "events": EVENTS, "middle": MIDDLE, "restored": RESTORED}
+    for name in scripts:
+        (folder / name).mkdir()
+    path = os.pathsep.join([str(HERE), str(HERE.parent / "io"), str(HERE.parents[1])])
     done = subprocess.run(
-        [sys.executable, "-c", SCRIPT + what, str(bag)], env=environment, capture_output=True, text=True, timeout=300
-    )
+        [sys.executable, "-c", ALL, str(folder)], env=os.environ | {"PYTHONPATH": path}, capture_output=True,
+        input=json.dumps({name: SCRIPT + what for name, what in scripts.items()}), text=True, timeout=600,
+    )  # fmt: skip
     assert done.returncode == 0, done.stderr[-3000:]
-    return json.loads(done.stdout.splitlines()[-1])
+    return dict(json.loads(line) for line in done.stdout.splitlines()), folder
 
 
 def same(found: dict) -> None:
@@ -211,40 +231,40 @@ def same(found: dict) -> None:
     assert found["largest"]["difference"] == 0.0, found["largest"]
 
 
-def test_odd_messages(tmp_path):
+def test_odd_messages(ran):
     """Commands before motion, 5 s old, absurd, of wrong length, of both messages; motion stamped an hour ahead."""
-    found = run_and_replay(ODD, tmp_path / "bag")
+    found = ran[0]["odd"]
     same(found)
     assert found["refused"]["before_motion"] == 1 and found["refused"]["out_of_range"] == 8
     assert found["refused"]["array_length"] == 8 and found["motion"]["stamp_off_clock"] >= 5
     assert found["refused"]["not_finite"] == found["refused"]["effort_only"] == 4
     assert found["moved"] > 0.2, "commands with old stamps move the winch"
-    kinds = Counter(event.kind for event in read_tow(tmp_path / "bag").events if event.is_command)
+    kinds = Counter(event.kind for event in read_tow(ran[1] / "odd" / "bag").events if event.is_command)
     assert kinds == {"command": 25, "command_velocity": 8, "command_position": 5}, "each is on its own topic"
 
 
-def test_resets_jumps_and_switches(tmp_path):
+def test_resets_jumps_and_switches(ran):
     """The clock jumps ahead by 1.5 s and back by 0.5 s, the algorithm changes twice, the run is reset."""
-    found = run_and_replay(EVENTS, tmp_path / "bag")
+    found = ran[0]["events"]
     same(found)
     assert found["resets"] == 1 and found["jumps"] == 2
     jumps = [float(text.split("has jumped by ")[1].split(" s")[0]) for _, text in found["said"] if "jumped" in text]
-    assert jumps == pytest.approx([1.5, -0.5], abs=0.15)
+    assert jumps == pytest.approx([1.5, -0.5], abs=0.25)
 
 
-def test_a_recording_from_the_middle_of_a_loaded_run(tmp_path):
+def test_a_recording_from_the_middle_of_a_loaded_run(ran):
     """Rate commands while three threads keep the processor and the interpreter's lock."""
-    found = run_and_replay(MIDDLE, tmp_path / "bag")
+    found = ran[0]["middle"]
     same(found)
     assert found["moved"] > 0.5
 
 
-def test_a_state_that_is_restored(tmp_path):
+def test_a_state_that_is_restored(ran):
     """Saved while it hauls, restored 0.6 s later: the tow of then at the present, at rest until a command comes."""
-    found = run_and_replay(RESTORED, tmp_path / "bag")
+    found = ran[0]["restored"]
     same(found)
     texts = [text for _, text in found["said"]]
     assert any(text.startswith("saved at ") for text in texts)
     assert any("it goes on at the present, and the winch holds until it is commanded" in text for text in texts)
-    report = read_journal(read_tow(tmp_path / "bag").journal)
+    report = read_journal(read_tow(ran[1] / "restored" / "bag").journal)
     assert [segment.start.cause for segment in report.segments] == ["start", "restore"]

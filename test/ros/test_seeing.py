@@ -8,7 +8,6 @@ import pytest
 from conftest import ROOT, poll
 
 pytest.importorskip("rclpy")
-pytestmark = pytest.mark.ros
 
 MARKERS, TF = "/tow_sim/cable/markers", "/tow_sim/tf"
 
@@ -35,7 +34,7 @@ def test_live_markers_are_those_recorded(world):
     node = world.node(
         recording__enabled=True, recording__markers=True, recording__root=str(world.folder), recording__path="tow"
     ).until("running")
-    poll(lambda: len(live) > 20, 10.0, "20 messages")
+    poll(lambda: len(live) > 20, "20 messages")
     assert node.stop() == 0 and "Traceback" not in node.text
     data = recorded(world.folder / "tow")
     by_stamp = {stamp_of(written): written for written in data[MARKERS]}
@@ -64,7 +63,7 @@ def test_without_their_package_the_node_says_so_once_and_goes_on(world):
         recording__root=str(world.folder),
         recording__path="tow",
     ).until("running")
-    poll(lambda: len(shapes) > 5, 10.0, "shapes")
+    poll(lambda: len(shapes) > 5, "shapes")
     names = dict(ears.node.get_topic_names_and_types())
     assert "/tow_sim/cable/shape" in names and not {MARKERS, TF} & set(names)
     assert node.stop() == 0 and "Traceback" not in node.text
@@ -77,6 +76,6 @@ def test_without_their_package_the_node_says_so_once_and_goes_on(world):
 def test_switched_off_there_is_nothing_of_them(world):
     ears = world.ears()
     node = world.node(publish__marker_rate=0.0).until("waiting")
-    poll(lambda: "/tow_sim/cable/shape" in dict(ears.node.get_topic_names_and_types()), 10.0, "the topics")
+    poll(lambda: "/tow_sim/cable/shape" in dict(ears.node.get_topic_names_and_types()), "the topics")
     assert MARKERS not in dict(ears.node.get_topic_names_and_types())
     assert node.stop() == 0 and "cable/markers" not in node.text

@@ -80,7 +80,7 @@ def test_a_bag_with_odd_commands_decides_as_the_session_did(kernel_cache):
         "NUMBA_CACHE_DIR": str(kernel_cache),
         "PYTHONPATH": os.pathsep.join([str(HERE), str(HERE.parent / "io"), str(HERE.parents[1])]),
     }
-    done = subprocess.run([sys.executable, "-c", SCRIPT], env=environment, capture_output=True, text=True, timeout=120)
+    done = subprocess.run([sys.executable, "-c", SCRIPT], env=environment, capture_output=True, text=True, timeout=600)
     assert done.returncode == 0, done.stderr
     found = json.loads(done.stdout.splitlines()[-1])
     assert found["state"] == "running" and found["motion_refused"] == {"stamp_off_clock": 6}, "one wild, five of a jump"

@@ -10,13 +10,12 @@ from types import SimpleNamespace
 
 import pytest
 import standard_package
-from conftest import poll
+from conftest import LONG, poll
 
 pytest.importorskip("rclpy")
 from cable_sim_ros.ros.services.simulation_interfaces import service_name
 
 pytestmark = [
-    pytest.mark.ros,
     pytest.mark.skipif(os.environ.get("NUMBA_DISABLE_JIT") == "1", reason="needs real time"),
     pytest.mark.skipif(bool(standard_package.why_not()), reason=standard_package.why_not()),
 ]
@@ -98,8 +97,8 @@ def test_in_lockstep_all_of_it_works(world, standard):
     assert it.set(PAUSED)[0] == OK and it.state() == PAUSED
     code, text = it.set(NO_WORLD)
     assert code == UNSUPPORTED and text.startswith("state 4 is none that can be set: give 0 (stopped), 1 (playing)")
-    poll(lambda: differences(ears.node) == [], 5.0, "the policy has the services")
-    assert it.set(QUITTING) == (OK, "") and node.wait(5.0) == 0
+    poll(lambda: differences(ears.node) == [], "the policy has the services")
+    assert it.set(QUITTING) == (OK, "") and node.wait(LONG) == 0
 
 
 def test_in_real_time_what_needs_time_to_stand_is_refused(package):

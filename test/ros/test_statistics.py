@@ -4,7 +4,11 @@ from __future__ import annotations
 
 import math
 
+import pytest
+
 from cable_sim_ros.ros.statistics import Rate
+
+pytestmark = pytest.mark.check
 
 SECOND = 1_000_000_000
 

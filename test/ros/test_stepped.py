@@ -22,7 +22,10 @@ from test_motion import imu, odometry
 from cable_sim_ros.io.messages.messages import Event, stamp_of
 
 pytest.importorskip("rclpy")
-pytestmark = pytest.mark.skipif(os.environ.get("NUMBA_DISABLE_JIT") == "1", reason="minutes without compilation")
+pytestmark = [
+    pytest.mark.check,
+    pytest.mark.skipif(os.environ.get("NUMBA_DISABLE_JIT") == "1", reason="minutes without compilation"),
+]
 
 MS = 1_000_000
 S = 1_000_000_000

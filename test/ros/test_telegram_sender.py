@@ -19,6 +19,8 @@ from cable_sim_ros.tools.telegrams.blocks import Telegrams
 from cable_sim_ros.tools.telegrams.fields import TelegramError
 from cable_sim_ros.tools.telegrams.sender import Sender
 
+pytestmark = pytest.mark.check
+
 PAGE = Path(__file__).parents[2] / "docs" / "telegrams.md"
 TICK = 10_000_000  # ns
 FIRST = 1_400_000_000_000_000_000  # ns, on the grid of every rate here

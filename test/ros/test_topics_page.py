@@ -13,6 +13,8 @@ from cable_sim_ros.ros import node
 from cable_sim_ros.ros.blocks import NodeBlock
 from cable_sim_ros.ros.services import control
 
+pytestmark = pytest.mark.check
+
 PAGE = (Path(__file__).parents[2] / "docs" / "topics.md").read_text("utf-8")
 OUT, _, IN = PAGE.partition("## In")
 OURS = channels.EVERY

@@ -157,7 +157,7 @@ def test_a_sinusoid_has_its_specific_force():
 
 
 @given(st.lists(st.tuples(*[st.floats(-0.5, 0.5)] * 6), min_size=8, max_size=8))
-@settings(max_examples=8, deadline=None)
+@settings(max_examples=8)
 def test_force_twist_and_pose_agree(points):
     """Numerical derivatives of the poses are the twist and the specific force, for any record."""
     motion = interpolate(Displacement(0, np.arange(8.0), np.array(points), 1.0), rate=400)

@@ -8,6 +8,8 @@ from cable_sim_ros.io.bags.bag import BagError, BagWriter, read_bag
 from cable_sim_ros.plots.foxglove_view import draw_bag, series
 from cable_sim_ros.runs import offline
 
+pytestmark = pytest.mark.trust
+
 MARKERS, TF = "/tow_sim/cable/markers", "/tow_sim/tf"
 
 

@@ -9,6 +9,8 @@ from cable_sim_ros.io.sources.bag_motion import read_motion
 from cable_sim_ros.physics.tick_output import TICK_OUTPUT
 from cable_sim_ros.runs.mean_track import pitch_sign
 
+pytestmark = pytest.mark.trust
+
 
 @pytest.fixture(scope="module", params=["nbp1406", "lmg1903"])
 def frames(request):

@@ -19,7 +19,7 @@ from cable_sim_ros.tools.plan.winch_size import NoWinch, smallest
 from cable_sim_ros.tools.report.subject import subject_of
 from cable_sim_ros.tools.report.verdict import cards
 
-pytestmark = pytest.mark.filterwarnings("ignore::cable_sim_ros.io.scenes.load.SceneWarning")
+pytestmark = [pytest.mark.trust, pytest.mark.filterwarnings("ignore::cable_sim_ros.io.scenes.load.SceneWarning")]
 SHORT = [
     "water.waves.kind=off",
     "water.waves.height=0",

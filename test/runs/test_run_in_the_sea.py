@@ -14,6 +14,8 @@ from cable_sim_ros.io.sources.motion_table import MotionError
 from cable_sim_ros.runs import offline
 from cable_sim_ros.sim.saved.savefile import SaveError
 
+pytestmark = pytest.mark.trust
+
 G = 9.81
 ROWS = "period_s,heading_deg,heave_amplitude,heave_phase_deg\n"
 RIDES = ROWS + "".join(f"{p},{h},1,0\n" for p in (2, 30) for h in (0, 90, 180))

@@ -9,6 +9,8 @@ from cable_sim_ros.io.scenes.load import load_scene, override
 from cable_sim_ros.runs.offline import run
 from cable_sim_ros.runs.step_choice import stepped
 
+pytestmark = pytest.mark.trust
+
 
 @pytest.mark.parametrize(
     "settings, how, text",

@@ -15,6 +15,8 @@ from cable_sim_ros.io.scenes.load import dump_scene, load_scene
 from cable_sim_ros.physics.tick_output import TICK_OUTPUT
 from cable_sim_ros.tools.telegrams import lci90i, pashr, psxn, tss1
 
+pytestmark = pytest.mark.trust
+
 HEALTH = next(channel for channel in CHANNELS if channel.name == "sim_health")
 BEGIN, STEP = 1_400_000_000_000_000_000, 20_000_000  # ns: 50 tick outputs a second
 

@@ -16,6 +16,8 @@ from cable_sim_ros.sim import flag_rules
 from cable_sim_ros.sim.flag_rules import CHECKS, DOUBTFUL, FAILED, OK, RULES, rules_markdown
 from cable_sim_ros.sim.verdict import Verdict, check, judge_counts, of_node, overload, strength, verdict_of
 
+pytestmark = pytest.mark.trust
+
 TICK = 0.01
 FLAGS = Path(__file__).resolve().parents[2] / "docs" / "flags.md"
 RESERVED = {"SLACK_ENERGY", "SETPOINT_LIMITED", "COMMAND_LIMITED", "LOW_FLOW"}

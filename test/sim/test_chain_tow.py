@@ -12,6 +12,8 @@ from cable_sim_ros.io.scenes.load import SceneError, SceneWarning, load_scene, o
 from cable_sim_ros.physics.tick_output import Flag
 from cable_sim_ros.sim.layout import layout_of
 
+pytestmark = pytest.mark.trust
+
 LINKS = {"cable.model": "segments"}
 
 

@@ -8,6 +8,8 @@ from cable_sim_ros.io.scenes.load import SceneError, load_scene, override
 from cable_sim_ros.sim.layout import layout_of
 from cable_sim_ros.sim.statics.route import first_angle
 
+pytestmark = pytest.mark.trust
+
 
 @pytest.mark.parametrize("name", ["full_scale", "full_scale_contact", "side_scan", "lowered_ctd", "flume"])
 def test_lengths_of_the_checks_are_those_of_the_route(name):

@@ -10,6 +10,8 @@ from cable_sim_ros.sim.problem import apart
 from cable_sim_ros.sim.rig.rig import Rig, RigError, cable_of
 from cable_sim_ros.sim.tables.current import current_of, turned_current
 
+pytestmark = pytest.mark.trust
+
 
 def quietly(name, values=None):
     with warnings.catch_warnings():

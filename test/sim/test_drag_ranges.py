@@ -16,6 +16,8 @@ from cable_sim_ros.sim.checks.scene_warnings import part_warnings
 from cable_sim_ros.sim.layout import layout_of
 from cable_sim_ros.sim.simulator import Simulator
 
+pytestmark = pytest.mark.trust
+
 BARE = "cable.sections.bare."
 
 
@@ -121,9 +123,9 @@ def test_angles_outside_those_of_the_source():
 
 
 def test_the_printed_law_at_angles_where_its_normal_drag_is_negative():
-    """The scene of the thesis has them, at the body's end of its bare part."""
+    """The scene of the thesis has them, at the body's end of its bare part; there its author accepts it."""
     with pytest.warns(SceneWarning, match="7.71 to 14.8 deg, the range 8 to 90 deg: f_n is negative below 8 deg"):
-        load_scene("full_scale_westin")
+        override(load_scene("full_scale_westin"), {})
 
 
 def test_a_constant_outside_those_of_the_source():

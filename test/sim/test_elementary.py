@@ -5,6 +5,8 @@ import pytest
 
 from cable_sim_ros.sim.tables.elementary import exp, log, power, principal, product, tanh
 
+pytestmark = pytest.mark.trust
+
 RNG = np.random.default_rng(3)
 
 

@@ -21,6 +21,8 @@ from cable_sim_ros.sim.simulator import Simulator
 from cable_sim_ros.sim.statics.route import Route
 from verification.experiments.drum import hanging, started
 
+pytestmark = pytest.mark.trust
+
 STANDS = {"sheave.friction": 0.1, "sheave.bearing_friction": 10.0}
 TURNS = {"sheave.friction": 0.1, "sheave.bearing_friction": 0.02}
 RATE, SPAN_WEIGHT = 0.5, 3.816  # m/s, N/m

@@ -10,6 +10,8 @@ from cable_sim_ros.sim.inputs import WinchCommand
 from cable_sim_ros.sim.live_parameters import changed, set_live, ways
 from cable_sim_ros.sim.simulator import Simulator
 
+pytestmark = pytest.mark.trust
+
 
 @pytest.fixture
 def sim():

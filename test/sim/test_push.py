@@ -6,7 +6,7 @@ from math import nan, pi
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from cable_sim_ros.physics.inputs import COMMAND_ROWS, EPOCH, MOTION_ROWS, SOURCE, make_inputs
@@ -15,6 +15,8 @@ from cable_sim_ros.physics.state import records
 from cable_sim_ros.physics.tick_output import Source
 from cable_sim_ros.sim.inputs import InputError, ShipMotion, WinchCommand, push
 from cable_sim_ros.sim.tables.attitude import angle_rates, angles_of, body_rates, to_world
+
+pytestmark = pytest.mark.trust
 
 STILL = {"position": (0, 0, 0), "velocity": (0, 0, 0), "rate": (0, 0, 0), "attitude": (0, 0, 0)}
 GAP = 1.5  # s
@@ -25,7 +27,6 @@ def moved(time_ns=0, **values):
     return ShipMotion(time_ns=time_ns, **(STILL | values))
 
 
-@settings(deadline=None)  # compiles
 @given(st.tuples(angle, angle, st.floats(-3.0, 3.0)), st.tuples(angle, angle, angle))
 def test_body_rates_become_the_rates_that_the_kernels_turn_by(angles, rate):
     rates = angle_rates(*angles[:2], rate)

@@ -18,6 +18,8 @@ from cable_sim_ros.sim.rules.latch import RULES, rules_markdown
 from cable_sim_ros.sim.rules.rainflow import Bends, Rainflow
 from cable_sim_ros.sim.rules.watch import rule_watch, watched
 
+pytestmark = pytest.mark.trust
+
 BREAKS = 20_000.0
 MOTOR = {
     "drive.model": "motor",
@@ -138,7 +140,7 @@ def by_the_book(history):
     return counts
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=200)
 @given(st.lists(st.integers(-20, 20), min_size=1, max_size=80), st.lists(st.integers(0, 80), max_size=4))
 def test_any_history_in_any_pieces_is_counted_by_the_book(history, cuts):
     counter, at = Rainflow(lambda size: size**3, bin_width=1.0), [0, *sorted(min(c, len(history)) for c in cuts), None]
@@ -311,7 +313,7 @@ def wild(seed, count):
     )
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(st.integers(0, 2**32), st.integers(1, 400), st.lists(st.integers(0, 400), max_size=6))
 @example(104, 126, [52])  # a piece without a reading, between two that break the rule
 def test_the_result_does_not_depend_on_the_cut(full, seed, count, cuts):

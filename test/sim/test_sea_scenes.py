@@ -15,6 +15,8 @@ from cable_sim_ros.physics.water import CurrentFrame, CurrentTable, CurrentVaria
 from cable_sim_ros.sim.tables.current import flow_of
 from cable_sim_ros.sim.tables.sea_tables import eddy_table, jonswap, sea_of, wave_number, wave_table
 
+pytestmark = pytest.mark.trust
+
 G = 9.81
 
 

@@ -13,6 +13,8 @@ from cable_sim_ros.physics.heave_compensation import EXCESS_TENSION
 from cable_sim_ros.sim.compensation_setup import impedance
 from cable_sim_ros.sim.simulator import Simulator
 
+pytestmark = pytest.mark.trust
+
 
 def warned(name: str, **changes) -> list[str]:
     """Warnings of a shipped scene with changes."""

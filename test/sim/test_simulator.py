@@ -17,6 +17,8 @@ from cable_sim_ros.sim.layout import layout_of
 from cable_sim_ros.sim.loop import _drive
 from cable_sim_ros.sim.simulator import Simulator, SolverError, StartError
 
+pytestmark = pytest.mark.trust
+
 ROOT = Path(__file__).parents[2]
 SCENES = sorted(path for path in (ROOT / "config").glob("*.yaml") if not is_span(path))
 

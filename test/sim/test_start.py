@@ -20,6 +20,8 @@ from cable_sim_ros.sim.layout import layout_of
 from cable_sim_ros.sim.simulator import Simulator, StartError
 from verification.meshes.mesh_tows import armoured, one, tow
 
+pytestmark = pytest.mark.trust
+
 CONFIG = Path(__file__).parents[2] / "config"
 # the tow of the issue: thrown off its sheave it hung at 21.9 m in place of 13.7
 SOFT = {"cable.axial_stiffness": 2e5, "towbody.net_weight": 4000.0, "towbody.mass": 700.0, "setpoint.algorithm": "hold"}

@@ -12,6 +12,8 @@ from cable_sim_ros.physics.tick_output import Flag
 from cable_sim_ros.sim.layout import layout_of
 from cable_sim_ros.sim.simulator import Simulator
 
+pytestmark = pytest.mark.trust
+
 HEAVE = {"side_scan": (1.2, 8.0), "lowered_ctd": (1.2, 8.0), "flume": (0.02, 2.0)}  # m, s
 COMPENSATED = ("side_scan", "lowered_ctd")  # hauling in stops 1 m from the end: the flume has no more than that
 

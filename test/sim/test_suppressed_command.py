@@ -14,6 +14,8 @@ from hardware_component import INTERFACES, Component, Joint, Message
 from cable_sim_ros import ShipMotion, Simulator, WinchCommand, load_scene
 from cable_sim_ros.physics.tick_output import Flag
 
+pytestmark = pytest.mark.trust
+
 RATE, SECONDS = 0.3, 6.0
 
 

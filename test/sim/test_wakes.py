@@ -18,6 +18,8 @@ from cable_sim_ros.sim.rig.rig import Rig, RigError, cable_of
 from cable_sim_ros.sim.simulator import Simulator
 from cable_sim_ros.sim.wake_tables import min_tensions, wave_length
 
+pytestmark = pytest.mark.trust
+
 CTD = {"water.current": [0.05, 0.0], "winch.scope": 60.0}  # slow water, and elements short enough for its vortices
 
 

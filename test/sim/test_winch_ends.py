@@ -12,6 +12,8 @@ from cable_sim_ros.runs import offline
 from cable_sim_ros.sim.inputs import InputError, WinchCommand
 from cable_sim_ros.sim.simulator import Simulator
 
+pytestmark = pytest.mark.trust
+
 TICK = 0.05  # s
 STOPPED = Flag.DRUM_END | Flag.WINCH_LIMIT
 

@@ -22,6 +22,8 @@ from cable_sim_ros.tools.spans.span_file import SpanFile, natural_frequency
 from cable_sim_ros.tools.spans.to_frequency import drag_coefficient, frequency_case, in_span_file, load_cases, problems
 from verification.experiments.wake import WATER, changed
 
+pytestmark = pytest.mark.trust
+
 # of a file for `cable-sim viv`: of a span file, the same number
 SAME = {
     "cable.length": "span.cases.<name>.length",

@@ -22,6 +22,8 @@ from cable_sim_ros.tools.spans.in_frequency.span import Span
 from cable_sim_ros.tools.spans.picture_in_frequency import compose
 from verification.experiments import run as run_experiment
 
+pytestmark = pytest.mark.trust
+
 DOCS = Path(__file__).resolve().parents[2] / "docs"
 PAGE = (DOCS / "viv.md").read_text("utf-8")
 EXPERIMENTS = (DOCS / "experiments.md").read_text("utf-8").partition("\n## viv\n")[2].partition("\n## ")[0]
@@ -378,7 +380,6 @@ def test_the_sensitivity_is_printed_as_a_table(monkeypatch):
     assert result.exit_code == 0 and "reading B of the lift" in result.stdout and "least zeta %" in result.stdout
 
 
-@pytest.mark.slow
 def test_printed_figures_stand_beside_ours_on_the_page_of_experiments_and_those_apart_say_why(tmp_path):
     result = run_experiment("viv", 1.0)
     page = numbers(EXPERIMENTS.partition("Chosen otherwise")[0])

@@ -14,6 +14,8 @@ from cable_sim_ros.tools.spans.in_frequency.modes import exact_frequencies, freq
 from cable_sim_ros.tools.spans.in_frequency.response import correlation_length, count_modes
 from cable_sim_ros.tools.spans.in_frequency.span import Region, Shape
 
+pytestmark = pytest.mark.trust
+
 FILES = ("capozucca_5_5", "capozucca_5_7", "capozucca_5_11", "capozucca_5_15")
 
 

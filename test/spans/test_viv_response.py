@@ -14,6 +14,8 @@ from cable_sim_ros.tools.spans.in_frequency.modes import frequencies, modal_mass
 from cable_sim_ros.tools.spans.in_frequency.response import vibration
 from verification.experiments.viv import CASES, as_printed
 
+pytestmark = pytest.mark.trust
+
 
 @pytest.mark.parametrize("name, f, value", [("capozucca_5_5", 2.77, 0.027935), ("capozucca_5_7", 2.78, 0.027740)])
 def test_green_s_function_at_the_middle(name, f, value):
@@ -34,7 +36,7 @@ lines = st.builds(
 )  # fmt: skip
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(lines, st.floats(0.0, 17.0), st.floats(0.0, 17.0), st.floats(1e-3, 1e6), st.floats(1e-6, 3.0))
 def test_green_s_function_is_bounded_and_goes_both_ways(line, s, x, omega, ratio):
     """Whatever the mode number; sinh of the travel time would overflow from a few hundred on."""
@@ -163,7 +165,7 @@ spans = st.builds(
 )  # fmt: skip
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(spans)
 def test_spectra_are_positive_and_their_sum_is_the_mean_square(case):
     found = vibration(case)

@@ -20,12 +20,11 @@ from verification.stress.n20_n21_n22_winch_at_work import SOFT, undragged
 from verification.stress.tows import finite, held, started
 from verification.stress.verdict import IS, WITHIN, Metric
 
-QUICK = ["N1", "N3", "N4", "N5", "N6", "N7", "N10", "N12", "N13", "N15", "N16", "N17", "N18", "N19", "N20", "N25"]
-QUICK += ["N26", "N27", "N28"]
+QUICK = ["N1", "N3", "N5", "N13", "N19", "N20", "N26", "I10"]  # one of a kind
 BAGS = ["I10", "I11", "I12", "I14", "I16", "S1", "S2", "S3"]
 
 
-@pytest.mark.parametrize("name", [*QUICK, "N9", *BAGS])
+@pytest.mark.parametrize("name", QUICK)
 def test_quick(name):
     verdict = run((name,), quick=True)[0]
     assert verdict.passed, [f"{f.name}: {f.value} ({f.bound})" for f in verdict.metrics if f.passed is False]

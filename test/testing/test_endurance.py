@@ -9,7 +9,6 @@ import pytest
 from cable_sim_ros.testing import shared_memory
 
 
-@pytest.mark.ros
 @pytest.mark.skipif(os.environ.get("NUMBA_DISABLE_JIT") == "1", reason="needs the speed")
 def test_nothing_is_left_of_nodes_that_were_stopped_and_killed():
     pytest.importorskip("rclpy")

@@ -107,7 +107,7 @@ def test_in_lockstep_nothing_is_sent_before_the_clock_comes_to_it():
         assert feeder.add([Event(7, 0, "imu", data)], first=10) > 13, "behind what is queued"
         for now, count in ((9, 0), (11, 2), (13, 4)):
             feeder.clock(now)
-            deadline = time.monotonic() + 5.0
+            deadline = time.monotonic() + 60.0
             while len(sent) < count and time.monotonic() < deadline:
                 time.sleep(0.001)
             assert [message.stamp for message in sent] == list(range(10, 10 + count))

@@ -15,7 +15,6 @@ PAGE = (ROOT / "docs" / "testing.md").read_text("utf-8")
 BLOCKS = re.findall(r"^```python\n(.*?)^```", PAGE, re.S | re.M)
 
 
-@pytest.mark.ros
 @pytest.mark.skipif(os.environ.get("NUMBA_DISABLE_JIT") == "1", reason="needs the speed")
 def test_the_first_test_of_the_page_passes_as_it_stands_there(tmp_path):
     pytest.importorskip("rclpy")

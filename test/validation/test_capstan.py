@@ -14,6 +14,8 @@ from cable_sim_ros.physics.workspace import RUBBED
 from cable_sim_ros.sim.rig.rig import Rig, cable_of
 from verification.bend import MOVING, Bend, Walk, drum, pieces, pulls
 
+pytestmark = pytest.mark.trust
+
 RADIUS, WRAP, PULL, SPEED, SLIP = 0.25, 1.2, 1000.0, 0.3, 1e-3
 LEAD, SIZE, STEP, RISE = 1.0, 0.02, 0.01, 0.1  # m, m, s, s
 # contact spreads over the penetration's chord, 2 sqrt(2 x 1e-3) of 1.2 rad by contact points of 0.02 m; the regularised

@@ -13,6 +13,8 @@ from scipy.optimize import brentq
 
 from verification.cases import Case, CaseError, Fidelity, Output, run_case
 
+pytestmark = pytest.mark.trust
+
 PUBLISHED = {
     "diameter_m": 0.396,
     "mass_per_length_kg_m": 165.0,

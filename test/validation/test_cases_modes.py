@@ -8,6 +8,8 @@ from case_bench import check
 from scipy.optimize import brentq
 from scipy.special import j0, j1, jn_zeros, y0, y1
 
+pytestmark = pytest.mark.trust
+
 
 @pytest.mark.parametrize(("length", "mass", "count"), [(10.0, 0.389, 5), (35.0, 2.0, 3)])
 def test_hanging_chain(length, mass, count):

@@ -8,6 +8,8 @@ from case_bench import check
 from scipy.integrate import solve_bvp, trapezoid
 from scipy.optimize import fsolve
 
+pytestmark = pytest.mark.trust
+
 
 def elastic_catenary(span, rise, length, weight, ea):
     """Irvine (1981), Cable Structures, 2.3: x(s), z(s) for T = EA strain; unknown end force (H, V) at the origin."""

@@ -8,6 +8,8 @@ from equilibrium import Bench, settle
 from scipy.integrate import solve_bvp, trapezoid
 from scipy.optimize import brentq
 
+pytestmark = pytest.mark.trust
+
 
 def elastica_tip(load: float) -> tuple[float, float]:
     """Tip of an inextensible cantilever of unit length with EI = 1 and a transverse dead tip load (Bisshopp-Drucker

@@ -11,6 +11,8 @@ from cable_sim_ros.io.scenes.load import load_scene, override
 from cable_sim_ros.physics.ancf import MASS_PER_LENGTH
 from cable_sim_ros.sim.layout import layout_of
 
+pytestmark = pytest.mark.trust
+
 MASS, BODY, GRAVITY = 0.389, 250.0, 9.81
 
 

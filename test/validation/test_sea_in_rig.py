@@ -16,6 +16,8 @@ from cable_sim_ros.runs import offline
 from cable_sim_ros.sim.rig.rig import HALVED, Rig, cable_of
 from cable_sim_ros.sim.simulator import Simulator
 
+pytestmark = pytest.mark.trust
+
 RHO, G, D, CD, CA = 1026.0, 9.81, 0.05, 1.2, 1.0
 AREA = 0.25 * np.pi * D**2
 HEIGHT, PERIOD = 0.6, 4.0

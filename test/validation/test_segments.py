@@ -13,6 +13,8 @@ from cable_sim_ros.sim.rig.rig import Rig, cable_of
 from verification.experiments import run
 from verification.experiments.segments import printed
 
+pytestmark = pytest.mark.trust
+
 
 def test_every_figure_is_within_what_is_allowed():
     """R1 to R4: 1e-4 m for the same links, 1e-3 m for the steady R4; ancf as a smooth cable."""

@@ -10,6 +10,8 @@ from scipy.special import j0, jn_zeros
 from cable_sim_ros.io.scenes.load import scene_from_dict
 from cable_sim_ros.sim.simulator import Simulator
 
+pytestmark = pytest.mark.trust
+
 LENGTH, MASS, GRAVITY = 10.0, 0.389, 9.81
 
 

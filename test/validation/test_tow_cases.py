@@ -14,6 +14,8 @@ from cable_sim_ros.physics.fairing import PRESETS, dressed
 from cable_sim_ros.physics.section import material_of
 from cable_sim_ros.sim.simulator import Simulator
 
+pytestmark = pytest.mark.trust
+
 CONFIG = Path(__file__).parents[2] / "config"
 
 

@@ -49,6 +49,7 @@ def test_set_points_and_drums_of_the_whole_tow_are_told_apart():
     assert series(row._replace(scene="P5")) == "cable_sim_ros"
 
 
+@pytest.mark.nightly
 def test_the_cost_of_the_water_is_a_command(monkeypatch, tmp_path):
     monkeypatch.setattr(water_cost, "SECONDS", 0.1)
     done = CliRunner().invoke(commands.main, ["bench", "--water", "--repeats", "1", "--out", str(tmp_path)])
@@ -73,6 +74,7 @@ def test_a_worker_is_counted_while_all_of_them_have_work(monkeypatch):
     assert timed.whole == pytest.approx(120.0 / 20.0)
 
 
+@pytest.mark.nightly
 def test_the_throughput_of_a_sweep_is_a_command(monkeypatch, tmp_path):
     monkeypatch.setattr(sweep_cost, "SECONDS", 1.0)
     monkeypatch.setattr(sweep_cost, "CASES", 4)
@@ -85,6 +87,7 @@ def test_the_throughput_of_a_sweep_is_a_command(monkeypatch, tmp_path):
     assert len((tmp_path / "sweep.md").read_text().splitlines()) == 2 + len(rows)
 
 
+@pytest.mark.nightly
 def test_the_cost_of_each_feature_is_a_command(monkeypatch, tmp_path):
     monkeypatch.setattr(features, "STEPS", 2)
     done = CliRunner().invoke(commands.main, ["bench", "--features", "--repeats", "1", "--out", str(tmp_path)])
@@ -95,6 +98,7 @@ def test_the_cost_of_each_feature_is_a_command(monkeypatch, tmp_path):
     assert done.stdout == (tmp_path / "features.md").read_text() and len(done.stdout.splitlines()) == 2 + len(rows)
 
 
+@pytest.mark.nightly
 def test_the_mesh_at_the_sheave_is_a_command(monkeypatch):
     monkeypatch.setattr(sheave, "RATIOS", (6.0, 1.0, 0.15))
     monkeypatch.setattr(sheave, "PHASES", (0.0,))
@@ -108,6 +112,7 @@ def test_the_mesh_at_the_sheave_is_a_command(monkeypatch):
     assert "| resultant | 6 | 6 | 6 | 6 |" in text and "largest_line_load" in text
 
 
+@pytest.mark.nightly
 def test_the_whole_tow_has_both_drums_and_says_what_feeding_brings(monkeypatch):
     monkeypatch.setattr(tow_bench, "SECONDS", 3.0)
     monkeypatch.setattr(tow_bench, "SKIP", 1.0)
@@ -130,6 +135,7 @@ def test_the_whole_tow_has_both_drums_and_says_what_feeding_brings(monkeypatch):
     assert all("cm" in bench.cells(r)[6] for r in rows)
 
 
+@pytest.mark.nightly
 def test_a_haul_and_back_is_a_row(monkeypatch):
     monkeypatch.setattr(haul_bench, "METRES", 24.0)
     monkeypatch.setattr(haul_bench, "STARTED", 20.0)  # s; the mean flow knows the haul after 5
@@ -160,6 +166,7 @@ def test_the_sea_has_its_height_and_comes_again():
     assert 1.0 / peak == pytest.approx(haul_bench.PERIOD, rel=0.15)
 
 
+@pytest.mark.nightly
 def test_a_deep_tow_is_a_row_a_step(monkeypatch):
     for name, value in (("DEEP_SECONDS", 24.0), ("DEEP_BEGIN", 12.0), ("DEEP_HAUL", 3.0), ("DEEP_TICKS", (0.05, None))):
         monkeypatch.setattr(haul_bench, name, value)
@@ -169,6 +176,7 @@ def test_a_deep_tow_is_a_row_a_step(monkeypatch):
     assert all(r.error_tension < 0.05 and r.error_position < 0.2 for r in rows)
 
 
+@pytest.mark.nightly
 def test_the_cost_of_a_haul_is_a_command(monkeypatch, tmp_path):
     monkeypatch.setattr(haul_cost, "SECONDS", 1.0)
     monkeypatch.setattr(haul_cost, "ON_DRUM", (50.0, 100.0))
@@ -187,6 +195,7 @@ def test_a_slope_is_per_hundred_metres():
     assert haul_cost.slope(points, "drum", 2) == pytest.approx(0.1) and abs(haul_cost.slope(points, "drum", 3)) < 1e-12
 
 
+@pytest.mark.nightly
 def test_the_longest_tick_is_a_command(monkeypatch):
     monkeypatch.setattr(ticks, "SECONDS", 2.0)
     done = CliRunner().invoke(commands.main, ["bench", "--ticks", "--json"])

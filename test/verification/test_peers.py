@@ -94,7 +94,6 @@ def test_fluid_force_of_a_rigid_link_is_the_drag_law():
     assert data.qfrc_fluid[1] == pytest.approx(friction, rel=1e-6)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     ("code", "scene"),
     [

@@ -71,7 +71,7 @@ def test_the_page_shows_the_tow(bag, run, tmp_path):
             _cameras(browser, tmp_path)
             _scrubs(browser, run)
             view.send_signal(signal.SIGINT)
-            assert view.wait(20.0) == 0
+            assert view.wait(115.0) == 0
             browser.until(lambda: not browser.text().startswith("cable-sim view: side_scan"))  # the page says it
             _saved(browser, saved, tmp_path)
     finally:

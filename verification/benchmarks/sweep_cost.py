@@ -107,7 +107,7 @@ def _timed(todo: list[Case], workers: int) -> tuple[Timed, None]:
 
 
 def markdown(rows: list[Throughput]) -> str:
-    """The table of docs/sweeps.md."""
+    """Throughput as a table."""
     head = (
         "| runs | simulated s per wall s | CPU s per simulated s | of a single run, a worker | with start and end, "
         f"{rows[0].cases} cases |\n|---|---|---|---|---|"

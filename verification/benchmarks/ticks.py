@@ -149,7 +149,7 @@ def ticks(seconds: float | None = None, progress: Callable[[str, float, float], 
 
 
 def markdown(found: Ticks) -> str:
-    """The line of docs/realtime.md."""
+    """A line of the ticks as a table."""
     return (
         "| elements | cable moved [m] | scheduler | ticks | missed | work p50 / p99 / p99.9 / longest [ms] |\n"
         "|---|---|---|---|---|---|\n"

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import os
+import re
 import warnings
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
@@ -34,6 +35,7 @@ FILES = {  # what a file is: the keys at its top that no other kind has, and whe
 Lines = Mapping[tuple, int]  # path of a value -> its line, from the YAML reader
 NO_LINES: Lines = MappingProxyType({})
 B = TypeVar("B", bound=Block)
+ACCEPTED = re.compile(r"\s# accepted: \S")  # its author has read what is said of this line, and says why it stays
 
 
 class SceneError(CableSimError, ValueError):
@@ -80,16 +82,17 @@ class Document(Generic[B]):
         return self.read(text, str(path))
 
     def read(self, text: str, origin: str) -> B:
-        """Of YAML text; origin names it in errors."""
+        """Of YAML text; origin names it in errors. A line that ends in `# accepted: why` is not warned of."""
         try:
             data, lines = parse(text)
         except YamlError as error:
             told = [f"{place(origin, line)}: {what}; {CONSEQUENCE}. Correct the YAML" for line, what in error.problems]
             raise self.error(told) from None
-        return self.check(data, origin, lines)
+        accepted = {number for number, line in enumerate(text.splitlines(), 1) if ACCEPTED.search(line)}
+        return self.check(data, origin, lines, accepted)
 
-    def check(self, data: Any, origin: str, lines: Lines = NO_LINES) -> B:
-        """Of plain data."""
+    def check(self, data: Any, origin: str, lines: Lines = NO_LINES, accepted: Collection[int] = ()) -> B:
+        """Of plain data; accepted: lines that are not warned of."""
         if not isinstance(data, Mapping):
             what = f"is {kind_of(data)}, expected keys and values such as `{self.example}`"
             raise self._refused(place(origin, lines.get((), 0)), what, "Begin")
@@ -102,19 +105,23 @@ class Document(Generic[B]):
             block = self.block.model_validate(data)
         except ValidationError as error:
             raise self.error(texts_of(error, data, origin, lines, self.block)) from None
-        return self.checked(block, origin, lines)
+        return self.checked(block, origin, lines, accepted)
 
-    def checked(self, block: B, origin: str, lines: Lines = NO_LINES) -> B:
+    def checked(self, block: B, origin: str, lines: Lines = NO_LINES, accepted: Collection[int] = ()) -> B:
         """The block itself, where its values fit each other."""
 
+        def at(problem: Problem) -> int:
+            return line_of(lines, tuple(problem.key.split(".")))
+
         def told(problem: Problem, consequence: str) -> str:
-            line = line_of(lines, tuple(problem.key.split(".")))
+            line = at(problem)
             return f"{place(origin, line)}: {problem.key} {problem.text}{consequence}. {problem.remedy}"
 
         if found := self.problems(block):
             raise self.error([told(problem, f"; {CONSEQUENCE}") for problem in found])
         for warning in self.warnings(block):
-            warnings.warn(told(warning, ""), SceneWarning, stacklevel=6)  # where load_scene is called
+            if at(warning) not in accepted:
+                warnings.warn(told(warning, ""), SceneWarning, stacklevel=6)  # where load_scene is called
         return block
 
     def _refused(self, where: str, why: str, remedy: str) -> SceneError:

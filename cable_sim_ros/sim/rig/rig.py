@@ -24,8 +24,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from ...compiler.compiling import prepare
-from ...compiler.jit import LANES, NO, YES
+from ...compiler.jit import LANES, NO, YES, prepare
 from ...errors import RunError
 from ...physics.ancf import AXIAL_DAMPING, EA, EI, MASS_PER_LENGTH, WEIGHT_PER_LENGTH
 from ...physics.cable_assembly import Cable

@@ -1,6 +1,6 @@
 """Logs made from a run of a shipped scene under a shipped bag, with known errors: each is found within its interval.
 
-`python test/runs/scores/test_made_logs.py` prints the table of docs/compare.md.
+`python test/runs/scores/test_made_logs.py` prints what is known and found as a table.
 """
 
 import numpy as np

@@ -1,0 +1,1 @@
+"""What a recovery or a tow needs of its winch."""
