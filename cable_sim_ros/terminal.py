@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import re
 import sys
+from collections.abc import Collection, Iterable, Sequence
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -50,3 +51,21 @@ def plain_console(width: int = 120, err: bool = False, **options: Any) -> Consol
 
     there = (sys.stderr if err else sys.stdout).isatty()
     return Plain(width=None if there else width, stderr=err, **options)
+
+
+def print_table(
+    title: str | Text | None,
+    columns: Sequence[str | Text],
+    rows: Iterable[Sequence[str | Text]],
+    left: Collection[str] = (),
+    width: int = 120,
+) -> None:
+    """A table on standard output; left: the columns of words, the others are of numbers; width: as of plain_console."""
+    from rich.table import Table
+
+    table = Table(title=title, title_justify="left")
+    for name in columns:
+        table.add_column(name, justify="left" if name in left else "right")
+    for row in rows:
+        table.add_row(*row)
+    plain_console(width).print(table)

@@ -2,25 +2,24 @@
 
 from __future__ import annotations
 
-import json
-import sys
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
+from cable_sim_ros.cli.answer import Answer, answers, json_of
 from cable_sim_ros.cli.number import Count, Number
-from cable_sim_ros.cli.out_folder import ready
+from cable_sim_ros.cli.options import folder_option, ready, workers_option
 from cable_sim_ros.cli.progress import progress_bar
 from cable_sim_ros.cli.report_option import report_option, said, typed
+from cable_sim_ros.errors import CODE_FAILED, CODE_OK
 from cable_sim_ros.limits import LONGEST_RUN
-from cable_sim_ros.terminal import plain_console, say
-from cable_sim_ros.tools.sweeps.command import WORKERS
+from cable_sim_ros.terminal import print_table, say
 
 from .experiments import EXPERIMENTS
 
-FAILED = 1  # exit code where a value is missing or a limit is not kept
-json_option = click.option("--json", "as_json", is_flag=True, help="Print the figures as JSON, nothing else.")
+if TYPE_CHECKING:
+    from .stress.verdict import Verdict
 
 
 @click.command()
@@ -29,32 +28,30 @@ json_option = click.option("--json", "as_json", is_flag=True, help="Print the fi
     "--fidelity",
     type=click.Choice(["verification", "realtime"]),
     default="verification",
-    show_default=True,
     help="Refined until settled, or the shipped step on a mesh for real time.",
 )
-@json_option
-def case(files, fidelity, as_json) -> None:
+@answers
+def case(files, fidelity) -> Answer:
     """Run verification cases: values from the product's own element, water, contact and integrator.
 
     With --json one object for one FILE, a list for several. Leaves with code 1 where a value is missing.
     """
     from .cases import Fidelity, load_case, run_case
+    from .cases.table import print_cases
 
     cases = [load_case(path) for path in files]
     done = []
-    with progress_bar(as_json) as progress:
+    with progress_bar() as progress:
         for i, one in enumerate(cases):
             progress(one.id, i, len(cases))
             done.append(run_case(one, Fidelity(fidelity)))
-    if as_json:
-        report = [metrics._asdict() for metrics in done]
-        say(json.dumps(report[0] if len(report) == 1 else report, indent=1), lines=True)
-    else:
-        from .cases.table import print_cases
-
-        print_cases(done, cases)
-    if any(o["value"] is None for metrics in done for o in metrics.outputs):
-        sys.exit(FAILED)
+    figures = [metrics._asdict() for metrics in done]
+    missing = any(o["value"] is None for metrics in done for o in metrics.outputs)
+    return Answer(
+        figures[0] if len(figures) == 1 else figures,
+        lambda: print_cases(done, cases),
+        code=CODE_FAILED if missing else CODE_OK,
+    )
 
 
 @click.command()
@@ -62,15 +59,14 @@ def case(files, fidelity, as_json) -> None:
 @click.option(
     "--duration",
     type=Number(0.5, LONGEST_RUN, "s"),
-    metavar="S",
     help="Seconds of each experiment in time; default: 10 of pulley, 300 of turbulence.",
 )
 @click.option("--quick", is_flag=True, help="Shorter runs and fewer choices; what was left out is said beside them.")
-@WORKERS
-@click.option("--out", type=click.Path(file_okay=False, path_type=Path), help="Folder for plots and figures.")
+@workers_option
+@folder_option("Folder for plots and figures.")
 @report_option
-@json_option
-def validate(names, duration, quick, workers, out, report, as_json) -> None:
+@answers
+def validate(names, duration, quick, workers, out, report) -> Answer:
     """Repeat experiments of the source documents (default: all): measured, ours, allowed and who says so.
 
     Figures are the same for any number of workers, but for CPU times.
@@ -82,24 +78,23 @@ def validate(names, duration, quick, workers, out, report, as_json) -> None:
     from .experiments.together import repeat
 
     drawn = out is not None or report is not None
-    with progress_bar(as_json, "runs") as progress:
+    with progress_bar(unit="runs") as progress:
         results = repeat(names or EXPERIMENTS, duration, progress, quick, workers_of(workers), drawn)
-    data = [as_data(result) for result in results]
     if report is not None:
         from .experiments.report import write_report
 
         said(write_report(results, report, typed()))
+    files = []
     if out is not None:
-        (out / "validate.json").write_text(json.dumps(data, indent=1) + "\n", "utf-8")
         (out / "validate.md").write_text(page(results), "utf-8")
         (out / "experiments.md").write_text(digest(results), "utf-8")
+        files = [("table", out / "validate.md"), *(("picture", result.plot(out)) for result in results)]
+
+    def tell() -> None:
         for result in results:
-            say(f"plot:      {result.plot(out)}", err=True)
-    if as_json:
-        say(json.dumps(data, indent=1), lines=True)
-        return
-    for result in results:
-        print_result(result)
+            print_result(result)
+
+    return Answer([as_data(result) for result in results], tell, out and out / "validate.json", files)
 
 
 # the keys of lab.stress.STRESS, whose import is long
@@ -111,26 +106,28 @@ STRESS_IDS = [*(f"N{i}" for i in range(1, 29)), "I10", "I11", "I12", "I14", "I16
     "ids", nargs=-1, type=click.Choice(STRESS_IDS, case_sensitive=False), metavar="[N1 ... N28, I10 ... I16, S1 ... S3]"
 )
 @click.option("--quick", is_flag=True, help="Shorter runs; what was shortened is in the notes.")
-@click.option("--out", type=click.Path(file_okay=False, path_type=Path), help="Folder for table and JSON.")
-@json_option
-def stress(ids, quick, out, as_json) -> None:
+@folder_option("Folder for table and JSON.")
+@answers
+def stress(ids, quick, out) -> Answer:
     """Stability stress (default: all): measured against the limits. Leaves with code 1 where one is missed."""
     ready(out)
     from . import stress as stresses
+
+    with progress_bar() as progress:
+        return judged("stress", stresses.run(tuple(ids), quick, progress), out)
+
+
+def judged(name: str, verdicts: list[Verdict], out: Path | None) -> Answer:
+    """Verdicts on limits: their table and JSON; code 1 where one is missed."""
     from .stress.table import markdown, print_verdicts
 
-    with progress_bar(as_json) as progress:
-        verdicts = stresses.run(tuple(ids), quick, progress)
-    report = [verdict.as_dict() for verdict in verdicts]
+    files = []
     if out is not None:
-        (out / "stress.json").write_text(json.dumps(report, indent=1, default=float) + "\n", "utf-8")
-        (out / "stress.md").write_text(markdown(verdicts) + "\n", "utf-8")
-    if as_json:
-        say(json.dumps(report, indent=1, default=float), lines=True)
-    else:
-        print_verdicts(verdicts)
-    if not all(verdict.passed for verdict in verdicts):
-        sys.exit(FAILED)
+        files = [("table", out / f"{name}.md")]
+        (out / f"{name}.md").write_text(markdown(verdicts) + "\n", "utf-8")
+    code = CODE_OK if all(verdict.passed for verdict in verdicts) else CODE_FAILED
+    figures = [verdict.as_dict() for verdict in verdicts]
+    return Answer(figures, lambda: print_verdicts(verdicts), out and out / f"{name}.json", files, code=code)
 
 
 # the scenes of bench.SCENES and against.TICKS, whose imports are long
@@ -160,22 +157,36 @@ BENCH_IDS, TICK_IDS = [f"P{i}" for i in range(1, 10)], ["full_scale", "side_scan
     "unless named.",
 )
 @click.option("--rounds", type=Count(1, 100), help="Rounds of --against, both versions in each. Default: 3.")
-@click.option("--out", type=click.Path(file_okay=False, path_type=Path), help="Folder for table, JSON and plots.")
-@json_option
+@folder_option("Folder for table, JSON and plots.")
+@answers
 def bench(
-    scenes, peers, repeats, features, sheave_mesh, promises, haul, ticks, water, sweep, against, rounds, out, as_json
-) -> None:
+    scenes, peers, repeats, features, sheave_mesh, promises, haul, ticks, water, sweep, against, rounds, out
+) -> Answer:
     """Run time against error on the benchmark scenes (default: all), medians of runs that take turns."""
     asked = {"features": features, "sheave_mesh": sheave_mesh, "mesh": promises, "haul": haul}
     studies = [name for name, on in (asked | {"ticks": ticks, "water": water, "sweep": sweep}).items() if on]
+    _refuse(studies, scenes, peers, repeats, against, rounds)
+    ready(out)
+    if against is not None:
+        return _compared(against, scenes, rounds, out)
+    return _study(studies[0], repeats, out) if studies else _timed(scenes, peers, repeats, out)
+
+
+def _refuse(
+    studies: list[str],
+    scenes: tuple[str, ...],
+    peers: bool,
+    repeats: int | None,
+    against: str | None,
+    rounds: int | None,
+) -> None:
+    """Refuse options that do not go together."""
     if against is not None:
         if studies or peers or repeats:
             raise click.UsageError(
                 "--against compares two versions of this project by themselves: beside it stand names of benchmarks, "
                 "--rounds, --out and --json alone; nothing was run. Leave the other options out"
             )
-        ready(out)
-        _compare(against, scenes, rounds, out, as_json)
         return
     if rounds:
         raise click.UsageError("--rounds are those of --against; nothing was run. Give --against COMMIT, or --repeats")
@@ -184,72 +195,50 @@ def bench(
             f"{' '.join(of_ticks)}: ticks have a time only beside another version; nothing was run. Give --against "
             f"COMMIT, or benchmarks from P1 to P9"
         )
-    if studies:
-        if len(studies) > 1 or scenes or peers:
-            raise click.UsageError(
-                "--features, --sheave-mesh, --mesh, --haul, --ticks, --water and --sweep each stand alone: no scene "
-                "and no --peers beside them"
-            )
-        if repeats and studies[0] not in ("features", "haul", "water", "sweep"):
-            option = "--" + studies[0].replace("_", "-")
-            raise click.UsageError(f"{option} repeats nothing; leave --repeats out")
-        ready(out)
-        _study(studies[0], repeats, out, as_json)
-        return
-    ready(out)
+    if len(studies) > 1 or (studies and (scenes or peers)):
+        raise click.UsageError(
+            "--features, --sheave-mesh, --mesh, --haul, --ticks, --water and --sweep each stand alone: no scene "
+            "and no --peers beside them"
+        )
+    if repeats and studies and studies[0] not in ("features", "haul", "water", "sweep"):
+        option = "--" + studies[0].replace("_", "-")
+        raise click.UsageError(f"{option} repeats nothing; leave --repeats out")
+
+
+def _timed(scenes: tuple[str, ...], peers: bool, repeats: int | None, out: Path | None) -> Answer:
+    """Run time against error on the benchmark scenes."""
     from .benchmarks import bench as benchmarks
 
-    with progress_bar(as_json) as progress:
+    with progress_bar() as progress:
         rows = benchmarks.bench(
             tuple(scenes) or benchmarks.SCENES,
             with_peers=peers,
             repeats=repeats or benchmarks.REPEATS,
             progress=progress,
         )
-    report = [benchmarks.as_json(row) for row in rows]
+    figures, files = [benchmarks.as_json(row) for row in rows], []
     if out is not None:
-        about = benchmarks.about()
-        (out / "bench.json").write_text(json.dumps({"about": about, "rows": report}, indent=1) + "\n", "utf-8")
+        (out / "bench.json").write_text(json_of({"about": benchmarks.about(), "rows": figures}) + "\n", "utf-8")
         (out / "bench.md").write_text(benchmarks.markdown(rows) + "\n", "utf-8")
-        for path in benchmarks.plots(rows, out):
-            say(f"plot:      {path}", err=True)
-    if as_json:
-        say(json.dumps(report, indent=1), lines=True)
-        return
-    from rich.table import Table
-
-    table = Table(title="Run time against error", title_justify="left")
-    for name in (
-        "scene",
-        "code",
-        "setting",
-        "elements",
-        "step ms",
-        "tension",
-        "position",
-        "CPU s/s",
-        "us/el/it",
-        "it/step",
-        "note",
-    ):
-        table.add_column(name)
-    for row in rows:
-        table.add_row(*benchmarks.cells(row))
-    plain_console(160).print(table)
+        files = [("figures", out / "bench.json"), ("table", out / "bench.md")]
+        files += [("picture", path) for path in benchmarks.plots(rows, out)]
+    columns = ("scene", "code", "setting", "elements", "step ms", "tension", "position", "CPU s/s", "us/el/it",
+               "it/step", "note")  # fmt: skip
+    cells = [benchmarks.cells(row) for row in rows]
+    return Answer(figures, lambda: print_table("Run time against error", columns, cells, columns, 160), files=files)
 
 
-def _compare(commit: str, names: tuple[str, ...], rounds: int | None, out: Path | None, as_json: bool) -> None:
+def _compared(commit: str, names: tuple[str, ...], rounds: int | None, out: Path | None) -> Answer:
     """Ratios to a commit: Markdown or JSON, both into the folder."""
     from .benchmarks import against
     from .benchmarks.bench import about
 
-    with progress_bar(as_json, "runs") as progress:
+    with progress_bar(unit="runs") as progress:
         found = against.compare(commit, names or against.BENCHMARKS, rounds or against.ROUNDS, out, progress)
-    data, text = {"about": about()} | against.as_json(found), against.markdown(found)
-    _written("against", data, text, out, as_json)
+    return _written("against", {"about": about()} | against.as_json(found), against.markdown(found), out)
 
 
-def _study(name: str, repeats: int | None, out: Path | None, as_json: bool) -> None:
+def _study(name: str, repeats: int | None, out: Path | None) -> Answer:
     """A study by the name of its option: Markdown or JSON, both into the folder."""
     found: Any
     data: Any
@@ -262,33 +251,33 @@ def _study(name: str, repeats: int | None, out: Path | None, as_json: bool) -> N
         from .meshes import mesh_other, mesh_promise
 
         found = mesh_promise.promises()
-        with progress_bar(as_json) as progress:
+        with progress_bar() as progress:
             others = mesh_other.others(progress=progress)
         data = {"tows": [row._asdict() for row in found], "other_tows": [row._asdict() for row in others]}
         text = mesh_other.page(mesh_promise.markdown(found), mesh_other.markdown(others))
     elif name == "haul":
         from .benchmarks import haul_cost
 
-        with progress_bar(False) as progress:
+        with progress_bar() as progress:
             found = haul_cost.study(repeats or haul_cost.TURNS, progress)
         data = found._asdict() | {"points": [point._asdict() for point in found.points]}
         text = haul_cost.markdown(found)
     elif name == "ticks":
         from .benchmarks import ticks
 
-        with progress_bar(False) as progress:
+        with progress_bar() as progress:
             found = ticks.ticks(progress=progress)
         data, text = found._asdict(), ticks.markdown(found)
     elif name == "water":
         from .benchmarks import water_cost
 
-        with progress_bar(as_json) as progress:
+        with progress_bar() as progress:
             found = water_cost.costs(repeats or water_cost.TURNS, progress)
         data, text = [row._asdict() | {"off": row.off, "on": row.on} for row in found], water_cost.markdown(found)
     elif name == "sweep":
         from .benchmarks import sweep_cost
 
-        with progress_bar(as_json) as progress:
+        with progress_bar() as progress:
             found = sweep_cost.throughput(turns=repeats or sweep_cost.TURNS, progress=progress)
         data, text = [row._asdict() for row in found], sweep_cost.markdown(found)
     else:
@@ -296,14 +285,14 @@ def _study(name: str, repeats: int | None, out: Path | None, as_json: bool) -> N
 
         found = data = sheave.sweeps()
         text = sheave.markdown(found)
-    _written(name, data, text, out, as_json)
+    return _written(name, data, text, out)
 
 
-def _written(name: str, data: Any, text: str, out: Path | None, as_json: bool) -> None:
+def _written(name: str, figures: Any, text: str, out: Path | None) -> Answer:
     if out is not None:
-        (out / f"{name}.json").write_text(json.dumps(data, indent=1) + "\n", "utf-8")
         (out / f"{name}.md").write_text(text + "\n", "utf-8")
-    say(json.dumps(data, indent=1) if as_json else text, lines=True)
+    files = [("table", out / f"{name}.md")] if out else []
+    return Answer(figures, lambda: say(text, lines=True), out and out / f"{name}.json", files)
 
 
 COMMANDS = (case, validate, stress, bench)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import sys
 import time
 import warnings
@@ -12,21 +11,37 @@ from pathlib import Path
 import click
 
 from .. import extensions
-from ..errors import CODE_DAMAGED, CODE_INPUT, NEEDS_ROS
+from ..errors import CODE_DAMAGED
 from ..files import write_text
 from ..limits import LONGEST_RUN, MAX_TOW_SPEED
 from ..terminal import clean, say
 from ..version import __version__
 from . import expected_errors
-from .bags import make_bags as make_bags_command
-from .bags import recover as recover_command
+from .answer import Answer, answers, asks_json
+from .expected_errors import need_ros
 from .mesh import mesh as mesh_command
 from .motion_options import SHIPPED_BAG, motion_options, simulated
 from .number import Number
-from .options import all_option, bag_options, json_option, markers_option, needs_out, out_option, settings_options
-from .out_folder import ready
-from .replay import replay as replay_command
-from .report import tell
+from .options import (
+    FILE,
+    all_option,
+    bag_options,
+    bag_scene_option,
+    folder_option,
+    force_option,
+    imu_option,
+    junit_option,
+    limits_option,
+    markers_option,
+    needs_out,
+    out_option,
+    ready,
+    setpoint_option,
+    settings_options,
+    start_option,
+)
+from .progress import progress_bar
+from .report import answer_of
 from .report_option import ARGUMENTS, report_option, reporting, unrecorded
 
 JSON = "cable_sim_ros.json"  # of click's context
@@ -108,7 +123,7 @@ def _warn(message: str, category: type[Warning], said: set[str], damaged: list[s
         say(f"warning: {message}", err=True)
 
 
-@click.group(cls=Commands, context_settings={"help_option_names": ["-h", "--help"]})
+@click.group(cls=Commands, context_settings={"help_option_names": ["-h", "--help"], "show_default": True})
 @click.version_option(__version__, prog_name="cable-sim")
 def main() -> None:
     """Simulate a shipboard cable tow: scenes are YAML files or names of shipped ones, bags are rosbag2 directories."""
@@ -121,7 +136,7 @@ def node(ros_arguments: tuple[str, ...]) -> None:
 
     ROS arguments are passed on, as in: --ros-args -p scene:=full_scale.
     """
-    _need_ros()
+    need_ros()
     from ..ros.node import main as node_main
 
     sys.exit(node_main(["node", *ros_arguments]))
@@ -148,44 +163,80 @@ def node(ros_arguments: tuple[str, ...]) -> None:
 @markers_option
 @report_option
 @all_option
-@json_option
-def run(scene, begin, as_json, report, out, **asked) -> None:
+@answers
+def run(scene, begin, report, out, **asked) -> Answer:
     """Simulate SCENE offline, as fast as it goes."""
     needs_out(asked["markers"], out)
     with reporting(report, out) as reporter:
-        result = simulated(scene, begin, as_json, out=reporter.folder, **asked)
+        result = simulated(scene, begin, out=reporter.folder, **asked)
         reporter.write(result)
-    tell(unrecorded(result, out), out, as_json)
+    return answer_of(unrecorded(result, out), out)
+
+
+@main.command()
+@click.argument("bag")
+@bag_scene_option
+@setpoint_option
+@settings_options
+@out_option
+@markers_option
+@limits_option
+@junit_option
+@report_option
+@all_option
+@answers
+def replay(bag, scene, algorithm, convention, topics, settings, out, markers, limits, junit, report) -> Answer:
+    """Simulate a recorded BAG again and print the residuals against what it recorded of the tow.
+
+    --limits: the scores of `cable-sim compare`, recorded against simulated, decide the exit code.
+    """
+    needs_out(markers, out)
+    scorer = extensions.part_of_a_run("scores") if limits or junit else None
+    if (limits or junit) and scorer is None:
+        raise click.UsageError(
+            "--limits and --junit need a part named scores among cable_sim.run_parts, and none is installed; nothing "
+            "was simulated. Install cable_sim_ros again"
+        )
+    asked = scorer.load_limits(limits) if scorer and limits else None
+    with reporting(report, out) as reporter:
+        with progress_bar() as progress:
+            from ..runs import offline
+            from ..runs.settings import settings_of, topics_of
+
+            result = offline.replay(
+                bag,
+                scene,
+                algorithm=algorithm,
+                settings=settings_of(settings, convention),
+                topics=topics_of(topics),
+                out=reporter.folder,
+                markers=markers,
+                progress=progress,
+            )
+        scores = scorer.score_replay(result, bag, asked, out) if scorer else None
+        reporter.write(result)
+    answer = answer_of(unrecorded(result, out), out)
+    return scorer.with_limits(answer, scores, junit) if scorer else answer
 
 
 @main.command()
 @click.argument("bag", default=SHIPPED_BAG)
-@click.option("--scene", default=SHIPPED_SCENE, show_default=True, help="Scene to simulate.")
-@click.option(
-    "--duration",
-    type=Number(1.0, LONGEST_RUN, "s"),
-    default=60.0,
-    show_default=True,
-    metavar="S",
-    help="Seconds of the bag to play.",
-)
-@click.option("--imu-only", is_flag=True, help="Leave the odometry of the bag out.")
-@click.option(
-    "--out",
-    type=click.Path(file_okay=False, path_type=Path),
-    help="Folder for the bag, figures and picture. Default: runs/<date and time>.",
-)
+@click.option("--scene", default=SHIPPED_SCENE, help="Scene to simulate.")
+@click.option("--duration", type=Number(1.0, LONGEST_RUN, "s"), default=60.0, help="Seconds of the bag to play.")
+@imu_option
+@folder_option("Folder for the bag, figures and picture. Default: runs/<date and time>.")
 @report_option
 @all_option
-@json_option
-def live(bag, scene, duration, imu_only, out, report, as_json) -> None:
+@answers
+def live(bag, scene, duration, imu_only, out, report) -> Answer:
     """Play BAG over real topics into the node, in real time: summary, picture, recorded bag."""
-    _need_ros()
+    need_ros()
     from ..io.recordings.recorded_run import load_run
     from ..io.scenes.load import load_scene
     from ..io.scenes.resources import find_bag
     from ..ros.play.live import live as run_live
     from ..runs.offline import Run, judged
+    from ..runs.result import write_summary
     from ..runs.summary import OUTSIDE, summarize
     from ..runs.transient import start_up
     from ..runs.verdict import played
@@ -196,7 +247,7 @@ def live(bag, scene, duration, imu_only, out, report, as_json) -> None:
     tow = load_scene(scene)  # a mistake is reported here, before any process is started
     out = out or Path("runs") / time.strftime("%Y%m%d_%H%M%S")
     ready(out)
-    quiet = (lambda *_: None) if as_json else None
+    quiet = (lambda *_: None) if asks_json() else None
     with reporting(report, out) as reporter:
         done = run_live(path, scene, duration, out, imu_only=imu_only, speed=tow.ship.tow_speed, progress=quiet)
     recorded = load_run(done["bag"])
@@ -207,9 +258,9 @@ def live(bag, scene, duration, imu_only, out, report, as_json) -> None:
     metrics.update(watched(tow, recorded.frames))
     result = Run(recorded.frames, metrics, node_metrics.get("problem", ""), Path(done["bag"]), scene=tow)
     judged(result, tow, of_node(node_metrics), played(recorded.frames))
-    write_text(out / "summary.json", json.dumps(result.metrics, indent=1) + "\n")
+    write_summary(out, result)
     reporter.write(result)
-    tell(result, out, as_json)
+    return answer_of(result, out)
 
 
 @main.command(context_settings=PASS_ON)
@@ -221,19 +272,14 @@ def live(bag, scene, duration, imu_only, out, report, as_json) -> None:
     help="Speed of sending; stamps keep their spacing.",
 )
 @click.option("--loop", is_flag=True, help="Begin again at the end, stamps going on.")
-@click.option(
-    "--start", type=Number(0.0, LONGEST_RUN, "s"), default=0.0, metavar="S", help="Seconds of the bag to skip."
-)
-@click.option(
-    "--duration", type=Number(0.0, LONGEST_RUN, "s"), metavar="S", help="Stop after so many seconds of the bag."
-)
-@click.option("--imu-only", is_flag=True, help="Leave the odometry out.")
+@start_option
+@click.option("--duration", type=Number(0.0, LONGEST_RUN, "s"), help="Stop after so many seconds of the bag.")
+@imu_option
 @click.option("--keep-stamps", is_flag=True, help="Send the recorded stamps instead of present ones.")
 @click.option("--lockstep", is_flag=True, help="Send by /clock, for a node with time_mode:=lockstep.")
 @click.option(
     "--speed",
     type=Number(-MAX_TOW_SPEED, MAX_TOW_SPEED, "m/s"),
-    metavar="M/S",
     help="Of the ship, for an imported bag whose log has none: ship.tow_speed of the scene.",
 )
 @bag_options
@@ -245,7 +291,7 @@ def play(
 
     It is sent in ENU axes: with --convention ned it is turned.
     """
-    _need_ros()
+    need_ros()
     from ..ros.play.player import play_bag
     from ..runs.settings import topics_of
 
@@ -266,9 +312,45 @@ def play(
     say(f"played {sent} messages", err=True)
 
 
+class DamagedBag(click.ClickException):
+    """Only a part of a bag could be read."""
+
+    exit_code = CODE_DAMAGED
+
+
+@main.command()
+@click.argument("source")
+@click.argument("target")
+def recover(source: str, target: str) -> None:
+    """Copy what can be read of the damaged or cut-off bag SOURCE (a path, or the name of a shipped one) into a new bag
+    TARGET. Exit code 3: not all of it."""
+    from ..io.recordings.recovery import recover as recover_bag
+    from ..io.scenes.resources import find_bag
+
+    result = recover_bag(find_bag(source), target)
+    say(f"{target}: {result.messages} messages over {result.duration:.2f} s")
+    if result.damage:
+        raise DamagedBag(str(result.damage))
+    say("the source was whole: nothing is missing")
+
+
+@main.command("make-bags")
+@click.option("--out", default="bags", help="Folder for the bags.")
+@click.option("--data", help="Folder of the source CSV files. Default: the shipped ones.")
+@click.option("--speed", type=Number(-MAX_TOW_SPEED, MAX_TOW_SPEED, "m/s"), default=2.2, help="Mean speed ahead.")
+@click.option("--only", multiple=True, metavar="NAME", help="Make this bag only; may be repeated.")
+@force_option("Replace bags that exist.")
+def make_bags(out: str, data: str | None, speed: float, only: tuple[str, ...], force: bool) -> None:
+    """Make the shipped bags of recorded ship motion from their 1 Hz sources."""
+    from ..runs.make_bags import make_bags as make
+
+    for row in make(out, data, speed=speed, only=only, force=force):
+        say(row)
+
+
 @main.command()
 @click.argument("page", default="parameters")
-@click.option("--out", type=click.Path(dir_okay=False, path_type=Path), help="File to write. Default: standard output.")
+@click.option("--out", type=FILE, help="File to write. Default: standard output.")
 def manual(page, out) -> None:
     """A PAGE of the manual in Markdown, made from the declarations.
 
@@ -288,8 +370,7 @@ def manual(page, out) -> None:
         write_text(out, text)
 
 
-for _command in (recover_command, make_bags_command, mesh_command, replay_command):
-    main.add_command(_command)
+main.add_command(mesh_command)
 
 NODE_MANUAL = """## Node
 
@@ -310,16 +391,3 @@ def fields_text() -> str:
     from ..runs import field_manual
 
     return field_manual.text()
-
-
-class NoRos(click.ClickException):
-    """rclpy cannot be imported."""
-
-    exit_code = CODE_INPUT
-
-
-def _need_ros() -> None:
-    try:
-        import rclpy  # noqa: F401
-    except ImportError as error:
-        raise NoRos(f"this command {NEEDS_ROS.format(error=error)}") from None

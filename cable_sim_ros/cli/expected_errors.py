@@ -2,10 +2,27 @@
 
 from __future__ import annotations
 
-import json
+from importlib import import_module
 
-from ..errors import CODE_FAILED, CODE_INPUT, CableSimError
+import click
+
+from ..errors import CODE_FAILED, CODE_INPUT, NEEDS_ROS, CableSimError
 from ..terminal import say
+from .answer import json_of
+
+
+class NoRos(click.ClickException):
+    """rclpy cannot be imported."""
+
+    exit_code = CODE_INPUT
+
+
+def need_ros() -> None:
+    """Refuse a command of the node where there is no ROS. Raises NoRos."""
+    try:
+        import_module("rclpy")
+    except ImportError as error:
+        raise NoRos(f"this command {NEEDS_ROS.format(error=error)}") from None
 
 
 def code_of(error: BaseException) -> int | None:
@@ -23,5 +40,5 @@ def report(error: BaseException, code: int, as_json: bool) -> int:
 
         verdict = getattr(error, "verdict", None)  # of what is no tow
         verdict = verdict or verdict_of([check(getattr(error, "cause", CableSimError.cause), str(error))])
-        say(json.dumps({"problem": str(error), "verdict": verdict.as_dict()}, indent=1), lines=True)
+        say(json_of({"problem": str(error), "verdict": verdict.as_dict()}), lines=True)
     return code

@@ -10,7 +10,7 @@ import click
 
 from ..limits import LONGEST_RUN
 from .number import Number
-from .options import Heave
+from .options import Heave, imu_option, setpoint_option
 from .progress import progress_bar
 
 if TYPE_CHECKING:
@@ -36,7 +36,6 @@ OPTIONS = (
     click.option(
         "--duration",
         type=Number(0.0, LONGEST_RUN, "s", above=True),
-        metavar="S",
         help="Seconds to simulate. Default: all the motion there is; 60 s of --heave or --rao; without motion a short "
         "settling; without a bag at least a minute more than --winch.",
     ),
@@ -53,8 +52,8 @@ OPTIONS = (
         "speed 1 over 60'; also port. Turns in deg, speed in m/s. Goes with --heave: docs/turns.md.",
     ),
     click.option("--faults", metavar="FILE", help="A scenario of what goes wrong when: docs/instruments.md."),
-    click.option("--setpoint", "algorithm", metavar="NAME", help="Set-point algorithm in place of the scene's."),
-    click.option("--imu-only", is_flag=True, help="Leave the odometry of the bag out."),
+    setpoint_option,
+    imu_option,
     click.option(
         "--step",
         type=click.Choice(["chosen", "fixed"]),
@@ -64,7 +63,6 @@ OPTIONS = (
     click.option(
         "--every",
         type=Number(1e-4, 1.0, "s"),
-        metavar="S",
         help="Seconds between tick outputs. Default: solver.tick of the scene; 0.1 where it does not choose steps "
         "itself, or less for rules that read the tension oftener or a motor's controller that is faster.",
     ),
@@ -81,8 +79,8 @@ def motion_options(command: Callable) -> Callable:
 def simulated(
     scene: str | None,
     begin: Path | None,
-    quiet: bool,
     *,
+    quiet: bool = False,
     motion: str | None,
     heave: tuple[float, float] | None,
     rao: str | None,
@@ -103,7 +101,7 @@ def simulated(
         raise click.UsageError("Missing argument 'SCENE' (or --from FILE)")
     if scene is not None and step is None:
         step = "chosen"
-    with progress_bar(quiet) as progress:
+    with progress_bar(quiet=quiet) as progress:
         from ..runs import offline
         from ..runs.resume import Resumed
         from ..runs.settings import settings_of, topics_of

@@ -19,6 +19,10 @@ class Number(click.FloatRange):
         self.unit = f" {unit}" if unit else ""
         self.range = f"{'(' if above else '['}{minimum:g}, {maximum:g}]{self.unit}"
 
+    def get_metavar(self, param: click.Parameter, ctx: click.Context) -> str | None:
+        """In the help the unit stands for the number."""
+        return self.unit.strip().upper() or None
+
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
         """The number; a usage error, code 2, where it is none, not finite or out of range."""
         try:

@@ -1,15 +1,18 @@
-"""Options that mean the same in every command that takes them."""
+"""Options that mean the same in every command that takes them, and what they are checked for."""
 
 from __future__ import annotations
 
+import tempfile
 from collections.abc import Callable
 from math import isfinite
 from pathlib import Path
 
 import click
 
+from ..limits import LONGEST_RUN
 from .number import Number
 
+FILE, FOLDER = click.Path(dir_okay=False, path_type=Path), click.Path(file_okay=False, path_type=Path)
 CONVENTION_HELP = "Axes of the IMU and odometry messages in the bag; the node's motion.convention."
 TOPIC_HELP = (
     "Topic of the bag for a kind (imu, odometry, command, command_position, command_velocity), as in imu=/mru/imu. May "
@@ -19,8 +22,22 @@ SET_HELP = (
     "A value by its dotted key, as the node's parameters: of the scene (water.density=1000), or of how messages are "
     "taken in (heave.imu_position=[1, 0, 2]). May be repeated."
 )
-json_option = click.option("--json", "as_json", is_flag=True, help="Print the figures as JSON, nothing else.")
 EVERYTHING = "cable_sim_ros.everything"  # of click's context: print all figures
+
+
+def folder_option(text: str) -> Callable:
+    """--out of a command that writes several files; text: its help."""
+    return click.option("--out", type=FOLDER, help=text)
+
+
+def set_option(text: str = SET_HELP) -> Callable:
+    """--set; text: its help."""
+    return click.option("--set", "settings", multiple=True, metavar="KEY=VALUE", help=text)
+
+
+def force_option(text: str = "Replace a file that is there.") -> Callable:
+    """--force; text: its help."""
+    return click.option("--force", is_flag=True, help=text)
 
 
 def _everything(context: click.Context, param: click.Parameter, value: bool) -> None:
@@ -34,29 +51,67 @@ all_option = click.option(
     callback=_everything,
     help="Print every figure with its meaning, not only those that matter most for this run.",
 )
-out_option = click.option(
-    "--out", type=click.Path(file_okay=False, path_type=Path), help="Folder for the bag, figures and picture."
-)
-
+out_option = folder_option("Folder for the bag, figures and picture.")
 limits_option = click.option(
     "--limits",
-    type=click.Path(dir_okay=False, path_type=Path),
+    type=FILE,
     metavar="FILE",
     help="YAML file of limits that the scores must keep: exit code 1 where one is violated or was not scored.",
 )
 junit_option = click.option(
-    "--junit",
-    type=click.Path(dir_okay=False, path_type=Path),
-    metavar="FILE",
-    help="Write limits and doubts as JUnit's XML to FILE.",
+    "--junit", type=FILE, metavar="FILE", help="Write limits and doubts as JUnit's XML to FILE."
 )
 markers_option = click.option(
     "--markers",
     type=Number(0.0, 1000.0, "Hz"),
     default=0.0,
-    metavar="HZ",
-    help="Rate of cable/markers in the bag of --out, for Foxglove and RViz. Default: none.",
+    show_default="none",
+    help="Rate of cable/markers in the bag of --out, for Foxglove and RViz.",
 )
+setpoint_option = click.option(
+    "--setpoint", "algorithm", metavar="NAME", help="Set-point algorithm in place of the scene's."
+)
+imu_option = click.option("--imu-only", is_flag=True, help="Leave the odometry of the bag out.")
+start_option = click.option(
+    "--start", type=Number(0.0, LONGEST_RUN, "s"), default=0.0, help="Seconds of the bag to skip."
+)
+bag_scene_option = click.option(
+    "--scene", help="Scene in place of the one kept in the bag; needed where the bag keeps none."
+)
+tow_scene_option = click.option("--scene", help="Scene in place of the one that the bag keeps or the node has.")
+workers_option = click.option(
+    "--workers", type=click.IntRange(1, 4096), help="Processes. Default: one a core that memory holds."
+)
+
+
+def node_options(wait: float) -> Callable:
+    """--namespace, --wait and --open: which node is listened to, and how; wait: default [s]."""
+
+    def with_options(command: Callable) -> Callable:
+        command = click.option(
+            "--open", "open_", is_flag=True, help="Listen to every host of the subnet, not to this one alone."
+        )(command)
+        command = click.option(
+            "--wait", type=Number(0.0, 3600.0, "s"), default=wait, help="How long to wait for the node."
+        )(command)
+        return click.option("--namespace", default="/tow_sim", help="Namespace of the node.")(command)
+
+    return with_options
+
+
+def ready(out: Path | None) -> None:
+    """Make the folder of --out and try to write in it, before anything is run; None: none was asked for.
+    click.UsageError, code 2, where not."""
+    if out is None:
+        return
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+        tempfile.TemporaryFile(dir=out).close()
+    except (OSError, ValueError) as error:  # ValueError: a NUL in the name
+        why = getattr(error, "strerror", None) or str(error)
+        raise click.UsageError(
+            f"--out {out}: cannot be made or written ({why}); nothing was run. Give a folder that can be"
+        ) from None
 
 
 def needs_out(markers: float, out: Path | None) -> None:
@@ -73,10 +128,8 @@ def bag_options(command: Callable) -> Callable:
 
 
 def settings_options(command: Callable) -> Callable:
-    """--convention, --topic and --set, which mean the same in every command that takes them."""
-    for option in (click.option("--set", "settings", multiple=True, metavar="KEY=VALUE", help=SET_HELP), bag_options):
-        command = option(command)
-    return command
+    """--convention, --topic and --set."""
+    return bag_options(set_option()(command))
 
 
 class Heave(click.ParamType):

@@ -7,18 +7,20 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 from ..terminal import clean, plain_console
+from .answer import asks_json
 
 
 @contextmanager
-def progress_bar(quiet: bool, unit: str = "s") -> Iterator[Callable[[str, float, float], None]]:
-    """Function (what, done, in all) that shows a bar on a terminal, else nothing; unit: of what is counted."""
-    if quiet or not sys.stderr.isatty():
+def progress_bar(unit: str = "s", quiet: bool = False) -> Iterator[Callable[[str, float, float], None]]:
+    """Function (what, done, in all) that shows a bar on a terminal, else nothing; unit: of what is counted; quiet:
+    show none, as with --json."""
+    if quiet or asks_json() or not sys.stderr.isatty():
         yield lambda what, done, total: None
         return
-    from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+    from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
     texts = (TextColumn(f"{{task.{name}}}", markup=False) for name in ("description", "fields[now]"))
-    columns = next(texts), BarColumn(), next(texts), TimeElapsedColumn()
+    columns = next(texts), BarColumn(), next(texts), TimeElapsedColumn(), TimeRemainingColumn()
     with Progress(*columns, console=plain_console(err=True), transient=True) as bar:
         task = bar.add_task("loading", total=None, now="")
         yield lambda what, done, total: bar.update(

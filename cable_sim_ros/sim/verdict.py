@@ -18,6 +18,10 @@ from ..physics.towbody import SLAM
 from .flag_rules import CHECKS, DAMAGE, DOUBTFUL, FAILED, MAX_STRESS, OK, REFUSED, REFUSED_S, RULES
 from .scene import Scene
 
+OF_A_RUN = {
+    DOUBTFUL: "the run came to its end, but figures cannot be taken as they are",
+    FAILED: "the run did not come to its end",
+}
 SURFACE_CROSSED = Flag.SURFACE_CROSSED.name
 METRICS_OF = {name: metrics for name, _, metrics, _ in CHECKS}
 STATE_OF = {rule.flag: rule.state for rule in RULES} | {name: state for name, state, _, _ in CHECKS}
@@ -77,17 +81,13 @@ class Verdict(NamedTuple):
         lasted = [f"{r.flag} {r.seconds:.3g} s" if r.seconds > 0.0 else r.flag for r in self.reasons]
         return f"{self.state.upper()}: {', '.join(lasted)}"
 
-    def lines(self, of: str = "verdict") -> list[str]:
-        """What the terminal says last; of: what is judged."""
+    def lines(self, of: str = "verdict", what: Mapping[str, str] = OF_A_RUN, page: str = "docs/flags.md") -> list[str]:
+        """What the terminal says last; of: what is judged; what: a state means, explained on a page."""
         notes = [f"  note: {note}" for note in self.notes]
         if self.state == OK:
             return [f"{of}: ok", *notes]
-        what = {
-            DOUBTFUL: "the run came to its end, but figures cannot be taken as they are",
-            FAILED: "the run did not come to its end",
-        }
         reasons = [f"  {reason}" for reason in self.reasons]
-        return [f"{of}: {self.state}: {what[self.state]} (docs/flags.md)", *reasons, *notes]
+        return [f"{of}: {self.state}: {what[self.state]} ({page})", *reasons, *notes]
 
 
 def verdict_of(reasons: Iterable[Reason]) -> Verdict:

@@ -11,6 +11,7 @@ import pytest
 from click.testing import CliRunner
 
 from cable_sim_ros.cli import commands, expected_errors
+from cable_sim_ros.cli.answer import Answer, answers, drawn
 from cable_sim_ros.cli.number import Number
 from cable_sim_ros.cli.options import Heave
 from cable_sim_ros.io.sources.motion_table import MotionError
@@ -222,6 +223,27 @@ def test_a_mistake_of_ours_keeps_its_traceback(monkeypatch):
     monkeypatch.setattr(offline, "run", broken)
     result = call("run", "full_scale")
     assert isinstance(result.exception, ValueError)
+
+
+@pytest.mark.parametrize("code", [0, 4])
+def test_an_answer_is_printed_written_and_left_with(code, tmp_path):
+    def no_matplotlib():
+        raise RuntimeError("matplotlib is not installed")
+
+    @click.command()
+    @answers
+    def one():
+        files = [("picture", Path("p.png")), ("state", None), *drawn(no_matplotlib)]
+        return Answer(
+            {"a": 1}, lambda: click.echo("table"), tmp_path / "a.json", files, ["odd"], ["verdict: that"], code
+        )
+
+    text, said = '{\n "a": 1\n}\n', f"picture:   p.png\nfigures:   {tmp_path / 'a.json'}\n"
+    done, as_json = CliRunner().invoke(one), CliRunner().invoke(one, ["--json"])
+    assert done.exit_code == as_json.exit_code == code and (tmp_path / "a.json").read_text() == text
+    warned = "warning: matplotlib is not installed\nodd\n"
+    assert (done.stdout, done.stderr) == (f"table\n{said}verdict: that\n", warned)
+    assert (as_json.stdout, as_json.stderr) == (text, warned + said + ("verdict: that\n" if code else ""))
 
 
 def test_json_is_all_that_is_printed():

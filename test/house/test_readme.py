@@ -10,8 +10,9 @@ import pytest
 from pydantic import ValidationError
 
 import cable_sim_ros
+from cable_sim_ros.cli.answer import deliver
 from cable_sim_ros.cli.commands import main
-from cable_sim_ros.cli.report import tell
+from cable_sim_ros.cli.report import answer_of
 from cable_sim_ros.io.messages import channels
 from cable_sim_ros.io.messages.channels import EVERY, Channel, Context, channels_of
 from cable_sim_ros.io.messages.instrument_channels import INSTRUMENTS
@@ -103,7 +104,7 @@ def test_what_the_readme_shows_of_a_run_is_what_a_run_prints(tmp_path, capsys):
     (block,) = re.findall(r"```text\n(.*?)```", README, re.S)
     rows = re.findall(r"^│ (\w+) +│ [\d.]+ │ (\w+) +│ (.*?) +│$", block, re.M)
     assert len(rows) == 3 and set(rows) <= set(SUMMARY)
-    tell(offline.run("full_scale", duration=1.0, out=tmp_path), tmp_path, as_json=False)
+    deliver(answer_of(offline.run("full_scale", duration=1.0, out=tmp_path), tmp_path), quiet=False)
     printed = capsys.readouterr().out.splitlines()
     assert all(any(line.startswith(f"│ {name} ") for line in printed) for name, *_ in rows)
     paths = [line.replace(f"{tmp_path}/", "runs/20261122_233406/") for line in printed if not line.startswith("│")]

@@ -8,11 +8,10 @@ import pytest
 from click.testing import CliRunner
 
 from cable_sim_ros.cli import commands
-from cable_sim_ros.io.recordings import recorded_run
 from cable_sim_ros.io.recordings.recorded_run import load_run
 from cable_sim_ros.io.scenes.load import SceneWarning, load_scene, override, scene_from_text
 from cable_sim_ros.io.scenes.resources import find_bag
-from cable_sim_ros.runs import offline
+from cable_sim_ros.runs import offline, recorded
 from cable_sim_ros.sim.layout import layout_of
 from cable_sim_ros.sim.verdict import check, verdict_of
 from cable_sim_ros.tools.plan.plan import NEEDS, most_power, motor_pull, needs_of, plan_markdown, plan_of
@@ -303,7 +302,7 @@ def test_a_recording_that_is_no_run_or_keeps_no_scene_has_no_plan(monkeypatch, m
     done = call("plan", find_bag("nbp1406"))
     assert done.exit_code == 2 and "has no topic 'sim/health'" in done.stderr
     run = load_run(made[3] / "tow")
-    monkeypatch.setattr(recorded_run, "load_run", lambda path: run._replace(custom_data={}))
+    monkeypatch.setattr(recorded, "load_run", lambda path: run._replace(custom_data={}))
     done = call("plan", made[3] / "tow")
     assert done.exit_code == 2 and "keeps no scene, so what its winch has is not known: no plan is made" in done.stderr
 

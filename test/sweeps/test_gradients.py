@@ -146,7 +146,7 @@ def test_gradients_of_a_doubtful_tow_say_so():
     heavy = ["--set", "towbody.mass=20000", "--set", "towbody.net_weight=190000", "--key", "winch.scope"]
     result = command("lowered_ctd", *heavy, "--json", code=4)
     (reason,) = json.loads(result.stdout)["verdict"]["reasons"]
-    assert reason["flag"] == "OVERLOAD" and "of a tow that cannot be taken as it is\n  OVERLOAD: " in result.stderr
+    assert reason["flag"] == "OVERLOAD" and "cannot be taken as it is (docs/flags.md)\n  OVERLOAD: " in result.stderr
 
 
 @pytest.mark.parametrize(

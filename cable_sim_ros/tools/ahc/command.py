@@ -2,22 +2,18 @@
 
 from __future__ import annotations
 
-import json
-import sys
-from pathlib import Path
 from typing import Any
 
 import click
 
+from ...cli.answer import Answer, answers, drawn, json_of
 from ...cli.number import Count
-from ...cli.out_folder import ready
+from ...cli.options import FILE, folder_option, ready
 from ...cli.progress import progress_bar
 from ...cli.report_option import report_option, said, typed
+from ...errors import CODE_FAILED, CODE_OK
 from ...files import read_text, write_text
 from ...terminal import plain_console, say
-
-FAILED = 1  # exit code where a re-run is not the leaderboard
-FILE = click.Path(dir_okay=False, path_type=Path)
 
 
 @click.command()
@@ -32,8 +28,8 @@ FILE = click.Path(dir_okay=False, path_type=Path)
     help="These cells alone, with * and ?, as in 'full_scale/*/dead_*'; may be repeated. No result to merge.",
 )
 @click.option("--quick", is_flag=True, help="Three cells of 20 s: does it work? No result to merge.")
-@click.option("--processes", type=Count(1, 64), default=2, show_default=True, help="Runs at a time.")
-@click.option("--out", type=click.Path(file_okay=False, path_type=Path), help="Folder for table, JSON and picture.")
+@click.option("--processes", type=Count(1, 64), default=2, help="Runs at a time.")
+@folder_option("Folder for table, JSON and picture.")
 @click.option("--merge", "result", type=FILE, metavar="AHC.json", help="Run nothing: add this result to --board.")
 @click.option("--check", is_flag=True, help="Run again what --board has of LAW... or the controller, and compare.")
 @click.option("--board", type=FILE, metavar="FILE.csv", help="The leaderboard of --merge, --check and --table.")
@@ -44,56 +40,17 @@ FILE = click.Path(dir_okay=False, path_type=Path)
     "--definition", "shown", is_flag=True, help="Run nothing: scenes, motions, classes and figures in Markdown."
 )
 @report_option
-@click.option("--json", "as_json", is_flag=True, help="Print the result as JSON, nothing else.")
-def ahc(
-    laws,
-    controller,
-    program,
-    name,
-    only,
-    quick,
-    processes,
-    out,
-    result,
-    check,
-    board,
-    replace,
-    table,
-    page,
-    shown,
-    report,
-    as_json,
-):
+@answers
+def ahc(laws, controller, program, name, only, quick, processes, out, result, check, board, replace, table, page,
+        shown, report) -> Answer | None:  # fmt: skip
     """The benchmark of heave compensators: set-point laws (default: all), or a controller of your own.
 
     Each run stands beside one with the winch held. With --check it leaves with code 1 where the leaderboard differs.
     """
-    one_of({"--merge": result, "--check": check, "--table": table, "--definition": shown})
-    if (board is None) != (not (result or check or table)):
-        raise click.UsageError(
-            "--board is the leaderboard of --merge, --check or --table, and they need it; nothing was done. Give both, "
-            "as in --check --board docs/ahc-1.csv"
-        )
-    for option, given, needed, there in (("--replace", replace, "--merge", result), ("--page", page, "--table", table)):
-        if given and not there:
-            raise click.UsageError(f"{option} belongs to {needed}; nothing was done. Leave it out")
-    asked = {
-        "LAW": laws,
-        "--controller": controller,
-        "--command": program,
-        "--only": only,
-        "--quick": quick,
-        "--out": out,
-        "--report": report,
-    }
-    for option, there in (("--merge", result), ("--table", table), ("--definition", shown)):
-        if there and (odd := [other for other, given in asked.items() if given]):
-            raise click.UsageError(f"{option} runs nothing; nothing was done. Leave {', '.join(odd)} out")
-    one_of({"LAW": laws, "--controller": controller, "--command": program})
-    if name and not (controller or program):
-        raise click.UsageError("--name is that of --controller or --command; nothing was run. Leave it out")
-    if quick and (only or check):
-        raise click.UsageError("--quick stands alone: no --only and no --check beside it; nothing was run")
+    modes = {"--merge": result, "--check": check, "--table": table, "--definition": shown}
+    entrants = {"LAW": laws, "--controller": controller, "--command": program}
+    others = {"--only": only, "--quick": quick, "--out": out, "--report": report}
+    refuse(modes, entrants, others, {"--board": board, "--replace": replace, "--page": page, "--name": name})
     if shown:
         from .tables import definition_markdown, figures_markdown
 
@@ -106,14 +63,35 @@ def ahc(
         if check:
             checkable(board, laws or ((name,) if name else ()))
         ready(out)
-        done = run(entrants_of(laws, controller, program, name, board), only, quick, processes, as_json)
-        tell(done, out, as_json, quiet=check)
+        done = run(entrants_of(laws, controller, program, name, board), only, quick, processes)
+        files = written(done, out)
         if report is not None:
             from .report import write_report
 
             said(write_report(done, report, typed()))
-        if check:
-            compare(done, board, as_json)
+        return differences(done, board, files) if check else Answer(done, lambda: tell(done), files=files)
+    return None
+
+
+def refuse(modes, entrants, others, beside):
+    """Refuse options that do not go together: what is done, who runs, options of a run, and those of one of these."""
+    one_of(modes)
+    if (beside["--board"] is None) != (not (modes["--merge"] or modes["--check"] or modes["--table"])):
+        raise click.UsageError(
+            "--board is the leaderboard of --merge, --check or --table, and they need it; nothing was done. Give both, "
+            "as in --check --board docs/ahc-1.csv"
+        )
+    for option, mode in (("--replace", "--merge"), ("--page", "--table")):
+        if beside[option] and not modes[mode]:
+            raise click.UsageError(f"{option} belongs to {mode}; nothing was done. Leave it out")
+    for mode in ("--merge", "--table", "--definition"):
+        if modes[mode] and (odd := [option for option, given in (entrants | others).items() if given]):
+            raise click.UsageError(f"{mode} runs nothing; nothing was done. Leave {', '.join(odd)} out")
+    one_of(entrants)
+    if beside["--name"] and not (entrants["--controller"] or entrants["--command"]):
+        raise click.UsageError("--name is that of --controller or --command; nothing was run. Leave it out")
+    if others["--quick"] and (others["--only"] or modes["--check"]):
+        raise click.UsageError("--quick stands alone: no --only and no --check beside it; nothing was run")
 
 
 def checkable(board, names):
@@ -158,7 +136,7 @@ def entrants_of(laws, controller, program, name, board):
     return built_in(laws)
 
 
-def run(entrants, only, quick, processes, as_json):
+def run(entrants, only, quick, processes):
     """The result of the cells that are asked for."""
     from . import benchmark, definition
     from .entrants import AhcError
@@ -166,32 +144,32 @@ def run(entrants, only, quick, processes, as_json):
     cells = definition.cells(definition.QUICK if quick else only or ("*",))
     if not cells:
         raise AhcError(f"--only {' '.join(only)}: fits no cell; nothing was run. cable-sim ahc --definition lists them")
-    with progress_bar(as_json, "runs") as progress:
+    with progress_bar(unit="runs") as progress:
         span = benchmark.SHORT if quick else benchmark.FULL
         return benchmark.run(entrants, cells, span, processes, progress)
 
 
-def tell(done, out, as_json, quiet=False):
-    """Files into the folder, and the table or the JSON."""
-    from .tables import cells_markdown, markdown, skipped, terminal_table
+def written(done, out):
+    """The files of a result in the folder, where there is one."""
+    from .picture import draw
+    from .tables import by_class, cells_markdown, markdown
 
-    rows, text = done["rows"], json.dumps(done, indent=1)
-    if out is not None:
-        from .picture import draw
-        from .tables import by_class
+    if out is None:
+        return []
+    rows = done["rows"]
+    write_text(out / "ahc.json", json_of(done) + "\n")
+    write_text(out / "ahc.md", f"{markdown(by_class(rows))}\n\n{cells_markdown(rows)}\n")
+    files = [("table", out / "ahc.md"), ("figures", out / "ahc.json")]
+    return files + drawn(lambda: draw(rows, out / "ahc.png", done["benchmark"]))
 
-        write_text(out / "ahc.json", text + "\n")
-        write_text(out / "ahc.md", f"{markdown(by_class(rows))}\n\n{cells_markdown(rows)}\n")
-        say(f"plot:      {draw(rows, out / 'ahc.png', done['benchmark'])}", err=True)
-    if quiet:
-        return
-    if as_json:
-        say(text, lines=True)
-        return
+
+def tell(done):
+    """The table on the terminal, and the cells that an entrant did not run."""
+    from .tables import skipped, terminal_table
 
     title = f"{done['benchmark']}, cable_sim_ros {done['product']} {done['commit']}".rstrip()
-    plain_console(200).print(terminal_table(rows, title))
-    for line in skipped(rows):
+    plain_console(200).print(terminal_table(done["rows"], title))
+    for line in skipped(done["rows"]):
         say(line)
 
 
@@ -226,18 +204,18 @@ def merged(result, board, replace):
     say(f"{board}: {len(rows)} rows of {names}")
 
 
-def compare(done, board, as_json):
-    """Say where a re-run is not the leaderboard; code 1 where it is not."""
+def differences(done, board, files):
+    """Where a re-run is not the leaderboard; code 1 where it is not."""
     from . import board as boards
     from .definition import TOLERANCE
 
     found = boards.compared(boards.read(board), boards.rows_of(done))
-    if as_json:
-        say(json.dumps([difference._asdict() for difference in found], indent=1), lines=True)
-    else:
+
+    def tell():
         for one in found:
             say(f"{one.entrant} {one.cell}: {one.what} = {one.board} on the leaderboard, {one.again} again")
         count = len(done["rows"])
         say(f"{count} rows run again, {len(found)} differences above {100.0 * TOLERANCE:g} %")
-    if found:
-        sys.exit(FAILED)
+
+    figures = [difference._asdict() for difference in found]
+    return Answer(figures, tell, files=files, code=CODE_FAILED if found else CODE_OK)

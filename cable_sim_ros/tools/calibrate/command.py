@@ -2,26 +2,28 @@
 
 from __future__ import annotations
 
-import json
-import sys
 from math import floor, isfinite, log10
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
+from ...cli.answer import Answer, answers, drawn
 from ...cli.number import Number
-from ...cli.options import SET_HELP, Heave
+from ...cli.options import FILE, Heave, set_option
 from ...cli.progress import progress_bar
 from ...limits import LONGEST_RUN
-from ...terminal import in_lines, plain_console, say
+from ...sim.flag_rules import DOUBTFUL, FAILED
+from ...terminal import in_lines, print_table, say
 from .limits import HOLD_OUT, MAX_LAG
 
 if TYPE_CHECKING:
+    from ...sim.scene import Scene
     from .result import Calibration, Left, Parameter
 
 PICTURES = (".png", ".pdf", ".svg", ".jpg", ".jpeg")
 OF_ONE = "NAME[~SD]"
+MEANING = {DOUBTFUL: "its numbers cannot be taken as they are", FAILED: "the fit has not converged"}
 
 
 def _instrument(name: str, text: str) -> Any:
@@ -44,7 +46,7 @@ def _instrument(name: str, text: str) -> Any:
 @click.option("--motion", metavar="BAG|CSV|none", help="Ship motion. Default: that of BAG; none: the mean track.")
 @click.option("--heave", type=Heave(), help="Sinusoidal heave in place of --motion: amplitude in m, period in s.")
 @click.option("--winch", metavar="PLAN|FILE", help="What the winch did, in place of the commands of the motion's bag.")
-@click.option("--duration", type=Number(1.0, LONGEST_RUN, "s"), metavar="S", help="Seconds of the motion to use.")
+@click.option("--duration", type=Number(1.0, LONGEST_RUN, "s"), help="Seconds of the motion to use.")
 @click.option(
     "--signal",
     "signals",
@@ -55,13 +57,11 @@ def _instrument(name: str, text: str) -> Any:
 @_instrument("bias", "Fit a bias of this instrument too.")
 @_instrument("gain", "Fit a gain of this instrument too.")
 @_instrument("lag", "Fit a lag of this instrument too, in s behind the simulation.")
-@click.option("--max-lag", type=Number(0.0, 60.0, "s", above=True), default=MAX_LAG, show_default=True, metavar="S",
-              help="Largest lag, either way.")  # fmt: skip
+@click.option("--max-lag", type=Number(0.0, 60.0, "s", above=True), default=MAX_LAG, help="Largest lag, either way.")
 @click.option(
     "--hold-out",
     type=Number(0.0, 0.9),
     default=HOLD_OUT,
-    show_default=True,
     metavar="SHARE",
     help="Last share of the record that is not fitted, but judges.",
 )
@@ -70,84 +70,100 @@ def _instrument(name: str, text: str) -> Any:
     "--intervals",
     type=click.Choice(["profile", "linear"]),
     default="profile",
-    show_default=True,
     help="Profile likelihood (iminuit), or from the covariance alone.",
 )
-@click.option("--every", type=Number(1e-3, 1.0, "s"), metavar="S", help="Seconds between simulated values.")
-@click.option("--set", "settings", multiple=True, metavar="KEY=VALUE", help=SET_HELP)
-@click.option(
-    "--out", type=click.Path(dir_okay=False, path_type=Path), metavar="FILE", help="Write the calibrated scene to FILE."
-)
-@click.option(
-    "--picture", type=click.Path(dir_okay=False, path_type=Path), metavar="FILE", help="Draw measured and simulated."
-)
-@click.option("--json", "as_json", is_flag=True, help="Print the figures as JSON, nothing else.")
-def calibrate(bag, scene, free, mapping, motion, heave, winch, duration, signals, bias, gain, lag, max_lag, hold_out,
-              steady, intervals, every, settings, out, picture, as_json) -> None:  # fmt: skip
+@click.option("--every", type=Number(1e-3, 1.0, "s"), help="Seconds between simulated values.")
+@set_option()
+@click.option("--out", type=FILE, metavar="FILE", help="Write the calibrated scene to FILE.")
+@click.option("--picture", type=FILE, metavar="FILE", help="Draw measured and simulated.")
+@answers
+def calibrate(scene, settings, out, picture, every, **asked) -> Answer:
     """Fit numbers of a scene to what was measured in BAG: a recording, an imported bag, a log with a mapping.
 
     Exit codes: 0 ok; 1 not converged; 2 bad input; 3 a recording was damaged; 4 doubtful: a bound is active, numbers
     cannot be told apart, or the fit does not hold on the part held out.
     """
+    _refuse(out, picture, every, **asked)
+    from ...io.scenes.document import SceneError
+    from ...io.scenes.load import load_scene
+    from ...runs.settings import apply_to_scene, of_intake, settings_of
+    from ...runs.step_choice import overwritten, stepped
+
+    given = settings_of(settings)
+    base = apply_to_scene(load_scene(scene), given)
+    if lost := overwritten(base, given, "chosen", every):
+        raise SceneError(lost)
+    intake = of_intake(given)
+    result = _fitted(stepped(base, "chosen", every), intake, **asked)
+    kept = {key: value for key, value in given.items() if key not in intake}
+    files, warnings = _scene(result, scene, base, kept, out) if out is not None else ([], [])
+    if picture is not None:
+        from .picture import draw_calibration
+
+        files += drawn(lambda: draw_calibration(result, picture))
+    verdict = result.verdict.lines(what=MEANING, page="docs/calibrate.md")
+    figures, code = _plain(result.as_dict()), result.verdict.code
+    return Answer(figures, lambda: tell(result), files=files, warnings=warnings, verdict=verdict, code=code)
+
+
+def _refuse(out: Path | None, picture: Path | None, every: float | None, **asked: Any) -> None:
+    """Refuse what cannot be written, and options that contradict each other."""
     for path in (out, picture):
         if path is not None and not path.parent.is_dir():
             raise click.UsageError(f"{path}: there is no folder {path.parent}; nothing was simulated. Make it first")
     if picture is not None and picture.suffix.lower() not in PICTURES:
         raise click.UsageError(f"{picture}: is none of {', '.join(PICTURES)}; nothing was simulated. Name one of these")
-    if steady and (motion not in (None, "none") or any(one is not None for one in (heave, winch, duration, every))):
+    motion, heave = asked["motion"], asked["heave"]
+    moved = any(one is not None for one in (heave, asked["winch"], asked["duration"], every))
+    if asked["steady"] and (motion not in (None, "none") or moved):
         raise click.UsageError(
             "--steady has no motion; nothing was simulated. Leave --motion, --heave, --winch, --duration, --every out"
         )
     if heave is not None and motion is not None:
         raise click.UsageError("--heave and --motion contradict each other; nothing was simulated. Leave one out")
-    from ...io.scenes.document import SceneError
-    from ...io.scenes.load import load_scene
+
+
+def _fitted(run: Scene, intake: dict[str, Any], bag: str, **asked: Any) -> Calibration:
+    """Fit the numbers of a scene to what was measured; intake: settings of how messages are taken in."""
     from ...io.scenes.winch_plan import WinchPlan
     from ...io.sources.imported_bag import provenance
-    from ...runs.settings import apply_to_scene, of_intake, settings_of
     from ...runs.sources import motion_of, notes_of, sea_motion_kept
-    from ...runs.step_choice import overwritten, stepped
     from ...sim.verdict import check
     from ..compare.recordings import read_recording
     from .calibrate import Options
     from .calibrate import calibrate as fitted
     from .free import CalibrateError
 
-    given = settings_of(settings)
-    asked = Options(
-        signals=_named("signal", signals),
-        bias=_named("bias", bias),
-        gain=_named("gain", gain),
-        lag=_named("lag", lag),
-        max_lag=max_lag,
-        hold_out=hold_out,
-        profile=intervals == "profile",
-        steady=steady,
+    motion, heave, duration = asked["motion"], asked["heave"], asked["duration"]
+    options = Options(
+        signals=_named("signal", asked["signals"]),
+        bias=_named("bias", asked["bias"]),
+        gain=_named("gain", asked["gain"]),
+        lag=_named("lag", asked["lag"]),
+        max_lag=asked["max_lag"],
+        hold_out=asked["hold_out"],
+        profile=asked["intervals"] == "profile",
+        steady=asked["steady"],
     )
-    base = apply_to_scene(load_scene(scene), given)
-    if lost := overwritten(base, given, "chosen", every):
-        raise SceneError(lost)
-    run = stepped(base, "chosen", every)
-    recording = read_recording(bag, mapping)
-    plan = None if winch is None else WinchPlan.of(winch)
+    recording = read_recording(bag, asked["mapping"])
+    plan = None if asked["winch"] is None else WinchPlan.of(asked["winch"])
     moved = bag if motion is None and heave is None else None if motion == "none" else motion
-    intake = of_intake(given)
-    tow = None if steady else motion_of(run, moved, heave, duration, False, intake)
+    tow = None if options.steady else motion_of(run, moved, heave, duration, False, intake)
     if tow is not None and plan is not None:
         tow.events = [event for event in tow.events if not event.is_command]
     of_motion = "" if tow is None or (moved == bag and recording.damage) else tow.damage  # once where it is one bag
     damage = [text for text in (recording.damage, of_motion) if text]
     try:
-        with progress_bar(as_json, "runs") as progress:
+        with progress_bar(unit="runs") as progress:
             result = fitted(
                 run,
                 recording.signals,
                 recording.name,
-                free,
+                asked["free"],
                 tow,
                 duration=duration,
                 plan=plan,
-                options=asked,
+                options=options,
                 progress=lambda what, runs: progress(f"{what}: {runs} runs", runs, 0),
             )
     except CalibrateError as error:
@@ -157,9 +173,7 @@ def calibrate(bag, scene, free, mapping, motion, heave, winch, duration, signals
     if tow is not None and moved != bag:
         imported, waves = provenance(tow.about), sea_motion_kept(tow)
         result.notes += [f"motion: {text}" for text in notes_of({"imported": imported, "rao": waves})]
-    finish(
-        result, scene, base, {key: value for key, value in given.items() if key not in intake}, out, picture, as_json
-    )
+    return result
 
 
 def _named(option: str, texts: tuple[str, ...]) -> dict[str, float | None]:
@@ -183,44 +197,21 @@ def _named(option: str, texts: tuple[str, ...]) -> dict[str, float | None]:
     return found
 
 
-def finish(
-    result: Calibration, scene: str, base: Any, settings: dict[str, Any], out: Path | None, picture: Path | None,
-    as_json: bool,
-) -> None:  # fmt: skip
-    """Write, print, and leave with the code of the verdict."""
-    from ..compare.command import lines_of
+def _scene(
+    result: Calibration, scene: str, base: Scene, settings: dict[str, Any], out: Path
+) -> tuple[list[tuple[str, Path]], list[str]]:
+    """Write the calibrated scene: the file, or why there is none."""
+    if not result.converged:
+        return [], [f"scene:     {out} was not written: the fit has not converged"]
+    from ...io.scenes.load import override
+    from .write_scene import rounded, write_scene
 
-    if as_json:
-        say(json.dumps(_plain(result.as_dict()), indent=1, allow_nan=False), lines=True)
-    else:
-        tell(result)
-    if out is not None and result.converged:
-        from ...io.scenes.load import override
-        from .write_scene import rounded, write_scene
-
-        values = {**settings, **{key: rounded(value) for key, value in result.values.items()}}
-        head = _head(result) + [
-            f"  {key} = {value}, of --set" for key, value in settings.items() if key not in result.values
-        ]
-        write_scene(scene, override(base, values), values, head, out)
-        say(f"scene:     {out}", err=as_json)
-    elif out is not None:
-        say(f"scene:     {out} was not written: the fit has not converged", err=True)
-    if picture is not None:
-        try:
-            from .picture import draw_calibration
-
-            say(f"picture:   {draw_calibration(result, picture)}", err=as_json)
-        except RuntimeError as error:  # matplotlib is an extra
-            say(f"warning: {error}", err=True)
-    if not as_json or result.verdict.code:
-        lines = lines_of(result.verdict)
-        what = "the fit has not converged" if not result.converged else "its numbers cannot be taken as they are"
-        state = result.verdict.state
-        lines[0] = f"verdict: {state}{'' if state == 'ok' else f': {what}'} (docs/calibrate.md)"
-        for line in lines:
-            say(line, err=as_json)
-    sys.exit(result.verdict.code)
+    values = {**settings, **{key: rounded(value) for key, value in result.values.items()}}
+    head = _head(result) + [
+        f"  {key} = {value}, of --set" for key, value in settings.items() if key not in result.values
+    ]
+    write_scene(scene, override(base, values), values, head, out)
+    return [("scene", out)], []
 
 
 def _plain(value: Any) -> Any:
@@ -270,47 +261,43 @@ def _fine(one: Parameter, number: float) -> str:
 
 def tell(result: Calibration) -> None:
     """Tables of the parameters and of what is left."""
-    from rich.table import Table
-
-    console = plain_console(140)
-    table = Table(title=f"{result.scene.name} calibrated on {result.name}")
-    table.title_justify = "left"
-    for name in ("number", "unit"):
-        table.add_column(name)
-    for name in ("start", "value", "95 % interval", "range"):
-        table.add_column(name, justify="right")
-    table.add_column("if these are exact (an error: moves the value by)")
-    for one in result.parameters:
-        limits = f"{one.limits[0]:.4g} to {one.limits[1]:.4g}"
-        table.add_row(one.name, one.unit, f"{one.start:.5g}", _fine(one, one.value), _interval(one), limits,
-                      in_lines(*_conditional(one)))  # fmt: skip
-    console.print(table)
-    held = "not held out" if result.held_s is None else f"{result.held_s[0]:.4g} to {result.held_s[1]:.4g} s"
-    rests = Table(
-        title=f"Simulated less measured: fitted {result.fitted_s[0]:.4g} to {result.fitted_s[1]:.4g} s, judged {held}"
-    )
-    rests.title_justify = "left"
-    for name in ("signal", "unit", "scene"):
-        rests.add_column(name)
-    for name in ("bias, fitted", "rms, fitted", "bias, judged", "rms, judged", "samples", "independent"):
-        rests.add_column(name, justify="right")
+    exact = "if these are exact (an error: moves the value by)"
+    rows: list[Any] = [
+        (
+            one.name,
+            one.unit,
+            f"{one.start:.5g}",
+            _fine(one, one.value),
+            _interval(one),
+            f"{one.limits[0]:.4g} to {one.limits[1]:.4g}",
+            in_lines(*_conditional(one)),
+        )
+        for one in result.parameters
+    ]
+    head = ("number", "unit", "start", "value", "95 % interval", "range", exact)
+    words = ("number", "unit", "signal", "scene", "", exact)
+    print_table(f"{result.scene.name} calibrated on {result.name}", head, rows, words, 140)
+    rows = []
     for shown in result.signals:
-        rows = [("as given", shown.given), ("instrument alone", shown.instrument), ("calibrated", shown.calibrated)]
-        for name, left in rows:
+        for name, left in (
+            ("as given", shown.given),
+            ("instrument alone", shown.instrument),
+            ("calibrated", shown.calibrated),
+        ):
             if left is not None:
                 counts = (str(shown.samples), f"{shown.independent:.0f}") if name == "calibrated" else ("", "")
-                rests.add_row(shown.quantity, shown.unit, name, *_cells(left), *counts)
-    console.print(rests)
+                rows.append((shown.quantity, shown.unit, name, *_cells(left), *counts))
+    held = "not held out" if result.held_s is None else f"{result.held_s[0]:.4g} to {result.held_s[1]:.4g} s"
+    title = f"Simulated less measured: fitted {result.fitted_s[0]:.4g} to {result.fitted_s[1]:.4g} s, judged {held}"
+    places = ("bias, fitted", "rms, fitted", "bias, judged", "rms, judged")
+    print_table(title, ("signal", "unit", "scene", *places, "samples", "independent"), rows, words, 140)
     names = [one.name for one in result.parameters]
     if len(names) > 1:
-        matrix = Table(title="Correlations")
-        matrix.title_justify = "left"
-        matrix.add_column("")
-        for k in range(len(names)):
-            matrix.add_column(str(k + 1), justify="right")
-        for k, row in enumerate(result.correlation):
-            matrix.add_row(f"{k + 1} {names[k]}", *(f"{value:+.2f}" for value in row[: k + 1]))
-        console.print(matrix)
+        rows = [
+            (f"{k + 1} {names[k]}", *(f"{value:+.2f}" for value in row[: k + 1]))
+            for k, row in enumerate(result.correlation)
+        ]
+        print_table("Correlations", ("", *(str(k + 1) for k in range(len(names)))), rows, words, 140)
     how = "profile likelihood" if result.profile else "linear"
     say(f"cost:      {result.runs} runs, {result.cpu_s:.0f} CPU s; intervals: {how}")
 

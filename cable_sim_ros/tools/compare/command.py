@@ -2,28 +2,26 @@
 
 from __future__ import annotations
 
-import json
-import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
+from ...cli.answer import Answer, answers, drawn
 from ...cli.number import Number
-from ...cli.options import junit_option, limits_option
-from ...cli.out_folder import ready
+from ...cli.options import folder_option, junit_option, limits_option, ready
 from ...errors import CODE_FAILED
-from ...files import write_text
-from ...terminal import in_lines, plain_console, say
+from ...sim.flag_rules import DOUBTFUL, FAILED
+from ...terminal import in_lines, print_table, say
 
 if TYPE_CHECKING:
     from ...runs.result import Run
-    from ...sim.verdict import Verdict
     from .comparison import Comparison
     from .limits import Limits
     from .score import Score
 
 LONGEST = 1e7  # s
+MEANING = {DOUBTFUL: "figures cannot be taken as they are", FAILED: "limits are violated"}
 
 
 @click.command()
@@ -37,31 +35,29 @@ LONGEST = 1e7  # s
     "--align",
     type=click.Choice(["none", "clock", "all"]),
     default="none",
-    show_default=True,
     help="What is applied of what was found: nothing, the clock, or signs and units too. The verdict is doubtful then.",
 )
-@click.option("--search", type=Number(0.1, 1e5, "s"), default=60.0, show_default=True, metavar="S",
-              help="How far apart the clocks may be, either way.")  # fmt: skip
-@click.option("--from", "begin", type=Number(-LONGEST, LONGEST, "s"), metavar="S",
-              help="Score from S after the first stamp of A.")  # fmt: skip
-@click.option("--to", "end", type=Number(-LONGEST, LONGEST, "s"), metavar="S",
-              help="Score up to S after the first stamp of A.")  # fmt: skip
+@click.option("--search", type=Number(0.1, 1e5, "s"), default=60.0, help="How far apart the clocks may be, either way.")
+@click.option("--from", "begin", type=Number(-LONGEST, LONGEST, "s"), help="Score from S after the first stamp of A.")
+@click.option("--to", "end", type=Number(-LONGEST, LONGEST, "s"), help="Score up to S after the first stamp of A.")
 @click.option(
     "--band",
     nargs=2,
     type=Number(1e-4, 100.0, "Hz"),
     default=(0.03, 0.5),
-    show_default=True,
     metavar="LOW HIGH",
     help="Band of the waves.",
 )
-@click.option("--slope", type=Number(1.0, 20.0), default=4.0, show_default=True, metavar="M",
-              help="Slope of the damage of cycles: range to the power M.")  # fmt: skip
 @click.option(
-    "--out", type=click.Path(file_okay=False, path_type=Path), help="Folder for compare.json and the picture."
+    "--slope",
+    type=Number(1.0, 20.0),
+    default=4.0,
+    metavar="M",
+    help="Slope of the damage of cycles: range to the power M.",
 )
-@click.option("--json", "as_json", is_flag=True, help="Print the figures as JSON, nothing else.")
-def compare(a, b, mapping, mapping_b, limits, junit, align, search, begin, end, band, slope, out, as_json) -> None:
+@folder_option("Folder for compare.json and the picture.")
+@answers
+def compare(a, b, mapping, mapping_b, limits, junit, align, search, begin, end, band, slope, out) -> Answer:
     """Score measured A against simulated B, or two runs against each other.
 
     A and B are recordings of runs, imported bags, or foreign logs with a mapping. Differences are B less A.
@@ -79,6 +75,7 @@ def compare(a, b, mapping, mapping_b, limits, junit, align, search, begin, end, 
         )
     ready(out)
     from .comparison import compare_recordings
+    from .picture import draw_comparison
     from .recordings import read_recording
 
     asked = None if limits is None else load_limits(limits)
@@ -92,37 +89,18 @@ def compare(a, b, mapping, mapping_b, limits, junit, align, search, begin, end, 
         search=search,
         limits=asked,
     )
-    finish(result, out, junit, as_json)
-
-
-def finish(result: Comparison, out: Path | None, junit: Path | None, as_json: bool) -> None:
-    """Write, print, and leave with the code of the verdict."""
-    from .junit import write_junit
-
-    report = result.as_dict()
     if junit is not None:
-        write_junit(result, junit)
-    pictures = []
-    if out is not None:
-        write_text(out / "compare.json", json.dumps(report, indent=1) + "\n")
-        try:
-            from .picture import draw_comparison
+        from .junit import write_junit
 
-            pictures.append(draw_comparison(result, out / "compare.png"))
-        except RuntimeError as error:  # matplotlib is an extra
-            say(f"warning: {error}", err=True)
-    if as_json:
-        say(json.dumps(report, indent=1), lines=True)
-    else:
-        tell_scores(result)
-        for path in pictures:
-            say(f"picture:   {path}")
-        if out is not None:
-            say(f"figures:   {out / 'compare.json'}")
-    if not as_json or result.verdict.code:
-        for line in lines_of(result.verdict):
-            say(line, err=as_json)
-    sys.exit(result.verdict.code)
+        write_junit(result, junit)
+    return Answer(
+        result.as_dict(),
+        lambda: tell_scores(result),
+        kept=out and out / "compare.json",
+        files=drawn(lambda: draw_comparison(result, out / "compare.png")) if out else (),
+        verdict=result.verdict.lines(what=MEANING, page="docs/compare.md"),
+        code=result.verdict.code,
+    )
 
 
 def load_limits(path: Path) -> Limits:
@@ -146,46 +124,35 @@ def score_replay(result: Run, bag: str, limits: Limits | None, out: Path | None)
     return scores
 
 
-def tell_limits(scores: Comparison | None, junit: Path | None, as_json: bool) -> None:
-    """Of a replay: one line for each limit, and code 1 where one is violated."""
-    if scores is None:
-        return
+def with_limits(answer: Answer, scores: Comparison, junit: Path | None) -> Answer:
+    """Of a replay: one line more for each limit, and code 1 where one is violated."""
     if junit is not None:
         from .junit import write_junit
 
         write_junit(scores, junit)
-    for one in scores.judged:
-        if not (one.passed and as_json):
-            say(f"{'pass' if one.passed else 'violated'}: {one.text}", err=as_json or not one.passed)
-    if any(not one.passed for one in scores.judged):
-        sys.exit(CODE_FAILED)
+
+    def tell() -> None:
+        answer.tell()
+        _tell_passed(scores)
+
+    violated = [f"violated: {one.text}" for one in scores.judged if not one.passed]
+    code = CODE_FAILED if violated else answer.code
+    return answer._replace(tell=tell, warnings=[*answer.warnings, *violated], code=code)
 
 
-def lines_of(verdict: Verdict) -> list[str]:
-    """Verdict, one line a reason."""
-    what = {"ok": "", "doubtful": ": figures cannot be taken as they are", "failed": ": limits are violated"}
-    reasons = [f"  {reason}" for reason in verdict.reasons]
-    notes = [f"  note: {note}" for note in verdict.notes]
-    return [f"verdict: {verdict.state}{what[verdict.state]} (docs/compare.md)", *reasons, *notes]
+def _tell_passed(scores: Comparison) -> None:
+    for one in scores.judged:  # the others stand in the verdict
+        if one.passed:
+            say(f"pass: {one.text}")
 
 
 def tell_scores(result: Comparison) -> None:
     """Table of the scores, what was found of clocks, and the difference of two runs."""
-    from rich.table import Table
-
-    table = Table(
-        title=in_lines(f"A: {result.name_a}", f"B: {result.name_b}", "B less A, B over A; 95 % intervals in brackets")
-    )
-    table.title_justify = "left"
-    table.add_column("quantity")
-    for name in ("unit", "bias", "gain", "rms", "lag s", "coherence", "peaks", "damage", "samples"):
-        table.add_column(name, justify="left" if name == "unit" else "right")
-    for one in result.scores:
-        if one.scored:
-            columns = ("bias", "gain", "rms", "lag_s", "coherence", "peak_ratio", "damage_ratio", "samples")
-            table.add_row(one.quantity, one.unit, *(_cell(one, name) for name in columns))
-    console = plain_console(140)
-    console.print(table)
+    columns = ("bias", "gain", "rms", "lag_s", "coherence", "peak_ratio", "damage_ratio", "samples")
+    rows = [(one.quantity, one.unit, *(_cell(one, name) for name in columns)) for one in result.scores if one.scored]
+    head = ("quantity", "unit", "bias", "gain", "rms", "lag s", "coherence", "peaks", "damage", "samples")
+    title = in_lines(f"A: {result.name_a}", f"B: {result.name_b}", "B less A, B over A; 95 % intervals in brackets")
+    print_table(title, head, rows, left=("quantity", "unit"), width=140)
     notes: dict[str, list[str]] = {}
     for one in result.scores:
         for note in one.notes:
@@ -219,9 +186,7 @@ def tell_scores(result: Comparison) -> None:
         say(f"ticks: {result.exact.line()}")
         for row in result.exact.fields[:8]:
             say(f"  {row.field}: from {row.first_s:.4g} s, largest {row.largest:.4g} at {row.largest_at_s:.4g} s")
-    for judged in result.judged:  # the others stand in the verdict
-        if judged.passed:
-            say(f"pass: {judged.text}")
+    _tell_passed(result)
 
 
 def _cell(one: Score, name: str) -> str:

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 
 import click
 
+from ...cli.answer import Answer, answers
 from ...cli.number import Number
+from ...cli.options import force_option
 from ...terminal import say
 
 
@@ -25,7 +26,6 @@ def _names(values: tuple[str, ...]) -> list[str]:
 @click.option(
     "--every",
     type=Number(1e-4, 86400.0, "s"),
-    metavar="S",
     help="Keep one tick output, and one table, each S seconds. Default: all.",
 )
 @click.option(
@@ -34,17 +34,17 @@ def _names(values: tuple[str, ...]) -> list[str]:
     metavar="NAME,...",
     help="Of shape (cable), contact (sheave), strum. Default: none. Of csv and parquet files of their own.",
 )
-@click.option("--force", is_flag=True, help="Replace a file that is there.")
-@click.option("--json", "as_json", is_flag=True, help="Print what was written as JSON, nothing else.")
-def export(bag, out, form, fields, every, tables, force, as_json) -> None:
+@force_option()
+@answers
+def export(bag, out, form, fields, every, tables, force) -> Answer:
     """Write the recorded RUN, a recording or the folder of a run, as CSV, NetCDF, Parquet or MATLAB file."""
     from .export import export as write
 
     done = write(bag, out, form, _names(fields), every, _names(tables), force)
-    if as_json:
-        said = done._asdict() | {"files": [str(path) for path in done.files]}
-        say(json.dumps(said, indent=1), lines=True)
-        return
-    for path in done.files:
-        say(f"{path}: {path.stat().st_size / 1e6:.3g} MB")
-    say(f"{done.ticks} tick outputs of {done.columns} columns; verdict of the run: {done.verdict}")
+
+    def tell() -> None:
+        for path in done.files:
+            say(f"{path}: {path.stat().st_size / 1e6:.3g} MB")
+        say(f"{done.ticks} tick outputs of {done.columns} columns; verdict of the run: {done.verdict}")
+
+    return Answer(done._asdict() | {"files": [str(path) for path in done.files]}, tell)

@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-import json
-import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import click
 
+from ...cli.answer import Answer, answers, drawn
 from ...cli.number import Number
-from ...cli.out_folder import ready
+from ...cli.options import folder_option, ready
 from ...cli.progress import progress_bar
 from ...errors import CableSimError
-from ...files import write_text
-from ...terminal import plain_console, say
+from ...terminal import print_table, say
 
 if TYPE_CHECKING:
     from ...sim.scene import Scene
@@ -72,7 +70,6 @@ class Pair(click.ParamType):
     "--astern",
     type=click.Choice(["course", "heading"]),
     default="course",
-    show_default=True,
     help="Direction against which the ways of the trade lay the towbody.",
 )
 @click.option(
@@ -84,7 +81,6 @@ class Pair(click.ParamType):
 @click.option(
     "--counter-offset",
     type=Number(-1000.0, 1000.0, "m"),
-    metavar="M",
     help="Added to the pay-out of a log, so that it counts from the sheave. Default: 0.",
 )
 @click.option("--fit-drag", is_flag=True, help="Adjust the drag, within its range, to the depths of a log.")
@@ -95,9 +91,9 @@ class Pair(click.ParamType):
     help="Where the axes of the recording, or a log without positions, begin; WGS 84.",
 )
 @click.option("--began", metavar="TIME", help="When the log began, ISO 8601, where its times are no date.")
-@click.option("--out", type=click.Path(file_okay=False, path_type=Path), help="Folder for layback.csv and picture.")
-@click.option("--json", "as_json", is_flag=True, help="Print the figures as JSON, nothing else.")
-def layback(source, scene, mapping, ranges, out, as_json, **asked) -> None:
+@folder_option("Folder for layback.csv and picture.")
+@answers
+def layback(source, scene, mapping, ranges, out, **asked) -> Answer:
     """Where the towbody was: simulated with a 95 % interval, beside the ways of the trade.
 
     RECORDING is a run of the node or offline; LOG a CSV file with the columns time_s, payout_m, speed_mps, heading_deg,
@@ -117,16 +113,14 @@ def layback(source, scene, mapping, ranges, out, as_json, **asked) -> None:
                     f"--{given[0].replace('_', '-')} is of a log, and {source} is a recording of a run; nothing was "
                     f"simulated. Leave it out, or give --mapping FILE where it is a bag of another origin"
                 )
-            found = _of_recording(source, scene, known, asked)
-            _tell(*found, lines, source, out, as_json)
-            return
+            return _answer(_of_recording(source, scene, known, asked), lines, source, out)
     if scene is None:
         raise LaybackError(
             f"{source} is a log, and a log does not say what is towed; nothing was simulated. Give --scene NAME or FILE"
         )
-    with progress_bar(as_json) as progress:
+    with progress_bar() as progress:
         found = _of_log(source, scene, mapping, known, asked, progress)
-    _tell(*found, lines, source, out, as_json)
+    return _answer(found, lines, source, out)
 
 
 def _ranges(words: tuple[str, ...]) -> tuple[Ranges, list[str]]:
@@ -155,7 +149,16 @@ def _ranges(words: tuple[str, ...]) -> tuple[Ranges, list[str]]:
     return ranges, assumed(set(values), ranges)
 
 
-Found = tuple["Scene", "Laid", "Place", bool, "Verdict", dict[str, Any], list[str]]
+class Found(NamedTuple):
+    """What was towed, how it lay, where, whether its depth was measured, verdict, figures beside, what was assumed."""
+
+    tow: Scene
+    one: Laid
+    place: Place
+    measured: bool
+    verdict: Verdict
+    figures: dict[str, Any]
+    assumed: list[str]
 
 
 def _factor(asked: dict[str, Any], lines: list[str]) -> float:
@@ -193,7 +196,7 @@ def _of_recording(source: Path, scene: str | None, ranges: Ranges, asked: dict[s
     began = float(recorded.frames["time"][0]) * 1e-9
     verdict = judged(Run(recorded.frames, {}, "", source, scene=tow), tow).verdict
     place = Place(asked["origin"], began if began > EPOCH else None)
-    return tow, one, place, False, verdict, {"source": "recording"}, lines
+    return Found(tow, one, place, False, verdict, {"source": "recording"}, lines)
 
 
 def _of_log(
@@ -235,77 +238,50 @@ def _of_log(
         lines.append("assumed: the depth that the ways of the trade take is the simulated one (no depth_m was logged)")
     one.notes[:0] = [*log.notes, *run.notes]
     place = Place(log.origin or asked["origin"], log.began if log.began is not None else began)
-    return tow, one, place, log.depth is not None, run.run.verdict, figures, lines
+    return Found(tow, one, place, log.depth is not None, run.run.verdict, figures, lines)
 
 
-def _tell(
-    tow: Scene,
-    one: Laid,
-    place: Place,
-    measured: bool,
-    verdict: Verdict,
-    extra: dict[str, Any],
-    own: list[str],
-    ranges: list[str],
-    source: Path,
-    out: Path | None,
-    as_json: bool,
-) -> None:
+def _answer(found: Found, ranges: list[str], source: Path, out: Path | None) -> Answer:
+    """ranges: what the interval assumes."""
+    from .picture import plot
     from .report import figures, verdict_on, write_table
 
-    found = figures(one, measured)
-    verdict = verdict_on(verdict, found, one.notes)
-    report = {"scene": tow.name, "path": str(source), **extra, **found}
+    tow, one, place, measured, verdict, beside, own = found
+    told = figures(one, measured)
+    verdict = verdict_on(verdict, told, one.notes)
+    report = {"scene": tow.name, "path": str(source), **beside, **told}
     report |= {"assumed": [*own, *ranges], "notes": one.notes, "static_tows": one.statics, "static_cpu_s": one.cpu}
     report["verdict"] = verdict.as_dict()
-    paths = []
+    files = []
     if out is not None:
         write_table(out / "layback.csv", one, place, measured)
-        write_text(out / "layback.json", json.dumps(report, indent=1) + "\n")
-        paths = [("table", out / "layback.csv"), ("figures", out / "layback.json")]
-        try:
-            from .picture import plot
-
-            paths.append(("picture", plot(one, out / "layback.png", f"{tow.name}, {source.name}", measured)))
-        except RuntimeError as error:
-            say(f"note: {error}", err=True)
-    if as_json:
-        say(json.dumps(report, indent=1), lines=True)
-    else:
-        _table(report)
-        for line in [*report["assumed"], *(f"note: {note}" for note in one.notes)]:
-            say(line)
-        for what, path in paths:
-            say(f"{what + ':':11}{path}")
-    if not as_json or verdict.code:
-        for line in verdict.lines():
-            say(line, err=as_json)
-    sys.exit(verdict.code)
+        files = [("table", out / "layback.csv")]
+        files += drawn(lambda: plot(one, out / "layback.png", f"{tow.name}, {source.name}", measured))
+    kept = out and out / "layback.json"
+    return Answer(report, lambda: _tell(report), kept, files, verdict=verdict.lines(), code=verdict.code)
 
 
-def _table(report: dict[str, Any]) -> None:
-    from rich.table import Table
-
-    console = plain_console(120)
-    table = Table(title=f"Layback of {report['scene']}, {report['duration_s']:.5g} s", title_justify="left")
-    for name in ("figure, m", "least", "mean", "largest"):
-        table.add_column(name, justify="left" if name.startswith("figure") else "right")
-    rows = {name: report[f"{name}_m"] for name in ("layback", "along_track", "offset", "depth")}
-    rows |= {f"95 % of {name}": values for name, values in report["interval_95_m"].items()}
-    for name, values in rows.items():
-        table.add_row(name, *("-" if values[k] is None else f"{values[k]:.2f}" for k in ("min", "mean", "max")))
-    console.print(table)
-    other = Table(title="Ways: horizontal distance from the simulated towbody", title_justify="left")
-    for name in ("way", "mean m", "largest m", "at s", "layback longer by m", "no solution"):
-        other.add_column(name, justify="left" if name == "way" else "right")
-    for row in report["ways"]:
-        keys = ("apart_mean_m", "apart_largest_m", "apart_largest_s", "layback_difference_mean_m")
-        cells = ["-" if row[key] is None else f"{row[key]:.1f}" for key in keys]
-        other.add_row(row["way"], *cells, str(row["no_solution"] or ""))
-    console.print(other)
+def _tell(report: dict[str, Any]) -> None:
+    found = {name: report[f"{name}_m"] for name in ("layback", "along_track", "offset", "depth")}
+    found |= {f"95 % of {name}": values for name, values in report["interval_95_m"].items()}
+    rows = [
+        (name, *("-" if values[k] is None else f"{values[k]:.2f}" for k in ("min", "mean", "max")))
+        for name, values in found.items()
+    ]
+    title = f"Layback of {report['scene']}, {report['duration_s']:.5g} s"
+    print_table(title, ("figure, m", "least", "mean", "largest"), rows, left=("figure, m",))
+    keys = ("apart_mean_m", "apart_largest_m", "apart_largest_s", "layback_difference_mean_m")
+    rows = [
+        (row["way"], *("-" if row[key] is None else f"{row[key]:.1f}" for key in keys), str(row["no_solution"] or ""))
+        for row in report["ways"]
+    ]
+    columns = ("way", "mean m", "largest m", "at s", "layback longer by m", "no solution")
+    print_table("Ways: horizontal distance from the simulated towbody", columns, rows, left=("way",))
     if "depth_difference_m" in report:
         gap = report["depth_difference_m"]
         say(
             f"depth, simulated less measured: mean {gap['mean']:.2f} m, rms {gap['rms']:.2f} m, within the interval "
             f"for {100.0 * gap['share_within_interval']:.3g} % of the time"
         )
+    for line in [*report["assumed"], *(f"note: {note}" for note in report["notes"])]:
+        say(line)

@@ -2,56 +2,59 @@
 
 from __future__ import annotations
 
-import json
 from math import radians
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
+from ...cli.answer import Answer, answers
 from ...cli.number import Number
+from ...cli.options import force_option
 from ...terminal import say
+from .inspect_command import format_option
+
+if TYPE_CHECKING:
+    from .imports.import_logs import Imported
 
 
 @click.command("import")
 @click.argument("files", nargs=-1, required=True, metavar="FILE...")
 @click.option("--mapping", metavar="NAME|FILE", help="Which field is which quantity. Default: the ready one that fits.")
-@click.option("--format", "kind", metavar="NAME", help="Format of the files. Default: found from their first bytes.")
+@format_option
 @click.option("--out", type=click.Path(path_type=Path), required=True, metavar="BAG", help="Bag to write.")
 @click.option(
     "--track",
     type=click.Choice(["measured", "mean"]),
     default="measured",
-    show_default=True,
     help="Positions as measured, or the waves of them about a straight track at --speed.",
 )
 @click.option(
     "--speed",
     type=Number(-10.0, 10.0, "m/s"),
-    metavar="M/S",
     help="Of the mean track, in place of the log's. Default: a run takes ship.tow_speed of its scene.",
 )
-@click.option("--heading", type=Number(-360.0, 360.0, "deg"), metavar="DEG", help="Of the bow, clockwise from north.")
+@click.option("--heading", type=Number(-360.0, 360.0, "deg"), help="Of the bow, clockwise from north.")
 @click.option(
     "--height",
     type=Number(-50.0, 50.0, "m"),
     default=0.0,
-    show_default=True,
-    metavar="M",
     help="Mean height of base_link above the water; that of the scene is ship.reference_height.",
 )
-@click.option("--force", is_flag=True, help="Replace a bag that exists.")
-@click.option("--json", "as_json", is_flag=True, help="Print the figures as JSON, nothing else.")
-def import_command(files, mapping, kind, out, track, speed, heading, height, force, as_json) -> None:
+@force_option("Replace a bag that exists.")
+@answers
+def import_command(files, mapping, kind, out, track, speed, heading, height, force) -> Answer:
     """Make a BAG that run, replay and live take of foreign logs: ship motion, and what was measured of the tow."""
     from .imports.choice import Choice
     from .imports.import_logs import import_logs
 
     way = None if heading is None else radians(90.0 - heading)
     done = import_logs(files, out, mapping, format=kind, choice=Choice(track, speed, way, height), force=force)
-    if as_json:
-        told = {"bag": str(done.path), "assumed": done.assumed, "said": done.said, "missing": done.missing}
-        say(json.dumps(done.figures | told, indent=1), lines=True)
-        return
+    told = {"bag": str(done.path), "assumed": done.assumed, "said": done.said, "missing": done.missing}
+    return Answer(done.figures | told, lambda: _tell(done))
+
+
+def _tell(done: Imported) -> None:
     f = done.figures
     say(
         f"{done.path}: {f['seconds']:.6g} s from {f['files']} files, {f['records']} records, {f['lost']} lost"

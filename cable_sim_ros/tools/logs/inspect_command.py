@@ -2,26 +2,26 @@
 
 from __future__ import annotations
 
-import json
-from pathlib import Path
-
 import click
 
+from ...cli.answer import Answer, answers, asks_json
+from ...cli.options import FILE
 from ...files import write_text
 from ...terminal import say
 
 SHOWN = 12  # sources and findings of a log, without --all
+format_option = click.option(
+    "--format", "kind", metavar="NAME", help="Format of the files. Default: found from their first bytes."
+)
 
 
 @click.command("inspect")
 @click.argument("files", nargs=-1, required=True, metavar="FILE...")
-@click.option("--format", "kind", metavar="NAME", help="Format of the files. Default: found from their first bytes.")
-@click.option(
-    "--mapping-out", type=click.Path(dir_okay=False, path_type=Path), metavar="FILE", help="Write a first mapping."
-)
+@format_option
+@click.option("--mapping-out", type=FILE, metavar="FILE", help="Write a first mapping.")
 @click.option("--all", "everything", is_flag=True, help="Every source, field and finding.")
-@click.option("--json", "as_json", is_flag=True, help="Print the figures as JSON, nothing else.")
-def inspect(files, kind, mapping_out, everything, as_json) -> None:
+@answers
+def inspect(files, kind, mapping_out, everything) -> Answer:
     """What is in FILE...: sources, rates, gaps, clocks, and what is probably wrong, each with its evidence."""
     from .inspection.first_mapping import first_mapping
     from .inspection.inspect_log import inspect_log
@@ -34,9 +34,9 @@ def inspect(files, kind, mapping_out, everything, as_json) -> None:
         report = inspect_log(log)
         if first is None and mapping_out is not None:
             first = first_mapping(log, report.findings)
-        if as_json:
+        if asks_json():
             told.append(report.as_dict())
-        else:
+        else:  # log by log, as it is read
             told.append({})
             _tell(report, everything)
     if not told:
@@ -48,10 +48,12 @@ def inspect(files, kind, mapping_out, everything, as_json) -> None:
             write_text(mapping_out, first or "")
         except OSError as error:
             raise LogError(f"{mapping_out}: cannot be written ({error.strerror}); give another --mapping-out") from None
-    if as_json:
-        say(json.dumps({"logs": told, "left_out": skipped}, indent=1), lines=True)
-    elif mapping_out is not None:
-        say(f"{mapping_out}: a first mapping of {files[0]}")
+
+    def tell() -> None:
+        if mapping_out is not None:
+            say(f"{mapping_out}: a first mapping of {files[0]}")
+
+    return Answer({"logs": told, "left_out": skipped}, tell)
 
 
 def _tell(report, everything: bool) -> None:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import json
-import sys
 from collections.abc import Callable, Mapping
 from functools import partial
 from pathlib import Path
@@ -11,15 +9,14 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from ...cli.faults import tell_faults
+from ...cli.answer import Answer, answers
 from ...cli.motion_options import motion_options, simulated
-from ...cli.options import settings_options
+from ...cli.options import folder_option, settings_options
+from ...cli.report import tell_faults, tell_rules
 from ...cli.report_option import Reporter, report_option, reporting
-from ...cli.rules import tell_rules
 from ...errors import RunError
-from ...files import write_text
 from ...sim.flag_rules import FAILED
-from ...terminal import plain_console, say
+from ...terminal import print_table, say
 
 if TYPE_CHECKING:
     from ...runs.result import Run
@@ -55,9 +52,7 @@ class NoPlan(RunError):
 @click.argument("scene", metavar="SCENE|RUN")
 @motion_options
 @settings_options
-@click.option(
-    "--out", type=click.Path(file_okay=False, path_type=Path), help="Folder for the bag and figures of the run."
-)
+@folder_option("Folder for the bag and figures of the run.")
 @click.option(
     "--smallest",
     type=click.IntRange(1, 50),
@@ -66,8 +61,8 @@ class NoPlan(RunError):
     "none is reached.",
 )
 @report_option
-@click.option("--json", "as_json", is_flag=True, help="Print the figures as JSON, nothing else.")
-def plan(scene, out, smallest, as_json, report, **asked) -> None:
+@answers
+def plan(scene, out, smallest, report, **asked) -> Answer:
     """What a recovery or a tow needs of its winch: rate, torque, power, brake and cable, with margins.
 
     SCENE is simulated as by `cable-sim run`; RUN is a recording of one, a bag or its MCAP file. A run that failed has
@@ -88,21 +83,11 @@ def plan(scene, out, smallest, as_json, report, **asked) -> None:
             needs = _planned(scene, result := recorded(path), reporter)
     else:
         with reporting(report, out) as reporter:
-            result = simulated(scene, None, as_json, out=reporter.folder, **asked)
+            result = simulated(scene, None, out=reporter.folder, **asked)
             needs = _planned(scene, result, reporter, partial(_smallest, scene, smallest, asked) if smallest else None)
     verdict = result.verdict
-    if out is not None:
-        write_text(out / "plan.json", json.dumps(needs, indent=1) + "\n")
-    if as_json:
-        say(json.dumps(needs, indent=1), lines=True)
-    else:
-        _tell(needs)
-        if "faults" in result.metrics:
-            tell_faults(result.metrics["scenario"], result.metrics["faults"])
-    if not as_json or verdict.code:
-        for line in verdict.lines():
-            say(line, err=as_json)
-    sys.exit(verdict.code)
+    kept = out and out / "plan.json"
+    return Answer(needs, lambda: _tell(needs, result.metrics), kept, verdict=verdict.lines(), code=verdict.code)
 
 
 def _smallest(scene: str, seeds: int, asked: dict[str, Any], result: Run) -> dict[str, Any]:
@@ -117,7 +102,7 @@ def _smallest(scene: str, seeds: int, asked: dict[str, Any], result: Run) -> dic
     def simulate(values: Mapping[str, Any]) -> Run:
         own = [one for one in asked["settings"] if one.partition("=")[0].strip() not in values]
         settings = (*own, *(f"{key}={value}" for key, value in values.items()))
-        return simulated(scene, None, True, out=None, **{**asked, "settings": settings, "markers": 0.0})
+        return simulated(scene, None, quiet=True, out=None, **{**asked, "settings": settings, "markers": 0.0})
 
     return smallest(simulate, result.scene, seeds)
 
@@ -147,27 +132,24 @@ def _planned(
     return needs
 
 
-def _tell(report: dict[str, Any]) -> None:
-    from rich.table import Table
-
+def _tell(report: dict[str, Any], metrics: dict[str, Any]) -> None:
+    """The plan, and of the metrics of the run its scenario of faults."""
     duration = f", {report['duration_s']:.5g} s" if "duration_s" in report else ""
-    table = Table(title=f"Plan of {report.get('scene', '')}, motion {report.get('motion')}{duration}")
-    table.title_justify = "left"
-    table.add_column("need")
-    for name in ("needed", "unit", "at s", "has", "margin", "margin %"):
-        table.add_column(name, justify="left" if name == "unit" else "right")
-    for row in report["plan"]:
-        margin, share = row["margin"], row["margin_share"]
-        table.add_row(
+    rows = [
+        (
             row["need"],
             f"{row['needed']:.5g}",
             row["unit"],
             f"{row['at_s']:.5g}",
             "" if row["has"] is None else f"{row['has']:.5g}",
-            "" if margin is None else f"{margin:.5g}",
-            "" if share is None else f"{100.0 * share:.3g}",
+            "" if row["margin"] is None else f"{row['margin']:.5g}",
+            "" if row["margin_share"] is None else f"{100.0 * row['margin_share']:.3g}",
         )
-    plain_console(120).print(table)
+        for row in report["plan"]
+    ]
+    title = f"Plan of {report.get('scene', '')}, motion {report.get('motion')}{duration}"
+    columns = ("need", "needed", "unit", "at s", "has", "margin", "margin %")
+    print_table(title, columns, rows, left=("need", "unit"))
     if "rules" in report:
         tell_rules(report["rules"])
     servo = "" if any(row["need"] == "torque" and row["has"] for row in report["plan"]) else " of rate and cable"
@@ -184,3 +166,5 @@ def _tell(report: dict[str, Any]) -> None:
             say(f"  {row['key']}: {', '.join(f'{value:.4g}' for value in values)} (seed {row['seed']})")
     for note in report["notes"]:
         say(f"note: {note}")
+    if "faults" in metrics:
+        tell_faults(metrics["scenario"], metrics["faults"])

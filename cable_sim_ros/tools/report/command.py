@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 
 import click
 
+from ...cli.answer import leave
 from ...cli.report_option import checked_place, said, typed
-from ...terminal import say
 
 
 @click.command()
@@ -33,7 +32,4 @@ def report(bag, out) -> None:
 
     result = recorded(find_bag(bag), "no report is made", "cable-sim run SCENE --report FILE.html")
     said(write_report(result, out, command=typed()))
-    if result.verdict.code:
-        for line in result.verdict.lines():
-            say(line, err=True)
-        sys.exit(result.verdict.code)
+    leave(result.verdict.lines(), result.verdict.code, quiet=True)

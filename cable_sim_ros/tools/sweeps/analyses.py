@@ -2,39 +2,35 @@
 
 from __future__ import annotations
 
-import json
-import sys
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
-from ...cli.report_option import said, typed
+from ...cli.answer import Answer, answers
 from ...errors import CODE_DOUBTFUL, CODE_FAILED, CODE_OK
-from ...files import write_text
 from ...sim.flag_rules import OK
 from ...terminal import say
-from .command import bar, of_a_file, place_of, replaced_by, replacing, stoppable, summary, tell_rows
+from .command import engine, of_a_file, place_of, replaced_by, replacing, reported, summary, tell_notes, tell_rows
 
 if TYPE_CHECKING:
     from .sweep import Swept
 
-ROWS = ("verdicts", "errors", "reasons", "warnings")  # of `summary`
-
 
 @click.command()
 @of_a_file
-def envelope(file, out, workers, cluster, report, as_json) -> None:
+@answers
+def envelope(file, out, workers, cluster, report) -> Answer:
     """Operating envelope of the sweep FILE: extremes of every cell over its seeds, and the rules it breaks."""
+    from ..report.parts import Table
     from . import envelope as cells_of
-    from .clusters import executors
     from .sweep import sweep
     from .sweep_file import load_sweep
 
     plan = load_sweep(file)
     cells_of.refuse_others(plan, str(file))
     folder = out or place_of(plan)
-    with stoppable(folder), executors(cluster, workers) as (make, count), bar(as_json) as progress:
-        swept = sweep(plan, folder, workers=count, make=make, progress=progress)
+    with engine(folder, cluster, workers) as how:
+        swept = sweep(plan, folder, **how)
     cells = cells_of.envelope(swept)
     figures = {
         "sweep": plan.sweep,
@@ -44,62 +40,47 @@ def envelope(file, out, workers, cluster, report, as_json) -> None:
         "wall_s": swept.wall,
         "cpu_s": sum(row["cpu_s"] for row in swept.rows),
         "simulated_s": sum(row["simulated_s"] for row in swept.rows),
-        **{name: summary(swept)[name] for name in ROWS},
+        **_rows(summary(swept)),
         "notes": cells_of.notes_of(cells),
         "doubts": cells_of.doubts_of(cells),
         "replaced": replaced_by(plan, folder / "envelope.json"),
         "cells": [cells_of.as_dict(cell) for cell in cells],
     }
-    write_text(folder / "envelope.json", json.dumps(figures, indent=1) + "\n")
+    replaced = replacing(figures, folder)
     picture = cells_of.draw(plan.sweep, cells, folder / "envelope.png")
-    if report is not None:
-        from ..report.parts import Table
-        from .reported import write_report
+    found, notes = Table(cells_of.CAPTION, *cells_of.rows_of(cells)), [*figures["notes"], *replaced]
+    reported(report, swept, kind="envelope", tables=[found], notes=notes, doubts=figures["doubts"])
 
-        found = Table(cells_of.CAPTION, *cells_of.rows_of(cells))
-        said(
-            write_report(
-                swept,
-                report,
-                typed(),
-                kind="envelope",
-                tables=[found],
-                notes=[*figures["notes"], *replacing(figures, folder)],
-                doubts=figures["doubts"],
-            )
-        )
-    if as_json:
-        say(json.dumps(figures, indent=1), lines=True)
-    else:
+    def tell() -> None:
         cells_of.tell(swept, cells)
-        for note in replacing(figures, folder):
-            say(f"warning: {note}", err=True)
-        say(f"figures:   {folder / 'envelope.json'}")
-        say(f"picture:   {picture}")
+        tell_notes(replaced)
         for text in figures["doubts"]:
             say(f"doubtful: {text}", err=True)
-    _leave(swept, as_json, bool(figures["doubts"]))
+        tell_rows(figures)
+
+    return Answer(figures, tell, folder / "envelope.json", [("picture", picture)], code=_code(swept, figures))
 
 
 @click.command()
 @of_a_file
-def sensitivity(file, out, workers, cluster, report, as_json) -> None:
+@answers
+def sensitivity(file, out, workers, cluster, report) -> Answer:
     """Sobol indices of the ranges of the sweep FILE for each of its figures, with 95 % intervals."""
+    from ..report.parts import Table
     from . import sensitivity as indices
-    from .clusters import executors
     from .sweep_file import load_sweep
 
     plan = load_sweep(file)
     folder = out or place_of(plan)
-    with stoppable(folder), executors(cluster, workers) as (make, count), bar(as_json) as progress:
-        found = indices.sensitivity(plan, folder, workers=count, make=make, progress=progress)
+    with engine(folder, cluster, workers) as how:
+        found = indices.sensitivity(plan, folder, **how)
     assert plan.samples is not None
     figures = {
         "sweep": plan.sweep,
         "runs": len(found.swept.rows),
         "computed": found.swept.computed,
         "cpu_s": sum(row["cpu_s"] for row in found.swept.rows),
-        **{name: summary(found.swept)[name] for name in ROWS},
+        **_rows(summary(found.swept)),
         "doubts": found.doubts,
         "replaced": replaced_by(plan, folder / "sensitivity.json"),
         "ranges": {key: [one.low, one.high] for key, one in plan.samples.ranges.items()},
@@ -107,33 +88,24 @@ def sensitivity(file, out, workers, cluster, report, as_json) -> None:
         "constant": found.constant,
         "spread": {name: {"mean": mean, "std": std} for name, (mean, std) in found.spread.items()},
     }
-    write_text(folder / "sensitivity.json", json.dumps(figures, indent=1) + "\n")
-    if report is not None:
-        from ..report.parts import Table
-        from .reported import write_report
+    notes = replacing(figures, folder)
+    shown = Table(indices.CAPTION, indices.HEAD, indices.rows_of(found))
+    reported(report, found.swept, kind="sensitivity", tables=[shown], notes=notes, doubts=found.doubts)
 
-        shown = Table(indices.CAPTION, indices.HEAD, indices.rows_of(found))
-        notes = replacing(figures, folder)
-        said(
-            write_report(
-                found.swept, report, typed(), kind="sensitivity", tables=[shown], notes=notes, doubts=found.doubts
-            )
-        )
-    if as_json:
-        say(json.dumps(figures, indent=1), lines=True)
-    else:
+    def tell() -> None:
         indices.tell(found)
-        for note in replacing(figures, folder):
-            say(f"warning: {note}", err=True)
-        say(f"figures:   {folder / 'sensitivity.json'}")
-    _leave(found.swept, as_json, bool(found.doubts))
+        tell_notes(notes)
+        tell_rows(figures)
+
+    return Answer(figures, tell, folder / "sensitivity.json", code=_code(found.swept, figures))
 
 
-def _leave(swept: Swept, as_json: bool, doubts: bool = False) -> None:
-    """Say what is wrong with rows, and leave with the code of it: a run that failed is a part of the answer. doubts: of
-    what was made of the rows."""
-    told = summary(swept)
-    if not as_json:
-        tell_rows(told)
-    doubtful = doubts or sum(told["verdicts"].values()) > told["verdicts"].get(OK, 0)
-    sys.exit(CODE_FAILED if swept.faults else CODE_DOUBTFUL if doubtful else CODE_OK)
+def _rows(told: dict[str, Any]) -> dict[str, Any]:
+    """What the JSON of an analysis has of the summary of its rows."""
+    return {name: told[name] for name in ("verdicts", "errors", "reasons", "warnings")}
+
+
+def _code(swept: Swept, figures: dict[str, Any]) -> int:
+    """Exit code: a run that failed is a part of the answer; doubts: of what was made of the rows."""
+    doubtful = figures["doubts"] or sum(figures["verdicts"].values()) > figures["verdicts"].get(OK, 0)
+    return CODE_FAILED if swept.faults else CODE_DOUBTFUL if doubtful else CODE_OK

@@ -3,44 +3,40 @@
 from __future__ import annotations
 
 import json
-import sys
 from collections import Counter
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
+from ...cli.answer import Answer, answers, asks_json
+from ...cli.options import folder_option, workers_option
+from ...cli.progress import progress_bar
 from ...cli.report_option import report_option, said, typed
 from ...errors import CODE_DOUBTFUL, CODE_FAILED, CODE_OK, RunError
-from ...files import read_text, write_text
-from ...terminal import plain_console, say
+from ...files import read_text
+from ...terminal import say
 
 if TYPE_CHECKING:
     from .sweep import Swept
     from .sweep_file import SweepPlan
 
-
-WORKERS = click.option(
-    "--workers", type=click.IntRange(1, 4096), help="Processes. Default: one a core that memory holds."
-)
 OF_A_FILE = (  # what every command on a sweep FILE takes
     click.argument("file", type=click.Path(path_type=Path)),
-    click.option(
-        "--out",
-        type=click.Path(file_okay=False, path_type=Path),
-        help="Folder for rows and tables. Default: runs/sweep_<name>. Rows that it has are not computed again; the "
-        "tables of another sweep there are replaced.",
+    folder_option(
+        "Folder for rows and tables. Default: runs/sweep_<name>. Rows that it has are not computed again; the tables "
+        "of another sweep there are replaced."
     ),
-    WORKERS,
+    workers_option,
     click.option(
         "--cluster",
         metavar="local|slurm|ADDRESS",
         help="Dask in place of own processes: a local cluster, slurm (dask-jobqueue), or the address of a scheduler.",
     ),
     report_option,
-    click.option("--json", "as_json", is_flag=True, help="Print the figures as JSON, nothing else."),
 )
 
 
@@ -61,13 +57,13 @@ def of_a_file(function: Callable) -> Callable:
 @click.command()
 @of_a_file
 @click.option("--dry-run", is_flag=True, help="Say how many cases there are and how many are new; simulate nothing.")
-def sweep(file, out, workers, cluster, dry_run, report, as_json) -> None:
+@answers
+def sweep(file, out, workers, cluster, dry_run, report) -> Answer | None:
     """Simulate every case of the sweep FILE, and keep one row of figures each.
 
     A sweep that was stopped goes on; one that was extended computes what is new. A run that fails is a row with its
     reason.
     """
-    from .clusters import executors
     from .dataset import write
     from .store import Store
     from .sweep import cases_of
@@ -81,23 +77,25 @@ def sweep(file, out, workers, cluster, dry_run, report, as_json) -> None:
         keys, there = [case.key for case in cases_of(plan)], Store(folder, look=True).rows
         new = sum(there.get(key, {AGAIN: True}).get(AGAIN, False) for key in keys)
         told = {"sweep": plan.sweep, "cases": len(keys), "new": new}
-        say(json.dumps(told) if as_json else f"{len(keys)} cases, {new} of them new")
-        return
-    with stoppable(folder), executors(cluster, workers) as (make, count), bar(as_json) as progress:
-        swept = run_sweep(plan, folder, workers=count, make=make, progress=progress)
+        say(json.dumps(told) if asks_json() else f"{len(keys)} cases, {new} of them new")
+        return None
+    with engine(folder, cluster, workers) as how:
+        swept = run_sweep(plan, folder, **how)
     replaced = replaced_by(plan, folder / "sweep.json")
     paths = write(swept, folder)
     figures = summary(swept) | {"replaced": replaced, "files": [str(path) for path in paths]}
-    write_text(folder / "sweep.json", json.dumps(figures, indent=1) + "\n")
-    if report is not None:
+    notes = replacing(figures, folder)
+    reported(report, swept, notes=notes)
+    files = [("table", path) for path in paths]
+    return Answer(figures, lambda: _tell(figures, notes), folder / "sweep.json", files, code=figures["exit_code"])
+
+
+def reported(path: Path | None, swept: Swept, **found: Any) -> None:
+    """Write the report of a sweep, where one was asked for; found: as of `write_report`."""
+    if path is not None:
         from .reported import write_report
 
-        said(write_report(swept, report, typed(), notes=replacing(figures, folder)))
-    if as_json:
-        say(json.dumps(figures, indent=1), lines=True)
-    else:
-        _tell(figures, replacing(figures, folder))
-    sys.exit(figures["exit_code"])
+        said(write_report(swept, path, typed(), **found))
 
 
 def summary(swept: Swept) -> dict[str, Any]:
@@ -154,6 +152,15 @@ def replacing(figures: dict[str, Any], folder: Path) -> list[str]:
 
 
 @contextmanager
+def engine(folder: Path, cluster: str | None, workers: int | None) -> Iterator[dict[str, Any]]:
+    """Keywords of `sweep` that say where and on how many processes; with a bar, and what Ctrl-C leaves."""
+    from .clusters import executors
+
+    with stoppable(folder), executors(cluster, workers) as (make, count), progress_bar(unit="cases") as progress:
+        yield {"workers": count, "make": make, "progress": partial(progress, "cases")}
+
+
+@contextmanager
 def stoppable(folder: Path | None) -> Iterator[None]:
     """Say at Ctrl-C what is kept; folder: of the rows, None: they are nowhere."""
     try:
@@ -182,10 +189,7 @@ def _tell(figures: dict[str, Any], notes: list[str]) -> None:
     tell_rows(figures)
     for name in figures["damaged_parts"]:
         say(f"warning: rows/{name} cannot be read: set aside, its cases were computed again", err=True)
-    for note in notes:
-        say(f"warning: {note}", err=True)
-    for path in figures["files"]:
-        say(f"table:     {path}")
+    tell_notes(notes)
 
 
 def tell_rows(figures: dict[str, Any]) -> None:
@@ -195,25 +199,10 @@ def tell_rows(figures: dict[str, Any]) -> None:
             say(f"{words.format(count)}: {text}", err=True)
 
 
-@contextmanager
-def bar(quiet: bool) -> Iterator[Any]:
-    """Progress of the cases, with the time left, on a terminal; called with done and total."""
-    if quiet or not sys.stderr.isatty():
-        yield lambda done, total: None
-        return
-    from rich.progress import (
-        BarColumn,
-        MofNCompleteColumn,
-        Progress,
-        TextColumn,
-        TimeElapsedColumn,
-        TimeRemainingColumn,
-    )
-
-    columns = (TextColumn("cases"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn(), TimeRemainingColumn())
-    with Progress(*columns, console=plain_console(err=True)) as bar:
-        task = bar.add_task("cases")
-        yield lambda done, total: bar.update(task, completed=done, total=total)
+def tell_notes(notes: Sequence[str]) -> None:
+    """Warn of the tables of another sweep that were replaced; notes: of `replacing`."""
+    for note in notes:
+        say(f"warning: {note}", err=True)
 
 
 def place_of(plan: SweepPlan) -> Path:

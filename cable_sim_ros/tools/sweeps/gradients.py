@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-import json
-import sys
 import time
 from typing import TYPE_CHECKING, Any
 
 import click
 from pydantic import BaseModel
 
+from ...cli.answer import Answer, answers
+from ...cli.options import set_option
 from ...errors import CODE_DOUBTFUL, CODE_OK, CableSimError
-from ...sim.flag_rules import OK
-from ...terminal import plain_console, say
+from ...sim.flag_rules import DOUBTFUL, FAILED
+from ...terminal import print_table, say
 
 if TYPE_CHECKING:
     from ...sim.scene import Scene
@@ -43,6 +43,7 @@ KEYS = (  # what is asked for where no key is given, as far as the scene gives a
     "seabed.friction",
 )
 ONLY_WITH = {"seabed.friction": "seabed.depth"}  # what a number needs to have a part
+MEANING = dict.fromkeys((DOUBTFUL, FAILED), "these are gradients of a tow that cannot be taken as it is")
 CAPTION = "agreement: with the difference of the static tows 0.01 % to either side, of the larger of the two"
 
 
@@ -59,9 +60,9 @@ class GradientError(CableSimError, ValueError):
     metavar="KEY",
     help="A number of the scene by its key, as towbody.drag_area[0]; may be repeated. Default: the usual ones.",
 )
-@click.option("--set", "settings", multiple=True, metavar="KEY=VALUE", help="A value of the scene by its key.")
-@click.option("--json", "as_json", is_flag=True, help="Print the figures as JSON, nothing else.")
-def gradients(scene, keys, settings, as_json) -> None:
+@set_option("A value of the scene by its key.")
+@answers
+def gradients(scene, keys, settings) -> Answer:
     """Gradients of the static tow of SCENE: what a unit, and 1 %, of each number changes.
 
     By the tangent of its balance, on its mesh; each is held against static tows to either side. Leaves with code 4
@@ -81,17 +82,9 @@ def gradients(scene, keys, settings, as_json) -> None:
     still = tuple(reason._replace(seconds=0.0, fraction=0.0) for reason in verdict.reasons)
     verdict = verdict._replace(reasons=still)  # a tow at rest lasts no time
     figures = as_dict(static, found) | {"cpu_s": time.process_time() - begun, "verdict": verdict.as_dict()}
-    if as_json:
-        say(json.dumps(figures, indent=1), lines=True)
-    else:
-        _tell(static, found)
-    if not as_json or verdict.code:
-        doubt = "" if verdict.state == OK else ": these are gradients of a tow that cannot be taken as it is"
-        say(f"verdict: {verdict.state}{doubt}", err=as_json)
-        for reason in verdict.reasons:
-            say(f"  {reason}", err=as_json)
     refused = any(one.refused or any(slope.refused for slope in one.slopes) for one in found)
-    sys.exit(verdict.code or (CODE_DOUBTFUL if keys and refused else CODE_OK))
+    code = verdict.code or (CODE_DOUBTFUL if keys and refused else CODE_OK)
+    return Answer(figures, lambda: _tell(static, found), verdict=verdict.lines(what=MEANING), code=code)
 
 
 def checked(scene: Scene, key: str) -> str:
@@ -160,22 +153,18 @@ def agreement(slope: Slope) -> str:
 
 
 def _tell(static: StaticGradients, found: list[Gradient]) -> None:
-    from rich.table import Table
-
     from ...sim.static_gradients import FIGURES
 
-    console = plain_console(120)
     there = any(one.slopes for one in found)
     for k, (figure, value) in enumerate(zip(FIGURES, static.values.tolist(), strict=True) if there else ()):
         title = f"{static.scene.name}: {figure.meaning}, {value:.6g} {figure.unit}"
-        shown = Table(title=title, title_justify="left")
-        for name in ("key", "value", "unit", f"{figure.unit} per unit", f"{figure.unit} per 1 %", "agreement"):
-            shown.add_column(name, justify="left" if name in ("key", "unit") else "right")
+        rows = []
         for one in (one for one in found if one.slopes):
             slope, held = one.slopes[k], one.value or 0.0
             row = (f"{slope.slope:.4g}", f"{0.01 * slope.slope * abs(held):.4g}", agreement(slope))
-            shown.add_row(one.key, f"{held:g}", one.unit, *(("-", "-", "-") if slope.refused else row))
-        console.print(shown)
+            rows.append((one.key, f"{held:g}", one.unit, *(("-", "-", "-") if slope.refused else row)))
+        columns = ("key", "value", "unit", f"{figure.unit} per unit", f"{figure.unit} per 1 %", "agreement")
+        print_table(title, columns, rows, left=("key", "unit"))
     if there:
         say(CAPTION)
     for one in found:

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import json
 import re
-import sys
 import tempfile
 from collections import Counter
 from math import isfinite, nan
@@ -13,12 +11,14 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from ...cli.answer import Answer, answers
+from ...cli.options import folder_option, set_option, workers_option
 from ...errors import CODE_DOUBTFUL, CODE_FAILED, CODE_OK, CableSimError
-from ...files import open_file, write_text
+from ...files import open_file
 from ...sim.flag_rules import DOUBTFUL, FAILED
-from ...terminal import in_lines, plain_console, say
+from ...terminal import in_lines, print_table, say
 from ..logs.mapping.units import UNITS, named, units_of
-from .command import WORKERS, replaced_by, replacing, stoppable
+from .command import replaced_by, replacing, stoppable, tell_notes
 
 if TYPE_CHECKING:
     from .sweep import Swept
@@ -82,13 +82,11 @@ def values_of(text: str, what: str) -> list[float]:
 @click.option("--scope", required=True, metavar="VALUES", help="Scopes in m: 50,100 or FIRST:LAST:COUNT.")
 @click.option("--speed", metavar="VALUES", help="Speeds over ground in m/s, or 2,4kn. Default: the scene's.")
 @click.option("--vary", multiple=True, metavar="KEY=VALUES", help="Another key of the scene; may be repeated.")
-@click.option("--set", "settings", multiple=True, metavar="KEY=VALUE", help="A value of the scene by its key.")
-@click.option(
-    "--out", type=click.Path(file_okay=False, path_type=Path), help="Folder for table.csv, table.json and table.png."
-)
-@WORKERS
-@click.option("--json", "as_json", is_flag=True, help="Print the figures as JSON, nothing else.")
-def table(scene, scope, speed, vary, settings, out, workers, as_json) -> None:
+@set_option("A value of the scene by its key.")
+@folder_option("Folder for table.csv, table.json and table.png.")
+@workers_option
+@answers
+def table(scene, scope, speed, vary, settings, out, workers) -> Answer:
     """Depth, tension, departure angle and layback of SCENE for every scope and speed, as static tows."""
     from ...io.scenes.load import load_scene
     from ...runs.settings import apply_to_scene, settings_of
@@ -118,46 +116,38 @@ def table(scene, scope, speed, vary, settings, out, workers, as_json) -> None:
         for case, row in zip(swept.cases, swept.rows)
     ]
     told = {"scene": base.name, "settings": given, "sweep": plan.sweep, "replaced": None, "rows": figures}
+    files, notes = [], []
     if out is not None:
         told["replaced"] = replaced_by(plan, out / JSON_NAME)
-        _write(swept, figures, out)
-        write_text(out / JSON_NAME, json.dumps(told, indent=1) + "\n")
-    if as_json:
-        say(json.dumps(told, indent=1), lines=True)
-    else:
+        files, notes = _write(swept, figures, out), replacing(told, out)
+
+    def tell() -> None:
         _tell(f"{base.name}{words}", figures)
-        if out is not None:
-            for line in replacing(told, out):
-                say(f"warning: {line}", err=True)
-            for what, name in (("table", "table.csv"), ("figures", JSON_NAME), ("picture", "table.png")):
-                say(f"{what + ':':11}{out / name}")
+        tell_notes(notes)
+
     verdicts = {row["verdict"] for row in figures}
-    sys.exit(CODE_FAILED if "failed" in verdicts else CODE_DOUBTFUL if "doubtful" in verdicts else CODE_OK)
+    code = CODE_FAILED if FAILED in verdicts else CODE_DOUBTFUL if DOUBTFUL in verdicts else CODE_OK
+    return Answer(told, tell, out and out / JSON_NAME, files, code=code)
 
 
 def _tell(name: str, figures: list[dict[str, Any]]) -> None:
-    from rich.table import Table
-
     from .figures import significant
 
-    console = plain_console(120)
     scopes, speeds = _axis(figures, SCOPE), _axis(figures, SPEED)
     others = list(dict.fromkeys(_place(row, _keys(figures)[2:]) for row in figures))
     for figure, title, _, what, digits in SHOWN:
         for other in others:
             place = f", {other}" if other else ""
-            console.print(f"{name}{place}: {title} [{what}]", soft_wrap=True, highlight=False)
-            shown = Table()
-            shown.add_column("scope [m], speed", justify="right")
-            for speed in speeds:
-                shown.add_column(in_lines(f"{speed:.4g} m/s", _knots(speed)), justify="right")
+            say(f"{name}{place}: {title} [{what}]")
             mine = {
                 (row[SCOPE], row[SPEED]): row[figure] for row in figures if _place(row, _keys(figures)[2:]) == other
             }
+            rows = []
             for scope in scopes:
                 cells = [mine[scope, speed] for speed in speeds]
-                shown.add_row(f"{scope:g}", *("-" if cell is None else significant(cell, digits) for cell in cells))
-            console.print(shown)
+                rows.append((f"{scope:g}", *("-" if cell is None else significant(cell, digits) for cell in cells)))
+            heads = [in_lines(f"{speed:.4g} m/s", _knots(speed)) for speed in speeds]
+            print_table(None, ["scope [m], speed", *heads], rows)
     for words, key in (("failed", "error"), ("doubtful", "reasons")):
         for text, count in Counter(row[key] for row in figures if row[key]).items():
             say(f"{words} {count} x: {text}", err=True)
@@ -193,7 +183,7 @@ def _place(row: dict[str, Any], keys: list[str]) -> str:
     return ", ".join(_named(key, row[key]) for key in keys)
 
 
-def _write(swept: Swept, figures: list[dict[str, Any]], out: Path) -> None:
+def _write(swept: Swept, figures: list[dict[str, Any]], out: Path) -> list[tuple[str, Path]]:
     import csv
 
     with open_file(out / "table.csv", "w", newline="", encoding="utf-8") as file:
@@ -201,6 +191,7 @@ def _write(swept: Swept, figures: list[dict[str, Any]], out: Path) -> None:
         writer.writeheader()
         writer.writerows(figures)
     _draw(swept.plan.sweep, figures, out / "table.png")
+    return [("table", out / "table.csv"), ("picture", out / "table.png")]
 
 
 def _draw(title: str, figures: list[dict[str, Any]], path: Path) -> None:

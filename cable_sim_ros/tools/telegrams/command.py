@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import click
 from click.core import ParameterSource
 
 from ...cli.number import Number
+from ...cli.options import FILE, bag_scene_option
 from ...terminal import say
 
 OF_FORMAT = {"number": "lci90i", "name": "lci90i", "tension_unit": "lci90i", "heave_down": "pashr"}
@@ -17,20 +16,17 @@ KINDS = ("lci90i", "psxn", "pashr", "tss1")
 @click.command()
 @click.argument("bag")
 @click.option("--format", "kind", type=click.Choice(KINDS), required=True, help="Which telegram.")
-@click.option("--out", type=click.Path(dir_okay=False, path_type=Path), required=True, help="File to write.")
+@click.option("--out", type=FILE, required=True, help="File to write.")
 @click.option(
     "--rate",
     type=Number(0.0, 1000.0, "Hz", above=True),
-    metavar="HZ",
     help="Lines a second. Default: 20 of lci90i, 10 of the others, or as many as there are tick outputs.",
 )
-@click.option("--number", type=click.IntRange(0, 99), default=1, show_default=True, help="Of the display; lci90i.")
-@click.option("--name", default="TOW WINCH", show_default=True, help="Of the winch, empty: none; lci90i.")
-@click.option(
-    "--tension-unit", type=click.Choice(["lb", "kgf", "daN"]), default="lb", show_default=True, help="Of lci90i."
-)
+@click.option("--number", type=click.IntRange(0, 99), default=1, help="Of the display; lci90i.")
+@click.option("--name", default="TOW WINCH", help="Of the winch, empty: none; lci90i.")
+@click.option("--tension-unit", type=click.Choice(["lb", "kgf", "daN"]), default="lb", help="Of lci90i.")
 @click.option("--heave-down", is_flag=True, help="Heave positive down; pashr.")
-@click.option("--scene", help="Scene in place of the one kept in the bag; needed where the bag keeps none.")
+@bag_scene_option
 def telegrams(bag, kind, out, rate, number, name, tension_unit, heave_down, scene) -> None:
     """The telegrams that the instruments of the recorded run BAG would have sent, as a log: a logger's stamp, a blank
     and a telegram a line."""

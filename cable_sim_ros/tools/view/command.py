@@ -3,13 +3,21 @@
 from __future__ import annotations
 
 import signal
-from pathlib import Path
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import TYPE_CHECKING
 
 import click
 
+from ...cli.answer import Answer, answers
+from ...cli.expected_errors import need_ros
 from ...cli.number import Count, Number
+from ...cli.options import FILE, node_options, start_option, tow_scene_option
 from ...limits import LONGEST_RUN
 from ...terminal import say
+
+if TYPE_CHECKING:
+    from viser import ViserServer
 
 
 class Alive:
@@ -27,39 +35,41 @@ class Alive:
         return not self.asked
 
 
-scene_option = click.option("--scene", help="Scene in place of the one that the bag keeps or the node has.")
 top_option = click.option(
     "--tension",
     "top",
     type=Number(0.0, 1e8, "N", above=True),
-    metavar="N",
     help="Top of the colours. Default: of a bag its largest tension, rounded up; of a node 1.25 times "
     "contact.working_tension.",
-)
-start_option = click.option(
-    "--start", type=Number(0.0, LONGEST_RUN, "s"), default=0.0, metavar="S", help="Seconds of the bag to skip."
 )
 
 
 @click.command()
 @click.argument("bag", required=False)
-@scene_option
-@click.option("--namespace", default="/tow_sim", show_default=True, help="Namespace of the node.")
-@click.option("--wait", type=Number(0.0, 3600.0, "s"), default=10.0, show_default=True, metavar="S",
-              help="How long to wait for the node.")  # fmt: skip
-@click.option("--open", "open_", is_flag=True, help="Listen to every host of the subnet, not to this one alone.")
-@click.option("--host", default="127.0.0.1", show_default=True, help="Address that the page is served at.")
-@click.option("--port", type=Count(0, 65535), default=8080, show_default=True, help="Its port; 0: any that is free.")
-@click.option("--rate", type=Number(0.1, 60.0, "Hz"), default=10.0, show_default=True, metavar="HZ",
-              help="Pictures a second, at most: no more than there are messages of the cable's shape.")  # fmt: skip
+@tow_scene_option
+@node_options(wait=10.0)
+@click.option("--host", default="127.0.0.1", help="Address that the page is served at.")
+@click.option("--port", type=Count(0, 65535), default=8080, help="Its port; 0: any that is free.")
+@click.option(
+    "--rate",
+    type=Number(0.1, 60.0, "Hz"),
+    default=10.0,
+    help="Pictures a second, at most: no more than there are messages of the cable's shape.",
+)
 @top_option
-@click.option("--save", type=click.Path(dir_okay=False, path_type=Path), metavar="FILE.html",
-              help="Write the page of BAG as one file that plays without this program, and end.")  # fmt: skip
+@click.option(
+    "--save",
+    type=FILE,
+    metavar="FILE.html",
+    help="Write the page of BAG as one file that plays without this program, and end.",
+)
 @start_option
-@click.option("--seconds", type=Number(0.0, LONGEST_RUN, "s", above=True), metavar="S",
-              help="Seconds of the bag for --save. Default: 60, or all there are.")  # fmt: skip
-@click.option("--camera", type=click.Choice(["whole", "sheave", "fish", "drum"]), default="whole", show_default=True,
-              help="First camera.")  # fmt: skip
+@click.option(
+    "--seconds",
+    type=Number(0.0, LONGEST_RUN, "s", above=True),
+    help="Seconds of the bag for --save. Default: 60, or all there are.",
+)
+@click.option("--camera", type=click.Choice(["whole", "sheave", "fish", "drum"]), default="whole", help="First camera.")
 def view(bag, scene, namespace, wait, open_, host, port, rate, top, save, start, seconds, camera) -> None:
     """Show the tow in a browser: of a running node, or of a recorded BAG, to pause and scrub."""
     if bag is None and (save or seconds or start):
@@ -71,10 +81,17 @@ def view(bag, scene, namespace, wait, open_, host, port, rate, top, save, start,
     from . import page
 
     if bag is None:
-        from ...cli.commands import _need_ros
+        need_ros()
+        from ...ros.watcher import Watcher, watching
+        from .beside_node import follow
 
-        _need_ros()
-        _beside_a_node(scene, namespace, wait, open_, host, port, rate, top, camera)
+        page.need("viser", "the page")
+        page.check_port(host, port or page.free_port(host))
+        alive = Alive()
+        with watching(namespace, wait, alive, open_, Watcher) as watcher:
+            tow = watcher.scene(scene)
+            with _served(host, port, tow.name) as server:
+                follow(server, watcher, tow, rate, top, alive, camera)
         return
     from ...io.scenes.resources import find_bag
     from .bag_run import BagRun
@@ -93,36 +110,24 @@ def view(bag, scene, namespace, wait, open_, host, port, rate, top, save, start,
     page.check_port(host, port or page.free_port(host))
     run = BagRun(find_bag(bag), scene)
     alive = Alive()
-    server = page.serve(host, port, f"cable-sim view: {run.scene.name}")
-    _say(page.addresses(host, server.get_port()))
-    try:
+    with _served(host, port, run.scene.name) as server:
         play(server, run, rate, top, alive, start, camera)
-    finally:
-        server.stop()
 
 
-def _say(lines) -> None:
+@contextmanager
+def _served(host: str, port: int, name: str) -> Iterator[ViserServer]:
+    """The page of a scene, served until the end."""
+    from . import page
+
+    server = page.serve(host, port, f"cable-sim view: {name}")
+    lines = page.addresses(host, server.get_port())
     if "warning" in lines:
         say(f"warning: {lines['warning']}", err=True)
     say(f"page: {lines['page']}  (Ctrl-C ends it)")
-
-
-def _beside_a_node(scene, namespace, wait, open_, host, port, rate, top, camera) -> None:
-    from ...ros.watcher import Watcher, watching
-    from . import page
-    from .beside_node import follow
-
-    page.need("viser", "the page")
-    page.check_port(host, port or page.free_port(host))
-    alive = Alive()
-    with watching(namespace, wait, alive, open_, Watcher) as watcher:
-        tow = watcher.scene(scene)
-        server = page.serve(host, port, f"cable-sim view: {tow.name}")
-        _say(page.addresses(host, server.get_port()))
-        try:
-            follow(server, watcher, tow, rate, top, alive, camera)
-        finally:
-            server.stop()
+    try:
+        yield server
+    finally:
+        server.stop()
 
 
 class Size(click.ParamType):
@@ -153,25 +158,27 @@ class Size(click.ParamType):
 
 @click.command()
 @click.argument("bag")
-@click.option("--out", type=click.Path(dir_okay=False, path_type=Path), required=True, metavar="FILE",
-              help="FILE.mp4 or FILE.gif.")  # fmt: skip
-@scene_option
-@click.option("--camera", type=click.Choice(["whole", "sheave"]), default="whole", show_default=True,
-              help="What the large panel shows; the other is beside it.")  # fmt: skip
+@click.option("--out", type=FILE, required=True, metavar="FILE", help="FILE.mp4 or FILE.gif.")
+@tow_scene_option
+@click.option(
+    "--camera",
+    type=click.Choice(["whole", "sheave"]),
+    default="whole",
+    help="What the large panel shows; the other is beside it.",
+)
 @start_option
-@click.option("--seconds", type=Number(0.0, LONGEST_RUN, "s", above=True), metavar="S",
-              help="Seconds of the bag. Default: all there are.")  # fmt: skip
-@click.option("--speed", type=Number(0.01, 1000.0), default=2.0, show_default=True, metavar="X",
-              help="Seconds of the bag in a second of film.")  # fmt: skip
-@click.option("--fps", type=Number(1.0, 60.0, "1/s"), metavar="N",
-              help="Pictures a second. Default: 20; of a GIF 10.")  # fmt: skip
+@click.option(
+    "--seconds", type=Number(0.0, LONGEST_RUN, "s", above=True), help="Seconds of the bag. Default: all there are."
+)
+@click.option(
+    "--speed", type=Number(0.01, 1000.0), default=2.0, metavar="X", help="Seconds of the bag in a second of film."
+)
+@click.option("--fps", type=Number(1.0, 60.0, "1/s"), metavar="N", help="Pictures a second. Default: 20; of a GIF 10.")
 @click.option("--size", type=Size(), metavar="WxH", help="Pixels. Default: 1280x720; of a GIF 960x540.")
 @top_option
-@click.option("--json", "as_json", is_flag=True, help="Print what was made as JSON, nothing else.")
-def film(bag, out, scene, camera, start, seconds, speed, fps, size, top, as_json) -> None:
+@answers
+def film(bag, out, scene, camera, start, seconds, speed, fps, size, top) -> Answer:
     """Make a film of a recorded BAG for a slide: tow, sheave with its line loads, strip charts."""
-    import json
-
     from ...io.scenes.resources import find_bag
     from .bag_run import BagRun
     from .film import check_film, make_film
@@ -190,11 +197,9 @@ def film(bag, out, scene, camera, start, seconds, speed, fps, size, top, as_json
         size=size or ((960, 540) if gif else (1280, 720)),
         top=top,
     )
-    if as_json:
-        figures = made._asdict() | {"path": str(out), "cpu_per_picture_s": made.cpu / made.pictures}
-        say(json.dumps(figures, indent=1), lines=True)
-        return
-    say(
+    told = (
         f"film: {out} ({made.seconds:.1f} s, {made.pictures} pictures of {made.of_tow:.1f} s of tow, "
         f"{made.size / 1e6:.2f} MB, {made.cpu:.1f} CPU seconds: {1e3 * made.cpu / made.pictures:.0f} ms a picture)"
     )
+    figures = made._asdict() | {"path": str(out), "cpu_per_picture_s": made.cpu / made.pictures}
+    return Answer(figures, lambda: say(told))

@@ -1,0 +1,96 @@
+"""The frame of a command: it returns an Answer, and what is said, written and left with is the same for all of them.
+
+With --json the figures alone are on standard output, and what else there is to say on standard error.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Callable, Sequence
+from functools import wraps
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import click
+
+from ..errors import CODE_OK
+from ..files import write_text
+from ..terminal import say
+
+
+class Answer(NamedTuple):
+    """What a command found.
+
+    figures: for the JSON; tell: prints them for a person; kept: file for the figures; files: what else was written,
+    with a word for each, None: it was not; warnings: lines for standard error; verdict: its lines; code: of the exit.
+    """
+
+    figures: Any
+    tell: Callable[[], None]
+    kept: Path | None = None
+    files: Sequence[tuple[str, Path | None]] = ()
+    warnings: Sequence[str] = ()
+    verdict: Sequence[str] = ()
+    code: int = CODE_OK
+
+
+def answers(function: Callable[..., Answer | None]) -> Callable[..., None]:
+    """A function that returns an Answer, or None where it has said all there is, as one that click calls; with --json.
+    It stands below the other options."""
+
+    @click.option("--json", "as_json", is_flag=True, help="Print the figures as JSON, nothing else.")
+    @wraps(function)
+    def command(as_json: bool, **given: Any) -> None:
+        answer = function(**given)
+        if answer is not None:
+            deliver(answer, as_json)
+
+    return command
+
+
+def asks_json() -> bool:
+    """Are the figures of this command to be JSON?"""
+    context = click.get_current_context(silent=True)
+    return context is not None and bool(context.params.get("as_json"))
+
+
+def json_of(figures: Any) -> str:
+    """The text of figures, on standard output and in files; what numpy counts in becomes a number."""
+    return json.dumps(figures, indent=1, default=float)
+
+
+def deliver(answer: Answer, quiet: bool) -> None:
+    """Write, print, and leave with the code; quiet: the figures as JSON, the verdict only where it is not ok."""
+    files = list(answer.files)
+    if answer.kept is not None:
+        write_text(answer.kept, json_of(answer.figures) + "\n")
+        files.append(("figures", answer.kept))
+    if quiet:
+        say(json_of(answer.figures), lines=True)
+    else:
+        answer.tell()
+    for text in answer.warnings:
+        say(text, err=True)
+    for what, path in files:
+        if path is not None:
+            say(f"{what + ':':11}{path}", err=quiet)
+    leave(answer.verdict, answer.code, quiet)
+
+
+def leave(verdict: Sequence[str], code: int, quiet: bool) -> None:
+    """Say the lines of a verdict and leave with the code; quiet: only where it is not 0, on standard error."""
+    if code or not quiet:
+        for line in verdict:
+            say(line, err=quiet)
+    if code:
+        sys.exit(code)
+
+
+def drawn(*draws: Callable[[], Path]) -> list[tuple[str, Path]]:
+    """Pictures, for the files of an Answer; none, with a warning, where matplotlib is not installed."""
+    try:
+        return [("picture", draw()) for draw in draws]
+    except RuntimeError as error:
+        say(f"warning: {error}", err=True)
+        return []
