@@ -17,7 +17,7 @@ from ..report.write import check_place, page
 from . import picture as plots
 from .benchmark import Row
 from .figures import FIGURES
-from .outcome import SKIPPED
+from .simulate import SKIPPED
 from .tables import by_class, skipped
 
 if TYPE_CHECKING:

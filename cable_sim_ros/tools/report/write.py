@@ -15,10 +15,24 @@ from ...plots.heading import date_of
 from ...runs.result import Run
 from ...sim.flag_rules import FAILED
 from . import compared, health, inputs, outcome, simulated, spectrum, verdict
-from .glossary import WORDS
 from .parts import Card, Section
 from .subject import Subject, subject_of
 
+WORDS = (  # for somebody who has never seen the product
+    ("Scene", "the description of a tow that was simulated: water, cable, winch, sheave, towbody, with their numbers"),
+    ("Sheave", "the grooved wheel over which the cable leaves the ship"),
+    ("Towbody", "the body at the end of the cable, also called the fish"),
+    ("Effective tension", "pull of the cable plus the water pressure on its cross-section: what bends and breaks it"),
+    ("Pay-out", "unstretched cable that has left the drum, in metres; positive is cable out"),
+    ("Scope", "unstretched cable outboard of the sheave"),
+    ("Layback", "horizontal distance from the sheave to the towbody"),
+    ("Heave", "motion up and down; heave compensation turns the winch so that the towbody feels less of it"),
+    ("Standard deviation", "how far a quantity swings about its mean; of a sine, its amplitude divided by 1.41"),
+    (
+        "Verdict",
+        "ok: no check objects; doubtful: some figures cannot be taken as they are; failed: the run did not end",
+    ),
+)
 MISSING = (
     "{name} is not installed: no report was written, and nothing was simulated for it. Install what a report needs: "
     "pip install 'cable_sim_ros[report]'"
