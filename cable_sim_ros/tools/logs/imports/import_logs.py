@@ -17,7 +17,7 @@ import numpy as np
 
 from ....files import open_file, read_text
 from ....io.bags.bag_writer import BagError, BagWriter
-from ....io.bags.typestore import STORE
+from ....io.messages.message_classes import imu_bytes
 from ....io.sources.imported_bag import ALONG
 from ....io.sources.motion_curves import Rounding
 from ....io.sources.motion_table import MotionError, stream_odometry
@@ -286,19 +286,5 @@ def imu_messages(signals: Mapping[str, Signal]) -> Iterator[tuple[int, bytes]]:
     turned = quaternion(np.column_stack([at(name) for name in ("roll", "pitch", "yaw")])).tolist()
     rates = np.column_stack([at(name) for name in RATES]).tolist()
     forces = np.column_stack([at(name) for name in FORCES]).tolist()
-    kinds = STORE.types
-    header, stamp, imu, vector, rotor = (
-        kinds[name]
-        for name in (
-            "std_msgs/msg/Header",
-            "builtin_interfaces/msg/Time",
-            "sensor_msgs/msg/Imu",
-            "geometry_msgs/msg/Vector3",
-            "geometry_msgs/msg/Quaternion",
-        )
-    )
-    unknown = np.zeros(9)
     for now, turn, rate, force in zip(time.tolist(), turned, rates, forces):
-        at_ = header(stamp(now // SECOND, now % SECOND), "base_link")
-        message = imu(at_, rotor(*turn), unknown, vector(*rate), unknown, vector(*force), unknown)
-        yield now, bytes(STORE.serialize_cdr(message, imu.__msgtype__))
+        yield now, imu_bytes(now, turn, rate, force)
