@@ -90,14 +90,7 @@ def write_report(
     """
     check_tools()
     check_place(path)
-    text = html(subject_of(result, command, plan, scores), title)
-    try:
-        write_text(path, text)
-    except OSError as error:
-        raise ReportError(
-            f"report = {path}: cannot be written ({error.strerror}); the run itself is not touched"
-        ) from None
-    return Path(path)
+    return write_page(path, **_about(subject_of(result, command, plan, scores), title))
 
 
 def write_page(path: str | os.PathLike, **about: Any) -> Path:
@@ -113,20 +106,19 @@ def write_page(path: str | os.PathLike, **about: Any) -> Path:
     return Path(path)
 
 
-def html(subject: Subject, title: str | None = None) -> str:
-    """The page of a run."""
+def _about(subject: Subject, title: str | None) -> dict[str, Any]:
+    """Arguments of `page` for a run."""
     name = title or str(subject.metrics.get("scene") or subject.recorded.custom_data.get("scene", "Cable tow"))
     missed = compared.violated(subject)
-    state = FAILED if missed else subject.result.verdict.state
-    return page(
-        title=name,
-        line=what(subject),
-        state=state,
-        sentence=verdict.sentence(subject, missed),
-        beside=verdict.beside(subject),
-        cards=verdict.cards(subject),
-        sections=sections(subject),
-    )
+    return {
+        "title": name,
+        "line": what(subject),
+        "state": FAILED if missed else subject.result.verdict.state,
+        "sentence": verdict.sentence(subject, missed),
+        "beside": verdict.beside(subject),
+        "cards": verdict.cards(subject),
+        "sections": sections(subject),
+    }
 
 
 def page(
