@@ -367,7 +367,7 @@ def accepted_records(log, where, entry, source, raw, time, said) -> np.ndarray:
 def _begin(log: Log) -> int:
     if log.begin is not None:
         return log.begin
-    stamps = [s.logged if s.logged is not None else s.device for s in log.sources.values()]
+    stamps = [s.stamps for s in log.sources.values()]
     return min((begin_of(t) for t in stamps if t is not None and len(t)), default=0)
 
 
