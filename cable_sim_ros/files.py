@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import errno
 import os
+import secrets
 import stat
-from contextlib import suppress
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
@@ -85,3 +87,16 @@ def write_text(path: str | os.PathLike, text: str) -> None:
     """Write a file as UTF-8; OSError."""
     with open_file(path, "w", encoding="utf-8") as file:
         file.write(text)
+
+
+@contextmanager
+def whole(path: str | os.PathLike) -> Iterator[Path]:
+    """Where to write what is put in place of a file at the end; after an error what was there is as it was."""
+    path = Path(path)
+    part = path.with_name(f".{path.stem}.{secrets.token_hex(4)}.part{path.suffix}")  # another may be writing there
+    try:
+        yield part
+        part.replace(path)
+    finally:
+        with suppress(OSError, ValueError):  # ValueError: a NUL in the name
+            part.unlink()

@@ -23,7 +23,7 @@ from scipy.signal import butter, sosfiltfilt, welch
 
 from ..files import read_text
 from ..io.bags.bag import BagError, BagWriter
-from ..io.bags.typestore import STORE
+from ..io.messages.message_classes import Imu, Odometry, imu_bytes, odometry_bytes
 from ..io.scenes.resources import share_folder
 from ..limits import MAX_TOW_SPEED
 from ..sim.tables.attitude import body_rates, quaternion, rotation
@@ -170,57 +170,18 @@ def interpolate(moved: Displacement, *, speed: float = SPEED, rate: int = RATE) 
 
 
 def write(path: Path, motion: Motion, custom_data: dict[str, str]) -> None:
-    """Write the bag directory. Covariances are zero: REP-145 for not known."""
-    kinds = STORE.types
-    header, stamp, imu, odometry, vector, point, rotor = (
-        kinds[name]
-        for name in (
-            "std_msgs/msg/Header",
-            "builtin_interfaces/msg/Time",
-            "sensor_msgs/msg/Imu",
-            "nav_msgs/msg/Odometry",
-            "geometry_msgs/msg/Vector3",
-            "geometry_msgs/msg/Point",
-            "geometry_msgs/msg/Quaternion",
-        )
-    )
-    pose, posed, twist, twisted = (
-        kinds[f"geometry_msgs/msg/{name}"] for name in ("Pose", "PoseWithCovariance", "Twist", "TwistWithCovariance")
-    )
-    none9, none36 = np.zeros(9), np.zeros(36)
+    """Write the bag directory."""
     place, turn, velocity, rate, force = (
         (np.round(values / QUANTUM) * QUANTUM + 0.0).tolist()
         for values in (motion.position, motion.quaternion, motion.velocity, motion.rate, motion.specific_force)
     )
+    imu, odometry = Imu.__msgtype__, Odometry.__msgtype__
     with BagWriter(path, custom_data=custom_data, chunk_size=2**20) as bag:
-        bag.declare(IMU_TOPIC, imu.__msgtype__, "sensor")
-        bag.declare(ODOMETRY_TOPIC, odometry.__msgtype__, "sensor")
+        bag.declare(IMU_TOPIC, imu, "sensor")
+        bag.declare(ODOMETRY_TOPIC, odometry, "sensor")
         for k, time in enumerate(motion.time.tolist()):
-            at = stamp(time // 10**9, time % 10**9)
-            attitude, spin = rotor(*turn[k]), vector(*rate[k])
-            bag.add(
-                IMU_TOPIC,
-                imu.__msgtype__,
-                time,
-                STORE.serialize_cdr(
-                    imu(header(at, "base_link"), attitude, none9, spin, none9, vector(*force[k]), none9),
-                    imu.__msgtype__,
-                ),
-            )
-            bag.add(
-                ODOMETRY_TOPIC,
-                odometry.__msgtype__,
-                time,
-                STORE.serialize_cdr(
-                    odometry(
-                        header(at, "odom"),
-                        "base_link",
-                        posed(pose(point(*place[k]), attitude), none36),
-                        twisted(twist(vector(*velocity[k]), spin), none36),
-                    ),
-                    odometry.__msgtype__,
-                ),
-            )
+            bag.add(IMU_TOPIC, imu, time, imu_bytes(time, turn[k], rate[k], force[k]))
+            bag.add(ODOMETRY_TOPIC, odometry, time, odometry_bytes(time, place[k], turn[k], velocity[k], rate[k]))
 
 
 def provenance(name: str, moved: Displacement, speed: float) -> dict[str, str]:

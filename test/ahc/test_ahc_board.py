@@ -197,10 +197,7 @@ def test_a_file_that_is_no_result_is_refused(tmp_path, text):
         (("--command", "python 'my"), "No closing quotation; nothing was run. Quote it as in a shell"),
         (("--command", " "), "--command is empty; nothing was run"),
         (("--command", "python my.py", "--name", "hold"), "--name 'hold': is a law of the product"),
-        (
-            ("--command", "python my.py", "--name", "a,b"),
-            "--name 'a,b': is a law of the product, empty, or has a comma",
-        ),
+        (("--command", "python my.py", "--name", "a,b"), "--name 'a,b': is a law of the product, empty"),
         (("--name", "a"), "--name is that of --controller or --command; nothing was run"),
         (("--only", "pond/*/*"), "--only pond/*/*: fits no cell; nothing was run. cable-sim ahc --definition lists"),
         (("--quick", "--only", "*"), "--quick stands alone"),

@@ -12,7 +12,7 @@ pytestmark = pytest.mark.skipif(os.environ.get("NUMBA_DISABLE_JIT") == "1", reas
 from cable_sim_ros.tools.ahc import benchmark, definition  # noqa: E402
 from cable_sim_ros.tools.ahc.definition import Cell, Class  # noqa: E402
 from cable_sim_ros.tools.ahc.entrants import external  # noqa: E402
-from cable_sim_ros.tools.ahc.outcome import Span  # noqa: E402
+from cable_sim_ros.tools.ahc.simulate import Span  # noqa: E402
 
 EXAMPLE = Path(__file__).parents[1] / "examples" / "heave_compensator.py"
 

@@ -14,7 +14,7 @@ from cable_sim_ros.io.messages.messages import decode_odometry
 from cable_sim_ros.tools.ahc import benchmark, board, definition, motions, simulate, tables
 from cable_sim_ros.tools.ahc.definition import Cell, Class
 from cable_sim_ros.tools.ahc.entrants import AhcError, Entrant, external, laws
-from cable_sim_ros.tools.ahc.outcome import Span
+from cable_sim_ros.tools.ahc.simulate import Span
 
 HERE = Path(__file__).parent
 CONTROLLERS = HERE / "controllers.py"
@@ -224,7 +224,7 @@ def test_a_program_that_cannot_run_is_a_row_with_its_reason(monkeypatch):
 
 
 def test_a_program_needs_ros_and_says_so(monkeypatch):
-    monkeypatch.setattr("cable_sim_ros.tools.ahc.lockstep.find_spec", lambda name: None)
+    monkeypatch.setattr("cable_sim_ros.tools.ahc.simulate.find_spec", lambda name: None)
     row = benchmark.row_of(external("idle", None, "python3 idle.py"), FULL_SCALE, SHORT)
     assert row["state"] == "failed" and "--command needs ROS 2, and rclpy cannot be imported" in row["reason"]
 

@@ -1,13 +1,13 @@
 """The FMU itself, FMI 2 and 3, flown by fmpy: valid, and bit for bit the run in Python."""
 
 import sys
-from math import cos, pi, sin
 
 import numpy as np
 import pytest
 from click.testing import CliRunner
+from heaving_ship import NAMES, numbers, pushed
 
-from cable_sim_ros import ShipMotion, Simulator, WinchCommand
+from cable_sim_ros import Simulator, WinchCommand
 from cable_sim_ros.cli import commands
 from cable_sim_ros.io.scenes.load import load_scene, override
 from cable_sim_ros.tools.fmu.variables import INPUTS, OUTPUTS, PARAMETERS
@@ -19,15 +19,6 @@ pytestmark = pytest.mark.skipif(
     not (sys.platform == "linux" and sys.maxsize > 2**32), reason="binaries of the exporters: Linux x86-64"
 )
 STEP = 0.1
-NAMES = [f"ship.{n}.{a}" for n in ("position", "velocity") for a in "xyz"]
-NAMES += [f"ship.attitude.{n}" for n in ("roll", "pitch", "yaw")] + [f"ship.rate.{a}" for a in "xyz"]
-
-
-def numbers(t):
-    """Motion of the ship at t [s]."""
-    w = 2.0 * pi / 8.0
-    heave, surge = (0.5 * sin(w * t), 0.5 * w * cos(w * t)), 2.06
-    return [surge * t, 0.0, heave[0], surge, 0.0, heave[1], 0.05 * sin(w * t), 0, 0, 0.05 * w * cos(w * t), 0, 0]
 
 
 class Instance:
@@ -101,12 +92,7 @@ def expected():
     sim.start(0, (0.0, 0.0), 0.0)
     found = []
     for k in range(31):
-        had = numbers(k * STEP)
-        sim.push(
-            ShipMotion(
-                time_ns=round(k * STEP * 1e9), position=had[:3], velocity=had[3:6], attitude=had[6:9], rate=had[9:]
-            )
-        )
+        sim.push(pushed(k * STEP))
         if k:
             sim.push(WinchCommand(rate=0.1))
             sim.run(5)

@@ -2,13 +2,13 @@
 
 import json
 import sys
-from math import cos, pi, sin
 
 import numpy as np
 import pytest
 from click.testing import CliRunner
+from heaving_ship import NAMES, numbers, pushed
 
-from cable_sim_ros import CableSimError, ShipMotion, Simulator, WinchCommand
+from cable_sim_ros import CableSimError, Simulator, WinchCommand
 from cable_sim_ros.cli import commands
 from cable_sim_ros.io.scenes.load import dump_scene, load_scene, override
 from cable_sim_ros.tools.fmu import tow as module
@@ -18,22 +18,6 @@ from cable_sim_ros.tools.fmu.variables import INPUTS, OUTPUTS, PARAMETERS, UNITS
 
 TICK, STEP = 0.02, 0.1
 SCENE = {"solver.tick": TICK}
-AXES = [f"position.{a}" for a in "xyz"] + [f"velocity.{a}" for a in "xyz"]
-AXES += ["attitude.roll", "attitude.pitch", "attitude.yaw"] + [f"rate.{a}" for a in "xyz"]
-
-
-def numbers(t):
-    """Position, velocity, attitude, rate of a ship that heaves and rolls at 2.06 m/s."""
-    w = 2.0 * pi / 8.0
-    return [2.06 * t, 0, 0.5 * sin(w * t), 2.06, 0, 0.5 * w * cos(w * t)] + [
-        *(0.05 * sin(w * t), 0, 0),
-        *(0.05 * w * cos(w * t), 0, 0),
-    ]
-
-
-def pushed(t):
-    had = numbers(t)
-    return ShipMotion(time_ns=round(t * 1e9), position=had[:3], velocity=had[3:6], attitude=had[6:9], rate=had[9:])
 
 
 @pytest.fixture
@@ -55,8 +39,8 @@ def begun(resources, t=0.0, **values):
 
 
 def give(tow, t):
-    for name, value in zip(AXES, numbers(t)):
-        tow.set(f"ship.{name}", float(value))
+    for name, value in zip(NAMES, numbers(t)):
+        tow.set(name, float(value))
 
 
 def test_a_step_is_its_ticks_under_the_cubic_to_the_motion_at_its_end(resources):

@@ -150,7 +150,7 @@ def test_what_is_no_regular_file_is_said(pipes, path, kind):
 
 
 OWN = {  # module: calls that open what the program made or brought itself, or what came or goes through files.py
-    "tools/ahc/lockstep.py": 1,
+    "tools/ahc/simulate.py": 1,
     "files.py": 1,
     "tools/fmu/build.py": 2,
     "tools/fmu/tow.py": 4,

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from cable_sim_ros.io.geodesy import on_earth, on_plane
-from cable_sim_ros.tools.layback.track import along_track
+from cable_sim_ros.tools.layback.report import along_track
 from cable_sim_ros.tools.layback.ways import (
     astern,
     cable_factor,

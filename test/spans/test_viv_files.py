@@ -39,99 +39,49 @@ def call(*arguments):
 
 
 REFUSED = [
-    (
-        {"cable": {"lenght": 3.0}},
-        "cable.lenght = 3.0: there is no such key; nothing was started. Did you mean cable.length?",
-    ),
-    (
-        {"cable": {"length": -3.0}},
-        "cable.length = -3.0 m is outside [0.01, 20000] m (length L between the two held ends)",
-    ),
+    ({"cable": {"lenght": 3.0}}, "cable.lenght = 3.0: there is no such key; nothing was started"),
+    ({"cable": {"length": -3.0}}, "cable.length = -3.0 m is outside [0.01, 20000] m (length L between"),
     ({"cable": {"length": "17 m"}}, "cable.length = '17 m' is text, expected a number in [0.01, 20000] m"),
     ({"cable": {"mass_per_length": 0.0}}, "cable.mass_per_length = 0.0 kg/m is outside (0, 100000] kg/m"),
     ({"flow": {"speed": 0.65}}, "flow.speed = 0.65 is a number, expected a list of numbers in [0, 100] m/s"),
     ({"flow": {"speed": [0.65, -1.0]}}, "flow.speed = [0.65, -1.0] m/s, component 1, is outside [0, 100] m/s"),
-    (
-        {"flow": {"speed": [0.65, "x"]}},
-        "flow.speed = [0.65, 'x'] is a list of 2, expected a list of numbers in [0, 100] m/s",
-    ),
+    ({"flow": {"speed": [0.65, "x"]}}, "flow.speed = [0.65, 'x'] is a list of 2, expected a list of numbers"),
     ({"flow": {"turbulence": None}}, "flow.turbulence = null is empty, expected a number in (0, 100] m/s"),
-    (
-        {"lift": {"reading": "D"}},
-        "lift.reading = 'D' is none of its values (reading of the lift spectrum); nothing was started",
-    ),
+    ({"lift": {"reading": "D"}}, "lift.reading = 'D' is none of its values (reading of the lift spectrum)"),
     ({"damping": {"ratios": [0.1, 0.0]}}, "damping.ratios = [0.1, 0.0], component 1, is outside (0, 5]"),
     ({"tension": {"start": None}}, "tension.start is missing: the tension is nowhere given; nothing was started. Give"),
-    (
-        {"profile": {"arc": [0.0, 17.0], "tension": [1500.0, 1600.0]}},
-        "tension.start = 1500 N and profile.tension both say the tension; nothing was started. Leave one of",
-    ),
+    ({"profile": {"arc": [0.0, 17.0], "tension": [1500.0, 1600.0]}}, "tension.start = 1500 N and profile.tension both"),
     (
         {"profile": {"arc": [0.0, 17.0], "tension": [1.0, 2.0]}, "tension": {"start": None, "gradient": 3.0}},
         "tension.gradient = 3 N/m has no effect beside the table profile.tension; nothing was started. Leave it out",
     ),
-    (
-        {"tension": {"start": 1500.0, "gradient": -100.0}},
-        "tension.gradient = -100 N/m leaves a tension of -200 N at s = 17 m: a slack cable carries no waves; noth",
-    ),
-    (
-        {"flow": {"arc": [0.0, 8.0, 17.0]}},
-        "flow.speed has 2 numbers, flow.arc has 3 places; nothing was started. Give one number for each place",
-    ),
-    (
-        {"profile": {"arc": [0.0, 17.0], "diameter": [0.03]}},
-        "profile.diameter has 1 numbers, profile.arc has 2 places; nothing was started. Give one number for each place",
-    ),
-    (
-        {"profile": {"arc": [0.0, 17.0]}},
-        "profile.arc has no column beside it; nothing was started. Give tension, mass_per",
-    ),
-    (
-        {"flow": {"arc": [0.0], "speed": [1.0]}},
-        "flow.arc has 1 places; nothing was started. Give two at least: 0 and cable",
-    ),
+    ({"tension": {"start": 1500.0, "gradient": -100.0}}, "tension.gradient = -100 N/m leaves a tension of -200 N"),
+    ({"flow": {"arc": [0.0, 8.0, 17.0]}}, "flow.speed has 2 numbers, flow.arc has 3 places; nothing was started"),
+    ({"profile": {"arc": [0.0, 17.0], "diameter": [0.03]}}, "has 1 numbers, profile.arc has 2 places"),
+    ({"profile": {"arc": [0.0, 17.0]}}, "profile.arc has no column beside it; nothing was started"),
+    ({"flow": {"arc": [0.0], "speed": [1.0]}}, "flow.arc has 1 places; nothing was started. Give two at least"),
     (
         {"flow": {"arc": [0.0, 9.0, 9.0], "speed": [1.0, 1.0, 1.0]}},
         "flow.arc does not ascend: 9 m, then 9 m; nothing was started. Sort the table by arc, each once",
     ),
-    (
-        {"flow": {"arc": [0.0, 16.0]}},
-        "flow.arc goes from 0 to 16 m, the cable from 0 to cable.length = 17 m; nothing was started. Nothing is",
-    ),
-    (
-        {"flow": {"speed": [0.0, 0.0]}},
-        "flow.speed is zero everywhere: nothing is shed; nothing was started. Give the speed",
-    ),
-    (
-        {"damping": {"ratios": [0.1, 0.1]}, "response": {"modes": 3}},
-        "damping.ratios has 2 numbers for response.modes = 3; nothing was started. Give one ratio for each mode,",
-    ),
+    ({"flow": {"arc": [0.0, 16.0]}}, "flow.arc goes from 0 to 16 m, the cable from 0 to cable.length = 17 m"),
+    ({"flow": {"speed": [0.0, 0.0]}}, "flow.speed is zero everywhere: nothing is shed; nothing was started"),
+    ({"damping": {"ratios": [0.1, 0.1]}, "response": {"modes": 3}}, "has 2 numbers for response.modes = 3"),
     (
         {"flow": {"speed": [30.0, 30.0]}, "cable": {"diameter": 1e-4}, "tension": {"start": 1.0}},
         "Hz, mode 1645024; more than 2000 are not computed; nothing was started. Check length, tension and diameter;",
     ),
-    (
-        {"response": {"place": 18.0}},
-        "response.place = 18 m lies beyond cable.length = 17 m; nothing was started. Give a place on it",
-    ),
+    ({"response": {"place": 18.0}}, "response.place = 18 m lies beyond cable.length = 17 m; nothing was started"),
     (
         {"response": {"frequency_step": 1e-4, "frequencies": None}},
-        "response.frequency_step = 0.0001 Hz takes 263501 steps to the top of the lift spectrum, more than 20000; "
-        "nothing was started. Give response.frequency_step: 0.0014 or longer, or the number of equal steps as",
+        "takes 263501 steps to the top of the lift spectrum, more than 20000; nothing was started. Give response.freq",
     ),
     (
         {"flow": {"turbulence": 1e-4}, "response": {"frequency_step": None, "frequencies": None}},
         "response.steps_per_half_width = 3 takes ",
     ),
-    (
-        {"response": {"frequency_step": 100.0}},
-        "response.frequency_step = 100 Hz is longer than 1/4 of the 5.27 Hz up to which the lift reaches at the "
-        "shedding frequency: its sum means nothing; nothing was started. Leave it out: steps are chosen",
-    ),
-    (
-        {"lift": {"mean_squares": []}},
-        "lift.mean_squares = [] is a lift of zero: nothing would move; nothing was started. Leave it out for those",
-    ),
+    ({"response": {"frequency_step": 100.0}}, "response.frequency_step = 100 Hz is longer than 1/4 of the 5.27 Hz"),
+    ({"lift": {"mean_squares": []}}, "lift.mean_squares = [] is a lift of zero: nothing would move"),
     ({"lift": {"mean_squares": [0.0]}}, "lift.mean_squares = [0.0] is a lift of zero: nothing would move;"),
 ]
 
@@ -155,14 +105,8 @@ def test_an_error_of_a_file_names_its_line(tmp_path):
 @pytest.mark.parametrize(
     "content, text",
     [
-        (
-            b"",
-            "is empty, expected keys and values such as `cable: {length: 17.45, ...}`; nothing was started. Begin with",
-        ),
-        (
-            b"name: a\nship: {tow_speed: 2.0}\n",
-            ":2: ship stands at the top: this is a scene of a tow, not a span in a flow; nothing was started. Give",
-        ),
+        (b"", "is empty, expected keys and values such as `cable: {length: 17.45, ...}`; nothing was started"),
+        (b"name: a\nship: {tow_speed: 2.0}\n", ":2: ship stands at the top: this is a scene of a tow, not a span"),
         (b"name: a\nname: b\n", ":2: name is given twice, first on line 1; nothing was started. Correct the YAML"),
         (b"name: \xff\n", "is not UTF-8 text (byte 6); nothing was started. Save the span as UTF-8"),
     ],
@@ -175,10 +119,7 @@ def test_a_file_that_is_none(content, text, tmp_path):
 
 
 def test_a_span_that_is_given_to_run_is_sent_to_its_command():
-    with pytest.raises(
-        SceneError,
-        match="flow stands at the top: this is a span in a flow, not a scene of a tow; nothing was started. Give",
-    ):
+    with pytest.raises(SceneError, match="flow stands at the top: this is a span in a flow, not a scene of a tow"):
         load_scene(find_viv("capozucca_5_5"))
 
 
@@ -189,41 +130,20 @@ def test_a_name_that_is_not_shipped():
 
 
 WARNINGS = [
-    (
-        {"flow": {"speed": [0.1, 0.0]}},
-        "flow.speed sheds up to 0.5667 Hz, below the first frequency 0.8986 Hz: no mode is driven at resonance. The",
-    ),
-    (
-        {"response": {"segments": 12}},
-        "response.segments = 12 are 3 for each half wave of mode 4, fewer than 4. Give 32 or more",
-    ),
-    (
-        {"response": {"modes": 1100}},
-        "response.segments = 20 are 0.018 for each half wave of mode 1100, fewer than 4. Give 5000, the most",
-    ),
-    (
-        {"response": {"modes": 1300}},
-        "fewer than 4. Leave response.modes out: 4 modes are shed; 5000 segments are enough for 1250",
-    ),
-    (
-        {"response": {"frequencies": 10}},
-        "response.frequencies = 10 steps end at 2 Hz, below the top shedding frequency 3.683 Hz: the lift above is",
-    ),
-    (
-        {"response": {"frequency_step": 1.0}},
-        "response.frequency_step = 1 Hz is longer than 2 half widths 0.167 Hz of the narrowest resonance. Leave it out",
-    ),
+    ({"flow": {"speed": [0.1, 0.0]}}, "flow.speed sheds up to 0.5667 Hz, below the first frequency 0.8986 Hz"),
+    ({"response": {"segments": 12}}, "response.segments = 12 are 3 for each half wave of mode 4, fewer than 4"),
+    ({"response": {"modes": 1100}}, "response.segments = 20 are 0.018 for each half wave of mode 1100, fewer than 4"),
+    ({"response": {"modes": 1300}}, "fewer than 4. Leave response.modes out: 4 modes are shed; 5000 segments"),
+    ({"response": {"frequencies": 10}}, "response.frequencies = 10 steps end at 2 Hz, below the top shedding"),
+    ({"response": {"frequency_step": 1.0}}, "response.frequency_step = 1 Hz is longer than 2 half widths 0.167 Hz"),
     (
         {
             "damping": {"ratios": [0.003, 0.003, 0.003, 0.003]},
             "response": {"frequency_step": 0.005, "frequencies": 1000},
         },
-        "diameters, more than 0.75: the lift does not grow weaker with the motion here, as that of a real",
+        "diameters, more than 0.75: the lift does not grow weaker with the motion here",
     ),
-    (
-        {"tension": {"start": 100.0, "gradient": 300.0}},
-        "response.method = wkb: the frequencies of WKB are up to 4.1 % from the exact ones. Give response.method:",
-    ),
+    ({"tension": {"start": 100.0, "gradient": 300.0}}, "response.method = wkb: the frequencies of WKB are up to 4.1 %"),
 ]
 
 
@@ -237,7 +157,7 @@ def test_a_doubtful_result_says_so(blocks, text):
 @pytest.mark.parametrize("name", shipped_viv())
 def test_shipped_spans_load_and_raise_no_caution(name):
     case = viv.load_span(name)
-    assert checks.warnings(case, vibration(case)) == []
+    assert not list(checks.warnings(case, vibration(case)))
 
 
 def test_the_four_printed_cases_are_shipped():
@@ -291,7 +211,7 @@ def test_the_python_and_the_file_of_the_page_run(capsys):
     (text,) = re.findall(r"```yaml\n(.*?)```", PAGE, re.S)
     case = files.span_from_dict(*yaml12.parse(text)[:1], "viv.md")
     result = vibration(case)
-    assert checks.warnings(case, result) == [] and len(result.frequencies) > 10
+    assert not list(checks.warnings(case, result)) and len(result.frequencies) > 10
 
 
 def test_many_modes_are_computed_and_fifty_of_them_exactly():

@@ -33,9 +33,9 @@ from ...sim.scene import Scene
 from ...sim.tables.viv_tables import on as strumming_on
 from ..bags.typestore import STORE
 from .cdr import JointTemplate, cloud, cloud_table, header, header_time
-from .channel import (
-    Channel,
-    Context,
+from .channel import Channel, Context
+from .instrument_channels import INSTRUMENTS
+from .message_classes import (
     JointState,
     Odometry,
     Point,
@@ -52,7 +52,6 @@ from .channel import (
     Wrench,
     WrenchStamped,
 )
-from .instrument_channels import INSTRUMENTS
 from .rotation import inverse, rotate
 
 EXACT = np.zeros(36)  # covariance: a simulated pose has none

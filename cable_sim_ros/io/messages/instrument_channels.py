@@ -13,8 +13,8 @@ import numpy as np
 from ...physics.sensor_models import DEPTH, DEVICES, ENCODER, LOAD_PIN, METERING, MRU, USBL
 from ...sim.scene import Scene
 from .cdr import JointTemplate, header
-from .channel import (
-    Channel,
+from .channel import Channel
+from .message_classes import (
     JointState,
     Odometry,
     Point,

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
 
+from ...sim.scene import Scene
 from ..bags.bag import BagError, BagReader, report
 from ..messages.channels import BODIES, CHANNELS, STRUM, channel_of, decode, decode_frames
+from ..scenes.load import load_scene, scene_from_text
 
 PIECE = 4096  # messages that are decoded at once: a message takes five times the memory of its tick output
 HEALTH = next(channel for channel in CHANNELS if channel.name == "sim_health")
@@ -25,6 +28,20 @@ class RecordedRun(NamedTuple):
     custom_data: dict[str, str]
     strums: list[tuple[int, np.ndarray]] = []
     bodies: list[tuple[int, np.ndarray]] = []
+
+
+def scene_of_recording(
+    custom_data: Mapping[str, str], path: str | os.PathLike, given: str | os.PathLike | None, unknown: str, nothing: str
+) -> Scene:
+    """The scene that a recording keeps, or the one given in its place (NAME or FILE).
+
+    unknown, nothing: what is not known without, and what was not done then, for the text. Raises BagError, SceneError.
+    """
+    if given is not None:
+        return load_scene(given)
+    if not (text := custom_data.get("scene_yaml")):
+        raise BagError(f"bag '{path}' keeps no scene, so {unknown}: {nothing}; give --scene NAME or FILE")
+    return scene_from_text(text, f"scene kept in {path}")
 
 
 def places_of(times: list[int], frames: np.recarray) -> np.ndarray:

@@ -20,7 +20,7 @@ from ...physics.heave_filter import Heave
 from ...physics.ship import Ship
 from ...sim.inputs import MAX_PITCH, MAX_POSITION, MAX_RATE, MAX_SPEED, MAX_TURNS
 from ...sim.tables.attitude import body_rates, quaternion, rotation
-from ..bags.typestore import STORE
+from ..messages.message_classes import odometry_bytes
 from ..messages.messages import Event
 from ..scenes.ship_plan import ShipPlan
 from .csv_table import CONSEQUENCE as CONSEQUENCE
@@ -347,30 +347,9 @@ def stream_odometry(path: Samples, where: str) -> Iterator[Event]:
                 f"{where}: {after:g} s after the beginning the {what} is {worst[i]:.4g} {unit} along an axis of the "
                 f"ship, above {maximum:g} {unit}; {CONSEQUENCE}. Check units, and rows that jump"
             )
-    kinds = STORE.types
-    header, stamp, odometry, vector, point, rotor = (
-        kinds[name]
-        for name in (
-            "std_msgs/msg/Header",
-            "builtin_interfaces/msg/Time",
-            "nav_msgs/msg/Odometry",
-            "geometry_msgs/msg/Vector3",
-            "geometry_msgs/msg/Point",
-            "geometry_msgs/msg/Quaternion",
-        )
-    )
-    pose, posed, moving, moved = (
-        kinds[f"geometry_msgs/msg/{name}"] for name in ("Pose", "PoseWithCovariance", "Twist", "TwistWithCovariance")
-    )
-    unknown, turned = np.zeros(36), quaternion(path.value[:, 3:])
+    turned = quaternion(path.value[:, 3:])
     for k in range(0, len(path.time), BLOCK):
         of = slice(k, k + BLOCK)
-        rows = zip(path.time[of].tolist(), path.value[of].tolist(), turned[of].tolist(), twist[of].tolist())
-        for time, value, turn, rates in rows:
-            message = odometry(
-                header(stamp(time // SECOND, time % SECOND), "odom"),
-                "base_link",
-                posed(pose(point(*value[:3]), rotor(*turn)), unknown),
-                moved(moving(vector(*rates[:3]), vector(*rates[3:])), unknown),
-            )
-            yield Event(time, time, "odometry", bytes(STORE.serialize_cdr(message, odometry.__msgtype__)))
+        rows = zip(path.time[of].tolist(), path.value[of, :3].tolist(), turned[of].tolist(), twist[of].tolist())
+        for time, place, turn, rates in rows:
+            yield Event(time, time, "odometry", odometry_bytes(time, place, turn, rates[:3], rates[3:]))

@@ -8,7 +8,7 @@ bag, and both are judged as the live node judges them (`io.intake`). A bag that 
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import NamedTuple
@@ -315,32 +315,40 @@ def paired(ours: np.ndarray, theirs: np.ndarray) -> np.ndarray:
     return found
 
 
+def recorded_values(
+    tow: RecordedTow, wanted: Iterable[tuple[str, str, int | None]]
+) -> Iterator[tuple[np.ndarray, np.ndarray] | None]:
+    """Stamps [ns] and values that a bag recorded, of each (name of a channel, field of it, component or None); None
+    where it lacks the channel."""
+    table = {channel.name: channel for channel in CHANNELS}
+    decoded: dict[str, list[dict]] = {}
+    for name, field_, part in wanted:
+        if name not in decoded:
+            decoded[name] = [decode(table[name], data) for data in tow.outputs.get(name, ())]
+        rows = decoded[name]
+        values = [row[field_] if part is None else row[field_][part] for row in rows]
+        yield (np.array([row["time"] for row in rows], np.int64), np.array(values, float)) if rows else None
+
+
 def residuals(frames: np.recarray, tow: RecordedTow, same: SameTicks | None = None) -> list[Residual]:
     """What the bag recorded of the tow against the simulated tick outputs, at the same ticks, or at equal stamps.
 
     At a stamp that is no tick of ours, ours are interpolated linearly, but not where ``same`` says which are the same
     ticks. Only the time both cover counts. A channel that the bag lacks has no row.
     """
-    table = {channel.name: channel for channel in CHANNELS}
-    decoded: dict[str, list[dict]] = {}
     rows: list[Residual] = []
     if not len(frames):
         return rows
     ours_time = frames["time"].astype(np.int64)
-    for topic, quantity, unit, name, part in COMPARED:
-        channel = table[CHANNEL_NAMES[topic]]
-        messages = tow.outputs.get(channel.name)
-        if not messages:
+    recorded = recorded_values(tow, [(CHANNEL_NAMES[topic], name, part) for topic, _, _, name, part in COMPARED])
+    for (topic, quantity, unit, name, part), had in zip(COMPARED, recorded):
+        if had is None:
             continue
-        if channel.name not in decoded:
-            decoded[channel.name] = [decode(channel, data) for data in messages]
-        theirs = decoded[channel.name]
-        time = np.array([fields["time"] for fields in theirs], np.int64)
-        value = np.array([fields[name] if part is None else fields[name][part] for fields in theirs], float)
+        time, value = had
         ours = frames[name] if part is None else frames[name][:, part]
         if topic == "sheave/tension":  # a wrench has the norm of the pull, also of a push
             ours = np.abs(ours)
-        at = paired(ours_time, time) if same is None else same.of(channel.name, time)
+        at = paired(ours_time, time) if same is None else same.of(CHANNEL_NAMES[topic], time)
         rest = ours[at] - value
         between = (
             (at < 0)

@@ -15,8 +15,7 @@ from . import definition
 from .definition import BAND, DIGITS, SLACK, TWIN, VERSION, Cell, condition, place
 from .entrants import LAW, PROGRAM, Entrant
 from .figures import NAMES, Rules, Twin, figures, twin_of
-from .outcome import Done, Span
-from .simulate import run_cell
+from .simulate import Done, Span, run_cell
 
 FULL = Span(definition.DURATION, definition.START_UP)
 SHORT = Span(definition.QUICK_DURATION, definition.QUICK_START_UP)

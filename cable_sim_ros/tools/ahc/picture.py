@@ -5,16 +5,17 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from ...plots.canvas import canvas
 from ...plots.run import BLUE, FAINT, INK, ORANGE, PORT, PURPLE, STARBOARD
+from .benchmark import Row
+from .tables import overshoot
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.lines import Line2D
 
-Row = Mapping[str, Any]  # as a result of `cable-sim ahc` has it
 SIZE, ROOM = (16.0, 10.5), 10  # inches, and classes that it has room for
 COLOURS, MARKS = (BLUE, ORANGE, STARBOARD, PORT, PURPLE, "#b08a1e", "#3aa6a6"), "osD^vP*"
 HELD = "hold"  # left out: it is what the others are compared with
@@ -80,12 +81,6 @@ def share(name: str) -> Callable[[Row], float | None]:
 
 
 deviation, volume = share("tension_std_n"), share("ellipsoid_volume_m3")
-
-
-def overshoot(row: Row) -> float | None:
-    """Over the deviation of the twin's tension."""
-    found, twin = row["figures"]["overshoot_n"], row["twin"]["tension_std_n"]
-    return None if found is None or not twin else found / twin
 
 
 def mean(rows: Sequence[Row], of: Callable[[Row], float | None]) -> float | None:

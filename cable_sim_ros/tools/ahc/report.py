@@ -7,17 +7,16 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ...files import write_text
 from ...plots.strips import WIDTH
 from ...plots.vector import svg
 from ...sim.flag_rules import DOUBTFUL, FAILED, OK
 from ..report.parts import Figure, Section, Table, Text, counted, number, unit
 from ..report.subject import typed
-from ..report.write import check_place, page
+from ..report.write import write_page
 from . import picture as plots
 from .benchmark import Row
 from .figures import FIGURES
-from .outcome import SKIPPED
+from .simulate import SKIPPED
 from .tables import by_class, skipped
 
 if TYPE_CHECKING:
@@ -54,13 +53,13 @@ PICTURES = (
 
 def write_report(done: Mapping[str, Any], path: Path, command: Sequence[str] = ()) -> Path:
     """Write the report of a result of `benchmark.run` and return its path. The same result gives the same bytes."""
-    check_place(path)
     rows = done["rows"]
     states = [row["state"] for row in rows]
     odd, left = [row for row in rows if row["state"] not in (OK, SKIPPED)], states.count(SKIPPED)
     runs, entrants = counted(len(rows), "run"), counted(len({row["entrant"] for row in rows}), "entrant")
     said = f"{len(odd)} with a verdict that is not ok, {left} left out" if odd or left else "each with the verdict ok"
-    text = page(
+    return write_page(
+        path,
         title=f"Heave compensators on {done['benchmark']}",
         line=f"benchmark of heave compensators; cable_sim_ros {done['product']} {done['commit']}".rstrip(),
         state=FAILED if states.count(FAILED) == len(rows) else DOUBTFUL if odd else OK,
@@ -69,8 +68,6 @@ def write_report(done: Mapping[str, Any], path: Path, command: Sequence[str] = (
         cards=[],
         sections=sections(rows, odd, typed(command)),
     )
-    write_text(path, text)
-    return path
 
 
 def sections(rows: Sequence[Row], odd: Sequence[Row], command: str) -> list[Section]:

@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
+import tempfile
 import warnings
 from functools import lru_cache
+from importlib.util import find_spec
 from math import isclose
-from typing import Any
+from pathlib import Path
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...errors import CableSimError
-from ...io.scenes.load import SceneError, SceneWarning, load_scene, override
+from ...errors import NEEDS_ROS, CableSimError
+from ...io.bags.bag_writer import BagWriter
+from ...io.messages.messages import KINDS
+from ...io.scenes.load import SceneError, SceneWarning, dump_scene, load_scene, override
 from ...io.sources.motion_table import MotionWarning
 from ...io.sources.recorded_tow import RecordedTow
 from ...runs import verdict
@@ -23,13 +28,29 @@ from ...sim.layout import layout_of
 from ...sim.live_parameters import set_live
 from ...sim.scene import Scene
 from ...sim.simulator import Simulator
-from ...sim.verdict import FAILED, OK, verdict_of
+from ...sim.verdict import FAILED, OK, Verdict, verdict_of
 from .definition import CONTROL, TWIN, Cell, Class, Place, condition, motion, place, scaled, scene_file
-from .entrants import CALLABLE, LAW, PROGRAM, Entrant, controller_of
+from .entrants import CALLABLE, LAW, PROGRAM, AhcError, Entrant, controller_of, words_of
 from .motions import motion_for, with_gaps
-from .outcome import SKIPPED, Done, Span
 
 CHANGE = 1.0  # s: live changes come at whole multiples of it, where no controller is asked in between
+SCENE, PERIOD = "AHC_SCENE", "AHC_PERIOD"  # what the program finds in its environment: file of the scene; s
+SKIPPED = "skipped"
+
+
+class Done(NamedTuple):
+    """Tick outputs of a run, the state of its verdict (or skipped), and why it is not ok."""
+
+    frames: np.recarray | None
+    state: str
+    reason: str = ""
+
+
+class Span(NamedTuple):
+    """Seconds of full scale that are simulated, and of them left out of the figures."""
+
+    duration: float
+    start_up: float
 
 
 class Scheduled:
@@ -107,8 +128,6 @@ def run_cell(entrant: Entrant, cell: Cell, span: Span) -> Done:
         tow = motion_of_cell(cell, duration)
         changes = tuple((pace * when, key, value) for when, key, value in one.changes)
         if entrant.kind == PROGRAM:
-            from .lockstep import through_topics  # needs ROS
-
             return through_topics(entrant, scene, tow, duration, period_of(at), changes, one.expected)
         inner = controller_of(entrant.what, scene, period_of(at)) if entrant.kind == CALLABLE else None
         return offline(scene, tow, duration, inner, period_of(at), changes, one.expected)
@@ -165,8 +184,61 @@ def offline(
     judged = verdict.judge(driven.frames, scene, one.doubts, driven.problem)
     if judged.state == FAILED or not len(driven.frames):
         return Done(None, FAILED, driven.problem or judged.headline)
+    return _done(driven.frames, judged, expected)
+
+
+def _done(frames: np.recarray, judged: Verdict, expected: tuple[str, ...]) -> Done:
+    """The run without the reasons of the flags that were expected."""
     judged = verdict_of(reason for reason in judged.reasons if reason.flag not in expected)
-    return Done(driven.frames, judged.state, "" if judged.state == OK else judged.headline)
+    return Done(frames, judged.state, "" if judged.state == OK else judged.headline)
+
+
+def through_topics(
+    entrant: Entrant,
+    scene: Scene,
+    tow: RecordedTow,
+    duration: float,
+    period: float,
+    changes: tuple[tuple[float, str, Any], ...],
+    expected: tuple[str, ...],
+) -> Done:
+    """The run with a program of rclpy at the winch: the node in lockstep, in a domain of its own.
+
+    period: of the commands [s], for which lockstep waits. Live changes are made by parameters of the node, between two
+    steps. Raises AhcError, TowError.
+    """
+    if find_spec("rclpy") is None:
+        raise AhcError(f"--command {NEEDS_ROS.format(error='it is not installed')}")
+    from ...testing import tow as node
+
+    with tempfile.TemporaryDirectory(prefix="ahc_") as folder:
+        at = Path(folder)
+        (at / "scene.yaml").write_text(dump_scene(scene), "utf-8")
+        with BagWriter(at / "motion") as bag:
+            for event in tow.events:
+                msgtype, topic = KINDS[event.kind]
+                bag.add(f"/tow_sim/{topic}", msgtype, event.arrival, event.data, event.time)
+        with node(
+            at / "scene.yaml",
+            mode="lockstep",
+            parameters={"lockstep.command_period": period},
+            folder=at / "log",
+            environment={SCENE: str(at / "scene.yaml"), PERIOD: f"{period:.9g}"},
+            may_be_doubtful=True,
+        ) as sim:
+            sim.run(words_of(entrant), name=entrant.name)
+            sim.feed(at / "motion")
+            done = 0.0
+            for when, key, value in changes:
+                if when > done:
+                    sim.advance(when - done, motion_may_end=True)
+                    done = when
+                sim.set(key, value)
+            sim.advance(duration - done, motion_may_end=True)
+            frames, missing = sim.frames.copy(), sim.missing
+    if missing:
+        return Done(None, FAILED, f"{missing} tick outputs were not heard")
+    return _done(frames, verdict.judge(frames, scene), expected)
 
 
 def _unfit(scene: Scene) -> str:

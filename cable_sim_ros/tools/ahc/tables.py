@@ -40,6 +40,12 @@ def against_twin(name: str) -> Callable[[Row], float | None]:
     return lambda row: None if row["figures"] is None or row["twin"] is None else of(row["figures"], row["twin"])
 
 
+def overshoot(row: Row) -> float | None:
+    """Over the deviation of the twin's tension; None where either is not there."""
+    found, twin = figure("overshoot_n")(row), row["twin"] and row["twin"]["tension_std_n"]
+    return None if found is None or not twin else found / twin
+
+
 DEVIATION, VOLUME = against_twin("tension_std_n"), against_twin("ellipsoid_volume_m3")
 SPREAD = (
     Column("decoupling", figure("decoupling"), _mean, "{:.3f}"),
@@ -51,15 +57,9 @@ SPREAD = (
     Column("snaps", figure("snaps"), sum, "{:.0f}"),
     Column("lifted [s]", figure("lifted_s"), sum, "{:.3g}"),
     Column("saturated [s]", figure("saturated_s"), sum, "{:.3g}"),
-    Column("overshoot", lambda row: _overshoot(row), max, "{:.2f}"),
+    Column("overshoot", overshoot, max, "{:.2f}"),
     Column("to safe [s]", figure("time_to_safe_s"), max, "{:.3g}"),
 )
-
-
-def _overshoot(row: Row) -> float | None:
-    """Over the deviation of the twin's tension."""
-    found = figure("overshoot_n")(row)
-    return None if found is None or not row["twin"] else found / row["twin"]["tension_std_n"]
 
 
 def _said(rows: Sequence[Row], column: Column) -> str:

@@ -57,7 +57,7 @@ class Found:
         return {
             "quantity": self.quantity,
             "clock": self.clock.as_dict(),
-            "findings": [one.as_dict() for one in self.findings],
+            "findings": [one._asdict() for one in self.findings],
             "applied": self.applied,
         }
 
@@ -111,7 +111,7 @@ class Comparison:
             "body": self.body,
             "exact": None if self.exact is None else self.exact.as_dict(),
             "limits": self.limits,
-            "judged": [one.as_dict() for one in self.judged],
+            "judged": [one._asdict() for one in self.judged],
             "verdict": self.verdict.as_dict(),
         }
 

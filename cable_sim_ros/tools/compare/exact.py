@@ -18,10 +18,6 @@ class FieldDifference(NamedTuple):
     largest_at_s: float
     nan_ticks: int
 
-    def as_dict(self) -> dict[str, Any]:
-        """For the JSON."""
-        return self._asdict()
-
 
 class Exact(NamedTuple):
     """common: ticks with equal stamps, of ticks_a and ticks_b; fields: what differs, by the time of its beginning."""
@@ -43,7 +39,7 @@ class Exact(NamedTuple):
             "ticks_b": self.ticks_b,
             "common": self.common,
             "same": self.same,
-            "fields": [one.as_dict() for one in self.fields],
+            "fields": [one._asdict() for one in self.fields],
         }
 
     def line(self) -> str:

@@ -54,10 +54,6 @@ class Judged(NamedTuple):
     passed: bool
     text: str
 
-    def as_dict(self) -> dict:
-        """For the JSON."""
-        return self._asdict()
-
 
 def _problems(given: Limits) -> list[Problem]:
     found = []
@@ -79,11 +75,7 @@ def _problems(given: Limits) -> list[Problem]:
     return found
 
 
-def _find(path: str | os.PathLike) -> Path:
-    return Path(path)
-
-
-FILES = Document(Limits, "a file of limits", "file of limits", EXAMPLE, _find, list, _problems, error=LimitsError)
+FILES = Document(Limits, "a file of limits", "file of limits", EXAMPLE, Path, list, _problems, error=LimitsError)
 
 
 def load_limits(path: str | os.PathLike) -> Limits:

@@ -39,10 +39,6 @@ class Finding(NamedTuple):
     factor: float
     clear: bool
 
-    def as_dict(self) -> dict:
-        """For the JSON."""
-        return self._asdict()
-
 
 def floor_of(unit: str, means: tuple[float, float]) -> float:
     """Deviation below which a signal stands still."""

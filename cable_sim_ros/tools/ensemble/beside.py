@@ -255,7 +255,7 @@ def _follow(one: Beside, ear: Ear, alive: Alive) -> None:
     follower, said, order = one.follower, 0, None
     while alive():
         ear.client.check()
-        items = [Heard(*item) for item in ear.items()]
+        items = ear.items()
         if ear.overflowed():
             one.overrun()
             items = []  # of before the present

@@ -4,25 +4,18 @@ from __future__ import annotations
 
 import time
 from collections import deque
-from typing import Any, NamedTuple
+from typing import Any
 
 from std_msgs.msg import String
 
 from ...io.messages.messages import KINDS
 from ...ros.topics import inputs_there
-from ...ros.watcher import HEALTH, Watcher
+from ...ros.watcher import HEALTH as HEALTH_CHANNEL
+from ...ros.watcher import Watcher
+from .follow import HEALTH, Heard
 
 PLAN = "ensemble/plan"
 KEPT = 20_000  # messages that may wait: 200 s of 100 Hz
-TICKS = "health"
-
-
-class Item(NamedTuple):
-    """A message: arrival, CLOCK_MONOTONIC ns, TICKS or a kind of command, CDR bytes."""
-
-    arrival: int
-    kind: str
-    data: bytes
 
 
 class Ear(Watcher):
@@ -30,13 +23,13 @@ class Ear(Watcher):
 
     def listen(self) -> None:
         """Subscribe; best effort holds no publisher up."""
-        self._items: deque[Item] = deque(maxlen=KEPT)
+        self._items: deque[Heard] = deque(maxlen=KEPT)
         self._overflowed = False
         self.plan_text: str | None = None
         kinds, _ = inputs_there()
         from sensor_msgs.msg import JointState
 
-        self.client.hear(JointState, self.topic(HEALTH.topic), self._put_tick, reliable=False)
+        self.client.hear(JointState, self.topic(HEALTH_CHANNEL.topic), self._put_tick, reliable=False)
         for kind, made in kinds.items():
             if kind.startswith("command"):
                 self.client.hear(made, self.topic(KINDS[kind][1]), self._command(kind), reliable=False)
@@ -44,7 +37,7 @@ class Ear(Watcher):
 
     def _put_tick(self, data: bytes) -> None:
         self._heard = time.monotonic()
-        self._put(TICKS, data)
+        self._put(HEALTH, data)
 
     def _command(self, kind: str) -> Any:
         return lambda data: self._put(kind, data)
@@ -52,7 +45,7 @@ class Ear(Watcher):
     def _put(self, kind: str, data: bytes) -> None:
         with self.lock:
             self._overflowed = self._overflowed or len(self._items) == KEPT
-            self._items.append(Item(time.monotonic_ns(), kind, bytes(data)))
+            self._items.append(Heard(time.monotonic_ns(), kind, bytes(data)))
 
     def _put_plan(self, data: bytes) -> None:
         from rclpy.serialization import deserialize_message
@@ -60,7 +53,7 @@ class Ear(Watcher):
         with self.lock:
             self.plan_text = deserialize_message(data, String).data[:10_000]
 
-    def items(self) -> list[Item]:
+    def items(self) -> list[Heard]:
         """Messages since the last call, in the order of their arrival."""
         with self.lock:
             found = list(self._items)

@@ -80,11 +80,7 @@ def _problems(plan: EnsemblePlan) -> list[Problem]:
     return found
 
 
-def _find(path: str | os.PathLike) -> Path:
-    return Path(path)
-
-
-PLANS = Document(EnsemblePlan, "an ensemble", "ensemble", "ensemble: mine", _find, list, _problems, error=EnsembleError)
+PLANS = Document(EnsemblePlan, "an ensemble", "ensemble", "ensemble: mine", Path, list, _problems, error=EnsembleError)
 
 
 def load_plan(path: str | os.PathLike | None, changed: Mapping[str, Any], scene: Scene | None = None) -> EnsemblePlan:

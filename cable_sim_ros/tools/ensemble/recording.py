@@ -16,7 +16,7 @@ from ...io.bags.bag import BagError, BagReader, Damage, report
 from ...io.messages.channels import channel_of
 from ...io.messages.messages import KINDS
 from ...io.recordings.recorded_run import HEALTH as HEALTH_CHANNEL
-from ...io.scenes.load import load_scene, scene_from_text
+from ...io.recordings.recorded_run import scene_of_recording
 from ...sim.scene import Scene
 from .copies import FIGURES, Band, Ensemble, EnsembleEnded, Lost, figures_of, level_of
 from .flagged import of_recorded
@@ -68,16 +68,9 @@ class Followed(NamedTuple):
 
 def scene_kept(path: str | os.PathLike, given: str | None) -> Scene:
     """The scene of a recording, or the one given in its place. Raises BagError where there is none."""
-    if given is not None:
-        return load_scene(given)
     with BagReader(path) as bag:
-        text = bag.custom_data.get("scene_yaml")
-    if not text:
-        raise BagError(
-            f"bag '{path}' keeps no scene, so what was towed is not known: nothing was simulated; give --scene NAME or "
-            "FILE"
-        )
-    return scene_from_text(text, f"scene kept in {path}")
+        about = bag.custom_data
+    return scene_of_recording(about, path, given, "what was towed is not known", "nothing was simulated")
 
 
 def heard_of(path: str | os.PathLike, damage: Damage | None = None) -> Iterator[Heard]:

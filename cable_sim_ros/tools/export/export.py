@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import os
-import tempfile
 from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
 from typing import NamedTuple
 
+from ...files import whole
 from .content import TABLES, Content, ExportError, gather
 from .formats import WRITERS, need
 
@@ -78,28 +78,14 @@ def _free(path: Path, force: bool) -> None:
 
 
 def _whole(path: Path, write: Callable[[Path], None]) -> None:
-    """Write beside the file and rename, so that a full disk leaves no half of one."""
-    part = None
+    """Write it, so that a full disk leaves no half of it."""
     try:
-        handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.", suffix=".part")
-        os.close(handle)
-        part = Path(name)
-        write(part)
-        os.chmod(part, 0o666 & ~_umask())
-        os.replace(part, path)
+        with whole(path) as part:
+            write(part)
+    except ExportError:
+        raise
     except (OSError, ValueError) as error:  # ValueError: a NUL in the name
-        if isinstance(error, ExportError):
-            raise
         raise ExportError(
             f"--out {path}: cannot be written ({getattr(error, 'strerror', None) or error}); what was there before is "
             f"as it was. Give a file in a folder that is there, on a disk with room"
         ) from None
-    finally:
-        if part is not None:
-            part.unlink(missing_ok=True)
-
-
-def _umask() -> int:
-    mask = os.umask(0o077)
-    os.umask(mask)
-    return mask

@@ -17,6 +17,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from ...files import whole
 from ...io.scenes.load import dump_scene, load_scene
 from ...runs.settings import apply_to_scene, refuse_without_bag
 from ...version import __version__
@@ -87,12 +88,8 @@ def build(
                 built = exporter.FmuBuilder.build_FMU(
                     script, made, project_files=[work / SCENE_FILE, work / ABOUT_FILE], **OPTIONS[fmi]
                 )
-            part = out.with_name(f".{out.name}.{os.getpid()}.part")
-            try:
+            with whole(out) as part:
                 _without_others(Path(built), part, fmi)
-                os.replace(part, out)
-            finally:
-                part.unlink(missing_ok=True)
     except OSError as error:
         raise FmuError(
             f"--out {out}: cannot be written ({error.strerror or error}); what was there before is as it was. Give "

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+from collections.abc import Iterator, Mapping
 from typing import Any
 from uuid import UUID, uuid5
 
@@ -24,6 +25,26 @@ def rows(about: dict[str, Any]) -> list[Variable]:
         unit = f" [{item.unit}]" if item and item.unit else ""
         found.append(Variable(key, REAL, "parameter", "", f"{meaning}{unit}"))
     return found
+
+
+def variables(
+    tow: Tow, kinds: Mapping[str, Any], causality: Any, initial: Any, variability: Any, units: bool = False
+) -> Iterator[Any]:
+    """Every variable as a library of FMI has it: its classes by kind, its enums; units: a Real tells its own."""
+    begins = {"output": initial.calculated, "parameter": initial.exact}
+    for row in rows(tow.about):
+        varies = variability.continuous if row.kind == REAL else variability.discrete
+        read = (lambda name=row.name: tow.output(name)) if row.role == "output" else None
+        yield kinds[row.kind](
+            row.name,
+            causality=getattr(causality, row.role),
+            initial=begins.get(row.role),
+            variability=variability.fixed if row.role == "parameter" else varies,
+            description=row.meaning,
+            getter=read or (lambda name=row.name: tow.values[name]),
+            setter=None if read else (lambda value, name=row.name: tow.set(name, value)),
+            **({"unit": row.unit} if units and row.kind == REAL and row.unit else {}),
+        )
 
 
 def limits_of(tow: Tow, name: str) -> dict[str, str]:

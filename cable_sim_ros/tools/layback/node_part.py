@@ -7,7 +7,8 @@ from __future__ import annotations
 
 import math
 import time
-from typing import TYPE_CHECKING, Any
+from math import hypot, radians, remainder
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -16,15 +17,60 @@ from ...physics.parameter import Block, quantity
 from ...ros.parts import NodePart
 from ...sim.scene import Scene
 from ...sim.tables.attitude import angles_of
+from ...sim.tables.current import flow_of
 from ...terminal import clean
-from .band_table import BandTable
 from .ranges import Ranges
+from .static_place import COVERAGE, NoShape, Tow, band_of
 
 if TYPE_CHECKING:
     from ...ros.node import CableSimNode
 
 TOPIC, MSGTYPE = "towbody/fix", "sensor_msgs/msg/NavSatFix"
 CALM = 20.0  # s, over which the ship's velocity is averaged
+SHARES = (0.5, 1.0, 1.5)  # of the scene's cable out and speed
+LEAST_SPEED, LEAST_CABLE = 0.5, 10.0  # m/s, m: of which shares are taken at least
+TURNED = radians(15.0)  # of the heading, from which a current of the world makes another tow
+
+
+class Spread(NamedTuple):
+    """Standard deviations [m] of a towbody along its layback, across it, and of its depth."""
+
+    along: float
+    across: float
+    depth: float
+
+
+class BandTable:
+    """The interval of a tow's place for many cables and speeds of a scene at its heading, made once."""
+
+    def __init__(self, scene: Scene, ranges: Ranges) -> None:
+        self.heading = radians(scene.ship.heading_deg)
+        held = sum(section.length for section in scene.cable.sections.values())
+        middle = max(scene.winch.scope or 0.5 * held, LEAST_CABLE)
+        self.cables = np.unique([min(share * middle, 0.95 * held) for share in SHARES])
+        self.speeds = np.array([share * max(scene.ship.tow_speed, LEAST_SPEED) for share in SHARES])
+        depths = np.linspace(0.0, float(self.cables[-1]), 5)
+        self.flows = any(hypot(*flow_of(scene.water, self.heading)(-float(depth))) > 0.0 for depth in depths)
+        east, north = np.cos(self.heading), np.sin(self.heading)
+        self._rows = np.full((len(self.cables), len(self.speeds), 3), np.nan)
+        for i, cable in enumerate(self.cables):
+            for k, speed in enumerate(self.speeds):
+                try:
+                    band = band_of(scene, Tow(float(cable), speed * east, speed * north, self.heading), ranges)[1]
+                except NoShape:
+                    continue
+                self._rows[i, k] = np.array([band.along, band.across, band.depth]) / COVERAGE
+
+    def of(self, cable: float, speed: float, heading: float) -> Spread | None:
+        """Of a cable out [m], a speed [m/s] and a heading [rad]; None where nothing is known of it."""
+        inside = self.cables[0] <= cable <= self.cables[-1] and self.speeds[0] <= speed <= self.speeds[-1]
+        if not inside or (self.flows and abs(remainder(heading - self.heading, 2.0 * np.pi)) > TURNED):
+            return None
+        found = [
+            float(np.interp(cable, self.cables, [np.interp(speed, self.speeds, row) for row in self._rows[:, :, k]]))
+            for k in range(3)
+        ]
+        return Spread(*found) if np.isfinite(found).all() else None
 
 
 class Fix(Block):
@@ -115,12 +161,12 @@ class TowbodyFix(NodePart):
         message.latitude, message.longitude = float(latitude[0]), float(longitude[0])
         message.altitude = math.nan if self.fix.surface is None else self.fix.surface + float(body[2])
         yaw = angles_of(*frame["ship_quaternion"].tolist())[2]
-        spread = self.table.of(float(frame["scope"]), math.hypot(*self._velocity), yaw)
+        spread = self.table.of(float(frame["scope"]), hypot(*self._velocity), yaw)
         if spread is None:
             message.position_covariance_type = self.made.COVARIANCE_TYPE_UNKNOWN
             return message
         east, north = (body - frame["sheave_position"])[:2].tolist()
-        size = math.hypot(east, north) or 1.0
+        size = hypot(east, north) or 1.0
         c, s = east / size, north / size
         along, across = spread.along**2, spread.across**2
         ee, en, nn = along * c * c + across * s * s, (along - across) * c * s, along * s * s + across * c * c

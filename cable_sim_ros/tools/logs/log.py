@@ -41,8 +41,13 @@ class Source:
     left: tuple[str, ...] = ()
     doubts: tuple[str, ...] = ()
 
+    @property
+    def stamps(self) -> np.ndarray | None:
+        """Of the logger, else of the device; None where there are neither."""
+        return self.logged if self.logged is not None else self.device
+
     def __len__(self) -> int:
-        first = self.logged if self.logged is not None else self.device
+        first = self.stamps
         if first is None:
             first = next(iter(self.columns.values()), None)
         return 0 if first is None else len(first)

@@ -95,12 +95,20 @@ def _take_out(log: Log, source: Source, flag: Flag) -> None:
     )
 
 
+def stamps_of_both(one: Source, other: Source) -> tuple[np.ndarray, np.ndarray] | None:
+    """Of the clock that two sources have in common, the logger's first; None where there is none."""
+    for clock in ("logged", "device"):
+        ours, theirs = getattr(one, clock), getattr(other, clock)
+        if ours is not None and theirs is not None:
+            return ours, theirs
+    return None
+
+
 def last_before(source: Source, told: Source) -> np.ndarray | None:
     """Record of another source at or before each of a source, -1 before its first; None: no clock in common."""
-    for clock in ("logged", "device"):
-        ours, theirs = getattr(source, clock), getattr(told, clock)
-        if ours is not None and theirs is not None:
-            order = np.argsort(theirs, kind="stable")
-            at = np.searchsorted(theirs[order], ours, "right") - 1
-            return np.where(at >= 0, order[np.maximum(at, 0)], -1)
-    return None
+    both = stamps_of_both(source, told)
+    if both is None:
+        return None
+    order = np.argsort(both[1], kind="stable")
+    at = np.searchsorted(both[1][order], both[0], "right") - 1
+    return np.where(at >= 0, order[np.maximum(at, 0)], -1)

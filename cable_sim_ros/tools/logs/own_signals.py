@@ -11,9 +11,8 @@ import numpy as np
 from ...io.bags.bag import BagError, BagReader
 from ...io.bags.typestore import STORE
 from ...io.messages.cdr import header_time
-from ...io.messages.channels import CHANNELS, decode
-from ...io.sources.recorded_tow import RecordedTow, odometry_of, read_tow, recorded_frames
-from ...physics.tick_output import TICK_OUTPUT
+from ...io.messages.channels import CHANNELS
+from ...io.sources.recorded_tow import RecordedTow, odometry_of, read_tow, recorded_frames, recorded_values
 from ...sim.tables.attitude import angles_of
 from .signals import QUANTITIES, Signal
 
@@ -115,22 +114,16 @@ def later_only(time: np.ndarray) -> np.ndarray:
 
 
 def _of_channels(tow: RecordedTow) -> list[Signal]:
-    table = {channel.name: channel for channel in CHANNELS}
-    decoded: dict[str, list[dict]] = {}
+    topics = {channel.name: channel.topic for channel in CHANNELS}
     out = []
-    for channel, field, component, quantity, factor in CHANNEL_QUANTITIES:
-        assert field in (TICK_OUTPUT.names or ())
-        messages = tow.outputs.get(channel)
-        if not messages:
+    recorded = recorded_values(tow, [row[:3] for row in CHANNEL_QUANTITIES])
+    for (channel, _, _, quantity, factor), had in zip(CHANNEL_QUANTITIES, recorded):
+        if had is None:
             continue
-        if channel not in decoded:
-            decoded[channel] = [decode(table[channel], data) for data in messages]
-        rows = decoded[channel]
-        time = np.array([row["time"] for row in rows], np.int64)
-        value = np.array([row[field] if component is None else row[field][component] for row in rows], float)
+        time, value = had
         good = later_only(time) & np.isfinite(value)
         if good.any():
-            out.append(Signal(quantity, time[good], factor * value[good], f"{tow.path}: {table[channel].topic}"))
+            out.append(Signal(quantity, time[good], factor * value[good], f"{tow.path}: {topics[channel]}"))
     return out
 
 

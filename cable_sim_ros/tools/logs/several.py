@@ -83,7 +83,7 @@ class Joined:
         for name, source in log.sources.items():
             if not len(source):
                 continue
-            stamps = source.logged if source.logged is not None else source.device
+            stamps = source.stamps
             if stamps is not None:
                 begin = begin_of(stamps)
                 self._begin = begin if self._begin is None else min(begin, self._begin)

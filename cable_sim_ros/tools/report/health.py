@@ -23,7 +23,6 @@ TERMS = (  # field, name, what it is
     ("dissipated", "lost in the cable", "energy lost in the material of the cable"),
     ("energy_residual", "residual of the balance", "stored plus lost, less work: the error of the integration"),
 )
-EVERY_TICK = (("MOTION_STALE", "MOTION_BLENDING", "COMMAND_STALE"),)
 
 
 def solver(subject: Subject) -> Section:

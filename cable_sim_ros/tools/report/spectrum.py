@@ -86,14 +86,8 @@ def section(subject: Subject) -> Section:
     every = [(title, unit, values, density(values, tick)) for title, unit, values in rows]
     heave = every[0][3]
     if heave is None:
-        found.parts.append(
-            Text(
-                [
-                    "No spectra: the sheave does not heave, or what is left after the start-up is shorter than "
-                    f"{LEAST_S:g} s."
-                ]
-            )
-        )
+        why = "the sheave does not heave, or what is left after the start-up is shorter than"
+        found.parts.append(Text([f"No spectra: {why} {LEAST_S:g} s."]))
         return found
     band = band_of(heave)
     end = min(float(heave.frequency[-1]), max(3.0 * band[1], 4.0 * heave.peak))

@@ -21,7 +21,6 @@ from ...sim.scene import Scene
 
 TAKEN_IN = ("imu/data", "odom", "winch/command", "joint_command/position", "joint_command/velocity")
 LEFT_OUT = ("--out", "--report")  # where files go says nothing of the run
-WALL_CLOCK = ("compile_s", "start_s", "stepping_s")  # other with every run; realtime_factor is kept of a live one
 
 
 @dataclass

@@ -15,10 +15,24 @@ from ...plots.heading import date_of
 from ...runs.result import Run
 from ...sim.flag_rules import FAILED
 from . import compared, health, inputs, outcome, simulated, spectrum, verdict
-from .glossary import WORDS
 from .parts import Card, Section
 from .subject import Subject, subject_of
 
+WORDS = (  # for somebody who has never seen the product
+    ("Scene", "the description of a tow that was simulated: water, cable, winch, sheave, towbody, with their numbers"),
+    ("Sheave", "the grooved wheel over which the cable leaves the ship"),
+    ("Towbody", "the body at the end of the cable, also called the fish"),
+    ("Effective tension", "pull of the cable plus the water pressure on its cross-section: what bends and breaks it"),
+    ("Pay-out", "unstretched cable that has left the drum, in metres; positive is cable out"),
+    ("Scope", "unstretched cable outboard of the sheave"),
+    ("Layback", "horizontal distance from the sheave to the towbody"),
+    ("Heave", "motion up and down; heave compensation turns the winch so that the towbody feels less of it"),
+    ("Standard deviation", "how far a quantity swings about its mean; of a sine, its amplitude divided by 1.41"),
+    (
+        "Verdict",
+        "ok: no check objects; doubtful: some figures cannot be taken as they are; failed: the run did not end",
+    ),
+)
 MISSING = (
     "{name} is not installed: no report was written, and nothing was simulated for it. Install what a report needs: "
     "pip install 'cable_sim_ros[report]'"
@@ -76,14 +90,7 @@ def write_report(
     """
     check_tools()
     check_place(path)
-    text = html(subject_of(result, command, plan, scores), title)
-    try:
-        write_text(path, text)
-    except OSError as error:
-        raise ReportError(
-            f"report = {path}: cannot be written ({error.strerror}); the run itself is not touched"
-        ) from None
-    return Path(path)
+    return write_page(path, **_about(subject_of(result, command, plan, scores), title))
 
 
 def write_page(path: str | os.PathLike, **about: Any) -> Path:
@@ -99,20 +106,19 @@ def write_page(path: str | os.PathLike, **about: Any) -> Path:
     return Path(path)
 
 
-def html(subject: Subject, title: str | None = None) -> str:
-    """The page of a run."""
+def _about(subject: Subject, title: str | None) -> dict[str, Any]:
+    """Arguments of `page` for a run."""
     name = title or str(subject.metrics.get("scene") or subject.recorded.custom_data.get("scene", "Cable tow"))
     missed = compared.violated(subject)
-    state = FAILED if missed else subject.result.verdict.state
-    return page(
-        title=name,
-        line=what(subject),
-        state=state,
-        sentence=verdict.sentence(subject, missed),
-        beside=verdict.beside(subject),
-        cards=verdict.cards(subject),
-        sections=sections(subject),
-    )
+    return {
+        "title": name,
+        "line": what(subject),
+        "state": FAILED if missed else subject.result.verdict.state,
+        "sentence": verdict.sentence(subject, missed),
+        "beside": verdict.beside(subject),
+        "cards": verdict.cards(subject),
+        "sections": sections(subject),
+    }
 
 
 def page(

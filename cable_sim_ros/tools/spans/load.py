@@ -3,16 +3,43 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Iterator
+from math import ceil
 from typing import Any
 
 from ...io.scenes import resources
 from ...io.scenes.document import Document, SceneError
-from ...sim.problem import Problem
-from .span_checks import span_problems
-from .span_file import Span, SpanFile
+from ...physics.wake_oscillator import WakeLaw
+from ...sim.problem import Problem, apart
+from ...sim.wake_tables import ELEMENTS, wave_length
+from .span_file import (
+    LEAD_ELEMENTS,
+    MAX_ELEMENTS,
+    Span,
+    SpanCase,
+    SpanEnds,
+    SpanFile,
+    seat_of,
+    shedding_frequency,
+    wet_lengths,
+)
 
 Check = Callable[[Span], list[Problem]]
+# of the radius that the cable may be pressed into the groove: found by trial, at 0.45 no rest is found any more
+MAX_DEPTH = 0.4
+MIN_REST = 0.05  # of what lies near the sheaves: length of the rest of the span
+# least tension at the end of a span over half its weight: min cosh(x)/x, that of the lightest catenary. The span is
+# shorter by no more than the two sheaves, and what hangs beside it longer by no more than the radius of one
+LIGHTEST = 1.5088795615
+
+
+def span_problems(span: Span) -> list[Problem]:
+    """What of a span cannot be run in time, case by case: what cannot be a line, or is too coarse for its vortices."""
+    found: list[Problem] = []
+    for name, case in span.cases.items():
+        lines = list(_sheave_problems(span, case, name)) if span.ends is SpanEnds.SHEAVES else []
+        found += lines or _element_problems(span, case, name)
+    return found
 
 
 def load_span(path_or_name: str | os.PathLike, check: Check = span_problems) -> Span:
@@ -49,3 +76,69 @@ def known_cases(span: Span, names: Collection[str]) -> None:
     if unknown:
         text = f"case '{unknown[0]}' is not in {span.name}; nothing was run. Known: {', '.join(span.cases)}"
         raise SceneError([text])
+
+
+def _sheave_problems(span: Span, case: SpanCase, name: str) -> Iterator[Problem]:
+    """Why a case does not lie over its sheaves, if it does not."""
+    key = f"span.cases.{name}"
+    (seat, depth), (lead, rest) = seat_of(span, case), wet_lengths(span, case)
+    if depth > MAX_DEPTH * seat:
+        given, maximum = apart(depth, MAX_DEPTH * seat)
+        text = (
+            f"= {case.tension:g} N presses the cable {given} m into the groove of a sheave on which it lies with a "
+            f"radius of {seat:.4g} m, more than {maximum} m, {100.0 * MAX_DEPTH:g} % of it: no rest is found there"
+        )
+        minimum = span.sheave.stiffness * (depth / (MAX_DEPTH * seat)) ** 1.5
+        remedy = (
+            f"Make span.sheave.stiffness at least {minimum:.3g} N/m^2.5, span.sheave.radius larger, or the tension less"
+        )
+        yield Problem(f"{key}.tension", text, remedy)
+    elif rest < MIN_REST * lead:
+        minimum = (2.0 + MIN_REST) * lead
+        text = (
+            f"= {case.length:g} m is shorter than {minimum:.4g} m: what lies near the two sheaves (span.sheave.radius "
+            f"= {span.sheave.radius:g} m) leaves no span between them"
+        )
+        remedy = f"Make it at least {minimum:.4g} m, span.sheave.radius smaller, or span.ends pinned"
+        yield Problem(f"{key}.length", text, remedy)
+    else:
+        yield from _hanging_problems(span, case, key, seat)
+
+
+def _hanging_problems(span: Span, case: SpanCase, key: str, seat: float) -> Iterator[Problem]:
+    """A case whose masses do not hold it up, if they do not; seat: radius at which it lies on a sheave [m]."""
+    weight = span.cable.mass_per_length * span.gravity
+    pull = 0.5 * LIGHTEST * weight * (case.length - 2.0 * seat)
+    minimum = pull - weight * (span.sheave.tail + seat)
+    if case.tension < minimum:
+        given, needed = apart(case.tension, minimum, 4)
+        text = (
+            f"= {given} N is less than {needed} N: with span.sheave.tail = {span.sheave.tail:g} m of cable beside it, "
+            f"such a mass does not hold {case.length:g} m of {weight:.4g} N/m, of which the lightest catenary "
+            f"pulls {pull:.4g} N, and runs up to the sheave"
+        )
+        remedy = f"Make it at least {minimum:.4g} N, well above for a taut span, or the length less"
+        yield Problem(f"{key}.tension", text, remedy)
+
+
+def _element_problems(span: Span, case: SpanCase, name: str) -> Iterator[Problem]:
+    """Elements too long for the waves that the shedding of a case drives."""
+    if span.wake.law is WakeLaw.OFF:
+        return
+    frequency = shedding_frequency(span, case)
+    bound = wave_length(span.cable, span.fluid.density, frequency, case.tension) / ELEMENTS
+    lead, rest = wet_lengths(span, case)
+    cause = (
+        f"1/{ELEMENTS} of a wave of this cable at the {frequency:.4g} Hz that case {name} sheds at {case.wind:g} m/s "
+        f"under {case.tension:g} N: the mesh does not carry the vibration"
+    )
+    if lead / LEAD_ELEMENTS > bound:
+        given, maximum = apart(lead / LEAD_ELEMENTS, bound)
+        text = f"= {case.wind:g} m/s with elements of {given} m next to the sheaves, longer than {maximum} m, {cause}"
+        yield Problem(f"span.cases.{name}.wind", text, "Give less wind, or a smaller span.sheave.radius")
+    elif rest / span.elements > bound * (1.0 + 1e-9):
+        given, maximum = apart(rest / span.elements, bound)
+        needed, top = 2 * ceil(0.5 * rest / bound), MAX_ELEMENTS
+        text = f"= {span.elements} makes elements of {given} m, longer than {maximum} m, {cause}"
+        remedy = f"Give at least {needed}" if needed <= top else f"It would take {needed}, above {top}: give less wind"
+        yield Problem("span.elements", text, remedy)

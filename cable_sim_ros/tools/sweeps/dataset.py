@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import json
-import secrets
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ...files import whole
 from ...version import __version__
 from ..report.sweep_page import declared_as
 from .figures import FIGURES, MEANINGS, RULE, unit_of
@@ -67,17 +67,12 @@ def dataset(swept: Swept) -> xarray.Dataset:
 
 def write(swept: Swept, folder: Path) -> list[Path]:
     """`sweep.nc`, and `sweep.csv` with one header line, each whole or not at all; answers their paths."""
-    whole = dataset(swept)
-    paths, own = [folder / "sweep.nc", folder / "sweep.csv"], f".{secrets.token_hex(4)}.writing"
-    made = [path.with_name(path.name + own) for path in paths]  # another sweep may be writing here
+    data, paths = dataset(swept), [folder / "sweep.nc", folder / "sweep.csv"]
     try:
-        whole.to_netcdf(made[0], engine="h5netcdf")
-        whole.to_dataframe().to_csv(made[1], index_label="case")
-        for new, path in zip(made, paths, strict=True):
-            new.replace(path)
+        with whole(paths[0]) as netcdf, whole(paths[1]) as csv:
+            data.to_netcdf(netcdf, engine="h5netcdf")
+            data.to_dataframe().to_csv(csv, index_label="case")
     except OSError as error:
-        for new in made:
-            new.unlink(missing_ok=True)
         why = f" ({error.strerror})" if error.strerror else ""  # none: words of the HDF5 library for its makers
         raise StoreError(
             f"{folder}: sweep.nc and sweep.csv cannot be written{why}; the rows are kept in {folder / 'rows'}. Another "

@@ -7,9 +7,7 @@ the same rows for any number of workers.
 
 from __future__ import annotations
 
-import multiprocessing
 import os
-import threading
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future, wait
 from itertools import islice
@@ -19,7 +17,7 @@ from ...errors import CableSimError
 from ...processes import Spawn, Workers
 from ...sim.flag_rules import FAILED
 from .cases import Case
-from .threads import one_thread
+from .threads import begun
 from .worker import AGAIN, simulate
 
 AHEAD = 2  # cases a worker has in hand, the one that it runs counted
@@ -52,20 +50,7 @@ def free_memory() -> float:
 
 def processes(workers: int) -> Executor:
     """Workers as processes of this machine, started afresh: they share nothing with the caller."""
-    return Workers(workers, mp_context=Spawn(), initializer=_begun)
-
-
-def _begun() -> None:
-    """First of all in a worker: one thread, and an end with the caller, of whom a signal leaves nobody to say it."""
-    one_thread()
-    threading.Thread(target=_end_with_caller, name="end_with_caller", daemon=True).start()
-
-
-def _end_with_caller() -> None:
-    caller = multiprocessing.parent_process()
-    if caller is not None:
-        caller.join()
-        os._exit(1)  # the case in hand is lost; its rows are the caller's
+    return Workers(workers, mp_context=Spawn(), initializer=begun)
 
 
 def rows_of(cases: Iterable[Case], make: Make, workers: int) -> Iterator[tuple[Case, dict[str, Any]]]:

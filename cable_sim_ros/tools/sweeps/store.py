@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from ...errors import CableSimError
-from ...files import open_file
+from ...files import open_file, whole
 
 PART_ROWS, PART_SECONDS = 256, 5.0  # a part is written when it has so many rows, or is so old
 COUNT = b"rows"  # in the metadata of a part: checksums are of its pages alone
@@ -90,8 +90,8 @@ class Store:
         table = pyarrow.table({"key": [row["key"] for row in self._waiting], "row": text})
         table = table.replace_schema_metadata({COUNT: str(len({row["key"] for row in self._waiting}))})
         try:
-            parquet.write_table(table, path.with_suffix(".writing"), write_page_checksum=True)
-            path.with_suffix(".writing").rename(path)
+            with whole(path) as part:
+                parquet.write_table(table, part, write_page_checksum=True)
         except OSError as error:
             raise StoreError(
                 f"{path}: cannot be written ({error.strerror}); {len(self._waiting)} rows are lost, those before are "

@@ -5,7 +5,8 @@ from __future__ import annotations
 import difflib
 import os
 import re
-from collections.abc import Iterable, Mapping
+import warnings
+from collections.abc import Iterable, Iterator, Mapping
 from enum import Enum
 from math import isfinite, prod
 from pathlib import Path
@@ -16,18 +17,25 @@ from pydantic import BeforeValidator, ValidationError
 from ...errors import CableSimError
 from ...io.scenes.document import Document, SceneError
 from ...io.scenes.load import load_scene
+from ...io.scenes.resources import ResourceError, find_bag
 from ...io.scenes.winch_plan import PlanError, WinchPlan
+from ...io.sources.motion_table import HEAVE_PERIODS, read_table
+from ...io.sources.recorded_tow import read_tow
+from ...io.sources.sea_motion import response_of, sea_motion
 from ...limits import LONGEST_RUN
 from ...physics.heave_compensation import SetpointLaw
+from ...physics.heave_filter import Heave
 from ...physics.parameter import REQUIRED, Block, quantity
+from ...runs.live_changes import ChangeError
+from ...runs.message_run import MessageRun
 from ...runs.settings import apply_to_scene, of_intake
 from ...runs.sources import in_the_sea
 from ...runs.step_choice import overwritten
 from ...sim.problem import Problem
 from ...sim.scene import Scene
 from .figures import FIGURES, IN_EVERY_ROW, NO_NUMBERS
-from .inputs_found import heave_problem, motion_problem, place_of, plan_problem
 
+TRIED = 1.0  # s of motion in the waves
 MAX_CASES = 1_000_000
 MAX_VALUES = 100_000  # of one key
 MAX_SEEDS = 10_000
@@ -135,43 +143,80 @@ def count_of(plan: SweepPlan) -> int:
 
 
 def _problems(plan: SweepPlan) -> list[Problem]:
-    found = []
+    found = [*_of_lists(plan), *_of_keys(plan), *_of_samples(plan), *_of_motions(plan), *_twice_in(plan)]
+    for name in plan.figures:
+        if name not in FIGURES:
+            near = difflib.get_close_matches(name, [one for one in FIGURES if one not in NO_NUMBERS], 1)
+            remedy = f"Did you mean {near[0]}? See docs/json.md" if near else "See docs/json.md"
+            found.append(Problem("figures", f"names '{name}', which no run gives", remedy))
+        elif name in NO_NUMBERS and name not in IN_EVERY_ROW:
+            text = f"names '{name}', which is no single number: no row keeps it"
+            found.append(Problem("figures", text, "Leave it out"))
+    if not found and count_of(plan) > MAX_CASES:
+        found.append(Problem("grid", f"makes {count_of(plan):.3g} cases, more than {MAX_CASES}", "Vary less at once"))
+    return found
+
+
+def _of_lists(plan: SweepPlan) -> Iterator[Problem]:
     if plan.step not in ("chosen", "fixed"):
-        found.append(Problem("step", f"= {plan.step!r:.40} is neither chosen nor fixed", "Give one of the two"))
+        yield Problem("step", f"= {plan.step!r:.40} is neither chosen nor fixed", "Give one of the two")
     for name in ("motions", "plans", "setpoints"):
         if not getattr(plan, name):
-            found.append(Problem(name, "is empty: there would be no case", "Leave it out, or give one"))
+            yield Problem(name, "is empty: there would be no case", "Leave it out, or give one")
     for key, one in plan.grid.items():
         if isinstance(one, list) and not 0 < len(one) <= MAX_VALUES:
-            found.append(Problem(f"grid.{key}", f"has {len(one)} values", f"Give 1 to {MAX_VALUES}"))
+            yield Problem(f"grid.{key}", f"has {len(one)} values", f"Give 1 to {MAX_VALUES}")
         elif isinstance(one, list):
-            found += _twice(f"grid.{key}", map(_plain, one), one) + _not_finite(f"grid.{key}", one)
+            yield from _twice(f"grid.{key}", map(_plain, one), one)
+            yield from _not_finite(f"grid.{key}", one)
         elif one.first == one.last:
             text = f"= {one.first:g} to {one.last:g} has the same value {one.count} times"
-            found.append(Problem(f"grid.{key}", text, "Give another last value, or the list of that one value"))
+            yield Problem(f"grid.{key}", text, "Give another last value, or the list of that one value")
+
+
+def _of_keys(plan: SweepPlan) -> Iterator[Problem]:
+    """Keys that are given twice, whose values would not be those of the runs, or that are none of the scene."""
     keys = _keys(plan)
+    every = [*keys, *plan.settings]
     for key in sorted({key for key in keys if keys.count(key) > 1 or key in plan.settings}):
-        found.append(Problem(f"grid.{key}", "stands twice, in grid, samples or settings", "Keep one of them"))
-    found += _hidden(plan)
+        yield Problem(f"grid.{key}", "stands twice, in grid, samples or settings", "Keep one of them")
+    for key in [key for key in SEEDS if plan.seeds and key in every]:
+        yield Problem(key, "is set by seeds, and stands in grid, samples or settings", "Keep one of the two")
+    if SETPOINT in keys and plan.setpoints != [None] or SETPOINT in plan.settings and None not in plan.setpoints:
+        text = "is set by setpoints, and stands in grid, samples or settings"
+        yield Problem(SETPOINT, text, "Keep one of the two")
+    for key in every:
+        for block in [block for block in every if key.startswith(f"{block}.")]:
+            yield Problem(key, f"is a part of {block}, which is given as well", "Keep one of the two")
     for key in [key for key in keys if of_intake({key: 0})]:
         text = "says how messages are taken in, and is not varied here"
-        found.append(Problem(f"grid.{key}", text, "Vary keys of the scene"))
-    if plan.samples is not None:
-        if not plan.samples.ranges:
-            found.append(Problem("samples.ranges", "is empty: all samples would be the same", "Give one by its key"))
-        for key, limits in plan.samples.ranges.items():
-            if not limits.low < limits.high:
-                text = f"= {limits.low:g} to {limits.high:g} is no range"
-                found.append(Problem(f"samples.ranges.{key}", text, "Give low below high"))
-            elif limits.spread is Spread.LOG and limits.low <= 0.0:
-                text = f"= {limits.low:g} to {limits.high:g} has no logarithm"
-                found.append(Problem(f"samples.ranges.{key}", text, "Give low above 0, or spread: uniform"))
+        yield Problem(f"grid.{key}", text, "Vary keys of the scene")
+
+
+def _of_samples(plan: SweepPlan) -> Iterator[Problem]:
+    ranges = {} if plan.samples is None else plan.samples.ranges
+    if plan.samples is not None and not ranges:
+        yield Problem("samples.ranges", "is empty: all samples would be the same", "Give one by its key")
+    for key, limits in ranges.items():
+        if not limits.low < limits.high:
+            text = f"= {limits.low:g} to {limits.high:g} is no range"
+            yield Problem(f"samples.ranges.{key}", text, "Give low below high")
+        elif limits.spread is Spread.LOG and limits.low <= 0.0:
+            text = f"= {limits.low:g} to {limits.high:g} has no logarithm"
+            yield Problem(f"samples.ranges.{key}", text, "Give low above 0, or spread: uniform")
+
+
+def _of_motions(plan: SweepPlan) -> Iterator[Problem]:
     for i, motion in enumerate(plan.motions):
         if sum(one is not None for one in (motion.bag, motion.heave, motion.rao)) > 1:
-            found.append(Problem(f"motions.{i}", "names more than one motion", "Keep one of bag, heave, rao"))
+            yield Problem(f"motions.{i}", "names more than one motion", "Keep one of bag, heave, rao")
         if motion.heave is not None and (text := heave_problem(motion.heave)):
             remedy = "Write amplitude in m and period in s, for example heave: [1, 8]"
-            found.append(Problem(f"motions.{i}.heave", text, remedy))
+            yield Problem(f"motions.{i}.heave", text, remedy)
+
+
+def _twice_in(plan: SweepPlan) -> Iterator[Problem]:
+    """Plans that are none, and the same run twice."""
     read = []
     for i, words in enumerate(plan.plans):
         if words is None or not _in_words(words):  # a file is looked for beside the sweep, later
@@ -180,40 +225,13 @@ def _problems(plan: SweepPlan) -> list[Problem]:
         try:
             read.append(str(WinchPlan.of(words)))
         except PlanError as error:
-            found.append(Problem(f"plans.{i}", f"is no plan ({error})", "See docs/winch.md#a-plan"))
+            yield Problem(f"plans.{i}", f"is no plan ({error})", "See docs/winch.md#a-plan")
             read.append(f"{i}")
     places = [(place_of(one.bag), one.heave, place_of(one.rao)) for one in plan.motions]
-    found += _twice("motions", places, [one.name for one in plan.motions])
-    found += _twice("plans", read, [words or "none" for words in plan.plans])
-    found += _twice("setpoints", plan.setpoints, [law.value if law else "null" for law in plan.setpoints])
-    found += _twice("figures", plan.figures, plan.figures)
-    for name in plan.figures:
-        if name not in FIGURES:
-            near = difflib.get_close_matches(name, [one for one in FIGURES if one not in NO_NUMBERS], 1)
-            remedy = f"Did you mean {near[0]}? See docs/json.md" if near else "See docs/json.md"
-            found.append(Problem("figures", f"names '{name}', which no run gives", remedy))
-        elif name in NO_NUMBERS and name not in IN_EVERY_ROW:
-            found.append(
-                Problem("figures", f"names '{name}', which is no single number: no row keeps it", "Leave it out")
-            )
-    if not found and count_of(plan) > MAX_CASES:
-        found.append(Problem("grid", f"makes {count_of(plan):.3g} cases, more than {MAX_CASES}", "Vary less at once"))
-    return found
-
-
-def _hidden(plan: SweepPlan) -> list[Problem]:
-    """Keys whose values would not be those of the runs, for what is put over them later."""
-    found, keys = [], _keys(plan)
-    every = [*keys, *plan.settings]
-    for key in [key for key in SEEDS if plan.seeds and key in every]:
-        found.append(Problem(key, "is set by seeds, and stands in grid, samples or settings", "Keep one of the two"))
-    if SETPOINT in keys and plan.setpoints != [None] or SETPOINT in plan.settings and None not in plan.setpoints:
-        text = "is set by setpoints, and stands in grid, samples or settings"
-        found.append(Problem(SETPOINT, text, "Keep one of the two"))
-    for key in every:
-        for block in [block for block in every if key.startswith(f"{block}.")]:
-            found.append(Problem(key, f"is a part of {block}, which is given as well", "Keep one of the two"))
-    return found
+    yield from _twice("motions", places, [one.name for one in plan.motions])
+    yield from _twice("plans", read, [words or "none" for words in plan.plans])
+    yield from _twice("setpoints", plan.setpoints, [law.value if law else "null" for law in plan.setpoints])
+    yield from _twice("figures", plan.figures, plan.figures)
 
 
 def _not_finite(key: str, values: list[Any]) -> list[Problem]:
@@ -249,11 +267,7 @@ def _twice(key: str, compared: Iterable[Any], shown: list[Any]) -> list[Problem]
     return []
 
 
-def _find(path: str | os.PathLike) -> Path:
-    return Path(path)
-
-
-PLANS = Document(SweepPlan, "a sweep", "sweep", "sweep: scope_and_speed", _find, list, _problems, error=SweepError)
+PLANS = Document(SweepPlan, "a sweep", "sweep", "sweep: scope_and_speed", Path, list, _problems, error=SweepError)
 
 
 def load_sweep(path: str | os.PathLike) -> SweepPlan:
@@ -378,3 +392,55 @@ def _refused(scene: Scene, key: str, value: Any, path: str) -> list[str]:
     except CableSimError as error:
         return [f"{path}: {error}"]
     return []
+
+
+def motion_problem(scene: Scene, kind: str, name: str, waves_vary: bool) -> str:
+    """Why a bag, a table or response amplitude operators give no motion; kind: bag or rao, waves_vary: the waves of
+    the scene are not those of every case. "" where they do."""
+    try:
+        with warnings.catch_warnings():  # a row says what is odd
+            warnings.simplefilter("ignore")
+            if kind == "rao":
+                response_of(name, scene)
+                if not waves_vary:
+                    sea_motion(name, scene, TRIED)
+            elif name.lower().endswith(".csv"):
+                read_table(name, scene.ship, scene.sheave.position)
+            else:
+                tow = read_tow(find_bag(name))
+                if not any(not event.is_command for event in tow.events):
+                    return "holds no motion of a ship; nothing was simulated. Give a bag with odometry or IMU"
+    except (CableSimError, OSError) as error:
+        return str(error).replace("--rao simple: ", "").replace("--rao simple", "rao: simple")  # as a sweep has it
+    return ""
+
+
+def heave_problem(heave: tuple[float, float]) -> str:
+    """Why amplitude and period [m, s] are none that --heave of the command line takes, "" where they are."""
+    shown, most = f"= [{heave[0]:g}, {heave[1]:g}]", Heave().max_displacement
+    if not 0.0 < heave[0] <= most:
+        return f"{shown}: the amplitude is outside (0, {most:g}] m"
+    if not HEAVE_PERIODS[0] <= heave[1] <= HEAVE_PERIODS[1]:
+        return f"{shown}: the period is outside [{HEAVE_PERIODS[0]:g}, {HEAVE_PERIODS[1]:g}] s"
+    return ""
+
+
+def plan_problem(scene: Scene, words: str) -> str:
+    """Why the winch of a scene cannot carry out a plan, "" where it can."""
+    try:
+        MessageRun(scene, None, winch=WinchPlan.of(words))
+    except (PlanError, ChangeError) as error:
+        return str(error)
+    except CableSimError:  # the scene itself: a row that fails
+        return ""
+    return ""
+
+
+def place_of(name: str | None) -> str | None:
+    """A file or bag by where it lies, so that two names of it are the same; other words as they are."""
+    if name is None:
+        return None
+    try:
+        return os.fspath(find_bag(name).resolve())
+    except ResourceError:
+        return os.fspath(Path(name).resolve()) if Path(name).exists() else name

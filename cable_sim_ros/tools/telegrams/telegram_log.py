@@ -8,9 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ...files import write_bytes
-from ...io.bags.bag import BagError
-from ...io.recordings.recorded_run import load_run
-from ...io.scenes.load import load_scene, scene_from_text
+from ...io.recordings.recorded_run import load_run, scene_of_recording
 from ...io.scenes.resources import find_bag
 from .fields import SECOND, TelegramError, Withheld, moment
 from .sources import FORMATS, Reader, due
@@ -40,13 +38,8 @@ def write_log(
     """
     path = find_bag(bag)
     run = load_run(path)
-    text = run.custom_data.get("scene_yaml")
-    if scene is None and not text:
-        raise BagError(
-            f"bag '{path}' keeps no scene, so it is not known which instruments it has; nothing was written; give "
-            f"--scene NAME or FILE"
-        )
-    had = load_scene(scene) if scene is not None else scene_from_text(str(text), f"scene kept in {path}")
+    unknown = "it is not known which instruments it has"
+    had = scene_of_recording(run.custom_data, path, scene, unknown, "nothing was written")
     times = run.frames["time"].astype(np.int64)
     steps = np.diff(times)
     step = int(np.median(steps)) if len(steps) else SECOND

@@ -4,18 +4,17 @@ from __future__ import annotations
 
 import os
 import warnings
-from math import atan2
 
 import numpy as np
 
 from ...io.bags.bag import DamageWarning
-from ...io.recordings.recorded_run import RecordedRun, load_run, places_of
-from ...io.scenes.load import load_scene, scene_from_text
+from ...io.recordings.recorded_run import load_run, places_of, scene_of_recording
 from ...runs import mean_track
 from ...runs.summary import since_first
 from ...runs.verdict import judge
 from ...sim.flag_rules import DAMAGE
 from ...sim.scene import Scene
+from ...sim.tables.attitude import angles_of
 from ...sim.verdict import Reason, Verdict, check
 from .errors import ViewError
 from .moment import NO_CONTACT, Moment
@@ -24,7 +23,7 @@ from .moment import NO_CONTACT, Moment
 class BagRun:
     """Moments of a bag; `run`: as recorded; `seconds`: of each tick output, `times`: of each moment, since the start.
 
-    ViewError where the bag has no shapes or keeps no scene and none is given.
+    ViewError where the bag has no shapes, BagError where it keeps no scene and none is given.
     """
 
     def __init__(self, path: str | os.PathLike, scene: str | None = None) -> None:
@@ -35,7 +34,10 @@ class BagRun:
         for one in said:  # on to the user, who gets exit code 3 for a damaged bag
             warnings.warn_explicit(one.message, one.category, one.filename, one.lineno)
         damage = "; ".join(str(one.message) for one in said if issubclass(one.category, DamageWarning))
-        self.scene = scene_of_run(self.run, self.path, scene)
+        with warnings.catch_warnings():  # said when it was simulated
+            warnings.simplefilter("ignore")
+            unknown = "that ship, sheave and towbody are not known"
+            self.scene = scene_of_recording(self.run.custom_data, self.path, scene, unknown, "nothing was drawn")
         if not self.run.shapes:
             raise ViewError(
                 f"bag '{self.path}' has no cable/shape: there is no cable to draw, and nothing was drawn. Record that "
@@ -74,23 +76,9 @@ class BagRun:
 
 def doubts(scene: Scene, frames: np.recarray, damage: str, planned: bool) -> list[Reason]:
     """What makes a run doubtful beside its flags, as far as a bag tells; planned: its ship went by a plan."""
-    x, y, z, w = (float(part) for part in frames[0]["ship_quaternion"])
+    yaw = angles_of(*frames[0]["ship_quaternion"].tolist())[2]
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # said when it was simulated
-        yaw = atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
         found = [] if planned else mean_track.look(scene, yaw, frames)
         found += mean_track.pitch_sign(frames)
     return [*found, *([check(DAMAGE, damage)] if damage else [])]
-
-
-def scene_of_run(run: RecordedRun, path: str, scene: str | None) -> Scene:
-    """The scene that a bag keeps, or the one given in its place; cautions about it were said when it was simulated."""
-    text = run.custom_data.get("scene_yaml")
-    if scene is None and not text:
-        raise ViewError(
-            f"bag '{path}' keeps no scene, so that ship, sheave and towbody are not known: nothing was drawn; give "
-            "--scene NAME or FILE"
-        )
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")
-        return load_scene(scene) if scene is not None else scene_from_text(str(text), f"scene kept in {path}")

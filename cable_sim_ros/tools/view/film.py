@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterator
-from contextlib import suppress
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
+from ...files import whole
 from .bag_run import BagRun
 from .errors import PageError, ViewError, need
 from .film_frame import FilmFrame
@@ -79,18 +79,14 @@ def make_film(
             progress(n + 1, count)
             yield drawn
 
-    work = path.with_name(f".{path.stem}.part{path.suffix}")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        (_gif if path.suffix.lower() == ".gif" else _mp4)(work, pictures(), fps, size)
-        work.replace(path)
+        with whole(path) as work:
+            (_gif if path.suffix.lower() == ".gif" else _mp4)(work, pictures(), fps, size)
     except OSError as error:
         raise PageError(f"--out {path}: cannot be written ({error.strerror or error}); no film was made") from None
     except RuntimeError as error:
         raise PageError(f"--out {path}: ffmpeg made no film ({error}); give a .gif") from None
-    finally:
-        with suppress(OSError):
-            work.unlink()
     return Film(path, count, count / fps, end - start, time.process_time() - begun, path.stat().st_size)
 
 

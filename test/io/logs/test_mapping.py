@@ -10,7 +10,7 @@ from cable_sim_ros.errors import CableSimError
 from cable_sim_ros.io.scenes.resources import shipped_mappings
 from cable_sim_ros.sim.tables.attitude import rotation
 from cable_sim_ros.tools.logs.log import LogError
-from cable_sim_ros.tools.logs.mapping.mapping_file import MappingError, load_mapping, mapping_of
+from cable_sim_ros.tools.logs.mapping.mapping_file import MAPPINGS, MappingError, load_mapping
 from cable_sim_ros.tools.logs.read_signals import read, read_signals
 
 T = np.arange(0.0, 60.0, 0.1)
@@ -143,7 +143,7 @@ def test_each_word_of_motion_moves_by_its_lever_arm(tmp_path):
 )
 def test_a_key_that_would_do_nothing_is_refused(entry, key):
     with pytest.raises(MappingError, match=key):
-        mapping_of(f"mapping: m\nsignals:\n  {entry}\n", "m.yaml")
+        MAPPINGS.read(f"mapping: m\nsignals:\n  {entry}\n", "m.yaml")
 
 
 MOVING = {"roll": ROLL, "pitch": PITCH, "heave": HEAVE}
@@ -311,7 +311,7 @@ def test_mappings_cut_and_flipped_are_read_or_refused():
     read_whole = 0
     for text in texts:
         try:
-            read_whole += bool(mapping_of(text, "m.yaml").signals)
+            read_whole += bool(MAPPINGS.read(text, "m.yaml").signals)
         except CableSimError as error:
             assert len(str(error)) < 4000
     assert 0 < read_whole < len(texts)

@@ -9,16 +9,11 @@ from pythonfmu.default_experiment import DefaultExperiment
 from pythonfmu.enums import Fmi2Status
 
 from cable_sim_ros.errors import CableSimError
-from cable_sim_ros.tools.fmu.slave import described, guid_of, limits_of, rows
+from cable_sim_ros.tools.fmu.slave import described, guid_of, limits_of, rows, variables
 from cable_sim_ros.tools.fmu.tow import Tow
 from cable_sim_ros.tools.fmu.variables import UNITS
 
 KINDS = {"Real": Real, "Integer": Integer, "Boolean": Boolean, "String": String}
-ROLES = {
-    "input": (Fmi2Causality.input, None),
-    "output": (Fmi2Causality.output, Fmi2Initial.calculated),
-    "parameter": (Fmi2Causality.parameter, Fmi2Initial.exact),
-}
 
 
 class CableSimTow(Fmi2Slave):
@@ -31,25 +26,8 @@ class CableSimTow(Fmi2Slave):
         self.modelName, self.version, self.guid = about["name"], about["version"], guid_of(about, 2)
         self.description, self.license, self.author = described(self.tow), "MIT", "cable_sim_ros"
         self.default_experiment = DefaultExperiment(start_time=0.0, step_size=self.tow.scene.solver.tick)
-        for row in rows(about):
-            causality, initial = ROLES[row.role]
-            if row.role == "parameter":
-                variability = Fmi2Variability.fixed
-            else:
-                variability = Fmi2Variability.continuous if row.kind == "Real" else Fmi2Variability.discrete
-            read = (lambda name=row.name: self.tow.output(name)) if row.role == "output" else None
-            self.register_variable(
-                KINDS[row.kind](
-                    row.name,
-                    causality=causality,
-                    initial=initial,
-                    variability=variability,
-                    description=row.meaning,
-                    getter=read or (lambda name=row.name: self.tow.values[name]),
-                    setter=None if read else (lambda value, name=row.name: self.tow.set(name, value)),
-                ),
-                nested=False,
-            )
+        for variable in variables(self.tow, KINDS, Fmi2Causality, Fmi2Initial, Fmi2Variability):
+            self.register_variable(variable, nested=False)
 
     def to_xml(self, model_options=None) -> Element:
         """The description, with what pythonfmu leaves out: units, limits, unknowns of the initialization."""

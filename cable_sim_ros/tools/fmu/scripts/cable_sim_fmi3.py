@@ -18,16 +18,11 @@ from pythonfmu3 import (
 )
 
 from cable_sim_ros.errors import CableSimError
-from cable_sim_ros.tools.fmu.slave import described, guid_of, limits_of, rows
+from cable_sim_ros.tools.fmu.slave import described, guid_of, limits_of, variables
 from cable_sim_ros.tools.fmu.tow import Tow
 from cable_sim_ros.tools.fmu.variables import UNITS
 
 KINDS = {"Real": Float64, "Integer": Int32, "Boolean": Boolean, "String": String}
-ROLES = {
-    "input": (Fmi3Causality.input, None),
-    "output": (Fmi3Causality.output, Fmi3Initial.calculated),
-    "parameter": (Fmi3Causality.parameter, Fmi3Initial.exact),
-}
 
 
 class CableSimTow(Fmi3Slave):
@@ -52,26 +47,8 @@ class CableSimTow(Fmi3Slave):
             ),
             nested=False,
         )
-        for row in rows(about):
-            causality, initial = ROLES[row.role]
-            if row.role == "parameter":
-                variability = Fmi3Variability.fixed
-            else:
-                variability = Fmi3Variability.continuous if row.kind == "Real" else Fmi3Variability.discrete
-            read = (lambda name=row.name: self.tow.output(name)) if row.role == "output" else None
-            self.register_variable(
-                KINDS[row.kind](
-                    row.name,
-                    causality=causality,
-                    initial=initial,
-                    variability=variability,
-                    description=row.meaning,
-                    getter=read or (lambda name=row.name: self.tow.values[name]),
-                    setter=None if read else (lambda value, name=row.name: self.tow.set(name, value)),
-                    **({"unit": row.unit} if row.kind == "Real" and row.unit else {}),
-                ),
-                nested=False,
-            )
+        for variable in variables(self.tow, KINDS, Fmi3Causality, Fmi3Initial, Fmi3Variability, units=True):
+            self.register_variable(variable, nested=False)
 
     def to_xml(self, model_options=None):
         """The description, with the limits that pythonfmu3 leaves out."""

@@ -17,19 +17,21 @@ import numpy as np
 
 from ....files import open_file, read_text
 from ....io.bags.bag_writer import BagError, BagWriter
+from ....io.messages.message_classes import imu_bytes
 from ....io.sources.imported_bag import ALONG
 from ....io.sources.motion_curves import Rounding
 from ....io.sources.motion_table import MotionError, stream_odometry
+from ....sim.tables.attitude import quaternion
 from ....version import __version__
-from ..log import LogError
+from ..log import SECOND, LogError
 from ..mapping.mapping_file import find_mapping
 from ..own_signals import IMPORT
 from ..read_signals import Reading, read
 from ..several import Paths
 from ..signals import QUANTITIES, Signal
 from . import attitude
+from .attitude import FORCES, RATES
 from .choice import Choice
-from .imu import imu_messages
 from .measured import MEASURED, Message, write_measured
 from .motion import ShipMotion, motion_of_signals
 
@@ -256,3 +258,33 @@ def _write(
     except (MotionError, ValueError, np.linalg.LinAlgError):
         shutil.rmtree(path, ignore_errors=True)
         raise
+
+
+def imu_messages(signals: Mapping[str, Signal]) -> Iterator[tuple[int, bytes]]:
+    """(stamp ns, CDR bytes of sensor_msgs/Imu) at the stamps of the rates, in order of time.
+
+    LogError where attitude, rates and accelerations have no time in common.
+    """
+    names = (*RATES, *FORCES, *(name for name in ("roll", "pitch", "yaw") if name in signals))
+    begin = max(int(signals[name].time[0]) for name in names)
+    end = min(int(signals[name].time[-1]) for name in names)
+    time = signals[RATES[0]].time
+    time = time[(time >= begin) & (time <= end) & (time > 0)]
+    if len(time) < 2:
+        raise LogError(
+            f"the clocks cannot be aligned, {', '.join(names)} have no time in common: nothing was imported. "
+            f"Give time or clock_offset in the mapping"
+        )
+    origin = int(time[0])
+
+    def at(name: str) -> np.ndarray:
+        if name not in signals:
+            return np.zeros(len(time))
+        one = signals[name]
+        return np.interp((time - origin) / SECOND, (one.time - origin) / SECOND, one.value)
+
+    turned = quaternion(np.column_stack([at(name) for name in ("roll", "pitch", "yaw")])).tolist()
+    rates = np.column_stack([at(name) for name in RATES]).tolist()
+    forces = np.column_stack([at(name) for name in FORCES]).tolist()
+    for now, turn, rate, force in zip(time.tolist(), turned, rates, forces):
+        yield now, imu_bytes(now, turn, rate, force)

@@ -7,13 +7,22 @@ signal by name: what reads an imported bag takes these, so that no record is res
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from typing import Any
 
 import numpy as np
 
 from ....io.bags.bag_writer import BagWriter
-from ....io.bags.typestore import STORE
-from ..log import SECOND
+from ....io.messages.cdr import header
+from ....io.messages.message_classes import (
+    JointState,
+    Point,
+    Pose,
+    PoseStamped,
+    Quaternion,
+    Vector3,
+    Wrench,
+    WrenchStamped,
+    serialized,
+)
 from ..own_signals import SIGNALS_TOPIC
 from ..signals import Signal
 
@@ -61,15 +70,9 @@ def _at(one: Signal | None, time: np.ndarray) -> np.ndarray:
     )
 
 
-def _header(now: int, frame: str = "") -> Any:
-    kinds = STORE.types
-    stamp = kinds["builtin_interfaces/msg/Time"](now // SECOND, now % SECOND)
-    return kinds["std_msgs/msg/Header"](stamp, frame)
-
-
 def _joint(now: int, names: list[str], *arrays: list[float]) -> bytes:
     full = [np.array(array, float) for array in arrays] + [np.zeros(0)] * (3 - len(arrays))
-    return bytes(STORE.serialize_cdr(STORE.types[JOINT](_header(now), names, *full), JOINT))
+    return serialized(JointState(header(now, ""), names, *full))
 
 
 def _as_it_is(one: Signal) -> Iterator[Message]:
@@ -84,15 +87,10 @@ def _winch(now: int, payout: float, rate: float, tension: float) -> bytes:
 
 
 def _tension(now: int, tension: float) -> bytes:
-    kinds = STORE.types
-    vector, wrench = kinds["geometry_msgs/msg/Vector3"], kinds["geometry_msgs/msg/Wrench"]
-    pull = wrench(vector(tension, 0.0, 0.0), vector(0.0, 0.0, 0.0))  # along x: a log tells no direction
-    return bytes(STORE.serialize_cdr(kinds[WRENCH](_header(now, "sheave_link"), pull), WRENCH))
+    pull = Wrench(Vector3(tension, 0.0, 0.0), Vector3(0.0, 0.0, 0.0))  # along x: a log tells no direction
+    return serialized(WrenchStamped(header(now, "sheave_link"), pull))
 
 
 def _body(now: int, x: float, y: float, depth: float) -> bytes:
-    kinds = STORE.types
-    pose = kinds["geometry_msgs/msg/Pose"](
-        kinds["geometry_msgs/msg/Point"](x, y, -depth), kinds["geometry_msgs/msg/Quaternion"](0.0, 0.0, 0.0, 1.0)
-    )
-    return bytes(STORE.serialize_cdr(kinds[POSE](_header(now, "odom"), pose), POSE))
+    pose = Pose(Point(x, y, -depth), Quaternion(0.0, 0.0, 0.0, 1.0))
+    return serialized(PoseStamped(header(now, "odom"), pose))

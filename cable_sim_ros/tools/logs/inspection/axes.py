@@ -8,6 +8,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from ..log import SECOND, Log, Source
+from ..not_valid import last_before, stamps_of_both
 from .finding import Finding
 
 HEAVE = re.compile(r"(^|[^a-z])heave([^a-z]|$)", re.I)
@@ -32,27 +33,14 @@ def _fields(log: Log, pattern: re.Pattern) -> Iterator[tuple[Source, str]]:
                 yield source, name
 
 
-def _stamps(one: Source, other: Source) -> tuple[np.ndarray, np.ndarray] | None:
-    for which in ("logged", "device"):
-        a, b = getattr(one, which), getattr(other, which)
-        if a is not None and b is not None:
-            return a, b
-    return None
-
-
 def paired(one: Source, field: str, other: Source, name: str) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Time [s] and values of a field, and of another source's last record before each, where there is one."""
-    stamps = _stamps(one, other)
-    empty = np.zeros(0)
-    if stamps is None:
-        return empty, empty, empty
+    stamps, at = stamps_of_both(one, other), last_before(one, other)
+    if stamps is None or at is None:
+        return np.zeros(0), np.zeros(0), np.zeros(0)
     a, b = stamps
-    order = np.argsort(b, kind="stable")
-    at = np.searchsorted(b[order], a, "right") - 1
-    usable = at >= 0
-    at = np.maximum(at, 0)
-    usable &= (a - b[order][at]) / SECOND < STALE
-    first, second = one.columns[field], other.columns[name][order][at]
+    usable = (at >= 0) & ((a - b[at]) / SECOND < STALE)
+    first, second = one.columns[field], other.columns[name][at]
     usable &= np.isfinite(first) & np.isfinite(second)
     t = (a - a[0]) / SECOND
     usable &= np.concatenate(([True], np.diff(t) > 0))
@@ -131,7 +119,7 @@ def _exchanged(log: Log) -> Iterator[Finding]:
         rates = next(
             ((r, p) for r, p in (("roll_rate", "pitch_rate"), ("rate_x", "rate_y")) if r in names and p in names), None
         )
-        stamps = source.logged if source.logged is not None else source.device
+        stamps = source.stamps
         if rates is None or stamps is None or not {"roll", "pitch"} <= names.keys() or len(source) < FEWEST:
             continue
         t = (stamps - stamps[0]) / SECOND

@@ -91,7 +91,7 @@ def _unit(where: str, name: str, unit: str, good: np.ndarray, step: float) -> tu
 
 def _jumps(source: Source, where: str, name: str, unit: str, there: np.ndarray, good: np.ndarray) -> list[Finding]:
     """Resets of counters, and jumps of headings and heights."""
-    stamps = source.logged if source.logged is not None else source.device
+    stamps = source.stamps
     if stamps is None:
         return []
     t = (stamps[there] - stamps[0]) / SECOND

@@ -13,10 +13,6 @@ class Finding(NamedTuple):
     text: str
     evidence: dict[str, float]
 
-    def as_dict(self) -> dict[str, object]:
-        """For the JSON."""
-        return {"where": self.where, "what": self.what, "text": self.text, "evidence": self.evidence}
-
 
 KINDS = (
     "gap", "jitter", "clock", "clock_jump", "renamed", "constant", "reset", "jump", "rounded", "repeated", "unit",

@@ -27,7 +27,7 @@ class Report:
 
     def as_dict(self) -> dict[str, Any]:
         """For the JSON."""
-        return {**vars(self), "findings": [one.as_dict() for one in self.findings]}
+        return {**vars(self), "findings": [one._asdict() for one in self.findings]}
 
 
 def inspect_log(log: Log) -> Report:

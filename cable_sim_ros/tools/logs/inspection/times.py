@@ -20,7 +20,7 @@ OFFSET = 1.0  # s: two clocks further apart are not of one time
 
 def of_times(source: Source) -> tuple[dict[str, Any], list[Finding]]:
     """Figures and findings of a source."""
-    ruling = source.logged if source.logged is not None else source.device
+    ruling = source.stamps
     figures: dict[str, Any] = {"records": len(source), "clocks": _clocks(source)}
     found: list[Finding] = []
     if ruling is None or len(ruling) < 2:
@@ -107,7 +107,7 @@ def renamed(log: Log) -> list[Finding]:
     found = []
     spans = []
     for source in log.sources.values():
-        stamps = source.logged if source.logged is not None else source.device
+        stamps = source.stamps
         if stamps is not None and len(stamps):
             spans.append((int(stamps[0]), int(stamps[-1]), source))
     spans.sort(key=lambda one: one[0])

@@ -42,7 +42,7 @@ def one_after_another(found: list[Source], fields: Iterable[str]) -> tuple[list[
 
 
 def _apart(one: Source, other: Source) -> bool:
-    first, second = (s.logged if s.logged is not None else s.device for s in (one, other))
+    first, second = (s.stamps for s in (one, other))
     return first is not None and second is not None and bool(first[-1] <= second[0] or second[-1] <= first[0])
 
 

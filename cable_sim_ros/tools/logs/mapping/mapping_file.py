@@ -205,8 +205,3 @@ MAPPINGS = Document(
 def load_mapping(path_or_name: str | os.PathLike) -> Mapping:
     """Mapping of a YAML file or of the name of a ready one. Raises MappingError with every problem of the file."""
     return MAPPINGS.load(path_or_name)
-
-
-def mapping_of(text: str, origin: str) -> Mapping:
-    """Mapping of YAML text; origin names it in errors."""
-    return MAPPINGS.read(text, origin)

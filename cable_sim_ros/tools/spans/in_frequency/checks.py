@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 
 from ....sim.problem import Problem
@@ -15,196 +17,137 @@ STEP_TOO_LONG = 2.0  # half widths of the narrowest resonance
 MIN_STEPS = 4  # up to the top of the lift at the shedding frequency: fewer are no spectrum
 LARGE = 0.75  # of the diameter: rms of a motion of about one diameter, where real cables stop
 WKB_APART = 0.01
+MAX_MODES = 2000
 
 
 def problems(span: Span) -> list[Problem]:
     """What makes a computation impossible, in the order of the file."""
-    found = [*_tension(span), *_table(span), *_lift(span)]
-    if found:
+    if found := [*_tension(span), *_table(span), *_lift(span)]:
         return found
     line = Line(span)
     tension = line.tension(line.knots)
     if tension.min() <= 0.0:
         at = line.knots[tension.argmin()]
-        return [
-            Problem(
-                "tension.gradient",
-                f"= {span.tension.gradient:g} N/m leaves a tension of {tension.min():.5g} N at s = {at:g} m: a slack "
-                "cable carries no waves",
-                "Tension stays positive along the cable; raise tension.start or correct the sign of the gradient",
-            )
-        ]
-    return [*_flow(line), *_modes(span, line), *_place(span)] or _grids(span, line)
+        text = (
+            f"= {span.tension.gradient:g} N/m leaves a tension of {tension.min():.5g} N at s = {at:g} m: a slack "
+            "cable carries no waves"
+        )
+        remedy = "Tension stays positive along the cable; raise tension.start or correct the sign of the gradient"
+        return [Problem("tension.gradient", text, remedy)]
+    return [*_flow(line), *_modes(span, line), *_place(span)] or list(_grids(span, line))
 
 
-def _tension(span: Span) -> list[Problem]:
-    key = "tension.start"
-    if span.profile.tension and span.tension.start is not None:
-        return [
-            Problem(
-                key, f"= {span.tension.start:g} N and profile.tension both say the tension", "Leave one of the two out"
-            )
-        ]
-    if not span.profile.tension and span.tension.start is None:
-        return [
-            Problem(
-                key, "is missing: the tension is nowhere given", "Give tension.start [N], or a table profile.tension"
-            )
-        ]
-    if span.profile.tension and span.tension.gradient:
-        return [
-            Problem(
-                "tension.gradient",
-                f"= {span.tension.gradient:g} N/m has no effect beside the table profile.tension",
-                "Leave it out",
-            )
-        ]
-    return []
+def _tension(span: Span) -> Iterator[Problem]:
+    start, gradient, table = span.tension.start, span.tension.gradient, span.profile.tension
+    if table and start is not None:
+        text = f"= {start:g} N and profile.tension both say the tension"
+        yield Problem("tension.start", text, "Leave one of the two out")
+    elif not table and start is None:
+        remedy = "Give tension.start [N], or a table profile.tension"
+        yield Problem("tension.start", "is missing: the tension is nowhere given", remedy)
+    elif table and gradient:
+        text = f"= {gradient:g} N/m has no effect beside the table profile.tension"
+        yield Problem("tension.gradient", text, "Leave it out")
 
 
-def _table(span: Span) -> list[Problem]:
+def _table(span: Span) -> Iterator[Problem]:
     """Columns as long as their arc, arcs from one end of the cable to the other."""
-    found = []
     profile = {name: getattr(span.profile, name) for name in ("tension", "mass_per_length", "diameter")}
     given = {name: column for name, column in profile.items() if column}
     if span.profile.arc and not given:
-        found.append(
-            Problem(
-                "profile.arc", "has no column beside it", "Give tension, mass_per_length or diameter, or no profile"
-            )
-        )
+        remedy = "Give tension, mass_per_length or diameter, or no profile"
+        yield Problem("profile.arc", "has no column beside it", remedy)
     tables = [("flow", span.flow.arc, {"speed": span.flow.speed})]
     if given:
         tables.append(("profile", span.profile.arc, given))
     for block, arc, columns in tables:
-        found += [
-            Problem(
-                f"{block}.{name}",
-                f"has {len(column)} numbers, {block}.arc has {len(arc)} places",
-                "Give one number for each place",
-            )
-            for name, column in columns.items()
-            if len(column) != len(arc)
-        ]
+        for name, column in columns.items():
+            if len(column) != len(arc):
+                text = f"has {len(column)} numbers, {block}.arc has {len(arc)} places"
+                yield Problem(f"{block}.{name}", text, "Give one number for each place")
         key, length = f"{block}.arc", span.cable.length
         if len(arc) < 2:
-            found.append(Problem(key, f"has {len(arc)} places", "Give two at least: 0 and cable.length"))
+            yield Problem(key, f"has {len(arc)} places", "Give two at least: 0 and cable.length")
         elif np.any(np.diff(arc) <= 0.0):
             i = int(np.flatnonzero(np.diff(arc) <= 0.0)[0])
-            found.append(
-                Problem(
-                    key, f"does not ascend: {arc[i]:g} m, then {arc[i + 1]:g} m", "Sort the table by arc, each once"
-                )
-            )
+            text = f"does not ascend: {arc[i]:g} m, then {arc[i + 1]:g} m"
+            yield Problem(key, text, "Sort the table by arc, each once")
         elif arc[0] != 0.0 or abs(arc[-1] - length) > 1e-6 * length:
-            found.append(
-                Problem(
-                    key,
-                    f"goes from {arc[0]:g} to {arc[-1]:.8g} m, the cable from 0 to cable.length = {length:.8g} m",
-                    "Nothing is guessed beyond a table: begin at 0 and end at cable.length",
-                )
-            )
-    return found
+            text = f"goes from {arc[0]:g} to {arc[-1]:.8g} m, the cable from 0 to cable.length = {length:.8g} m"
+            yield Problem(key, text, "Nothing is guessed beyond a table: begin at 0 and end at cable.length")
 
 
-def _lift(span: Span) -> list[Problem]:
+def _lift(span: Span) -> Iterator[Problem]:
     squares = span.lift.mean_squares
-    if any(squares):
-        return []
-    return [
-        Problem(
-            "lift.mean_squares",
-            f"= {list(squares)} is a lift of zero: nothing would move",
-            "Leave it out for those of the source, or give a mean square above 0",
-        )
-    ]
+    if not any(squares):
+        remedy = "Leave it out for those of the source, or give a mean square above 0"
+        yield Problem("lift.mean_squares", f"= {list(squares)} is a lift of zero: nothing would move", remedy)
 
 
-def _flow(line: Line) -> list[Problem]:
-    if line.shedding_range[1] > 0.0:
-        return []
-    return [Problem("flow.speed", "is zero everywhere: nothing is shed", "Give the speed normal to the cable [m/s]")]
+def _flow(line: Line) -> Iterator[Problem]:
+    if line.shedding_range[1] <= 0.0:
+        yield Problem("flow.speed", "is zero everywhere: nothing is shed", "Give the speed normal to the cable [m/s]")
 
 
-def _modes(span: Span, line: Line) -> list[Problem]:
+def _modes(span: Span, line: Line) -> Iterator[Problem]:
     given, asked = span.damping.ratios, span.response.modes
     if given and asked and len(given) != asked:
-        return [
-            Problem(
-                "damping.ratios",
-                f"has {len(given)} numbers for response.modes = {asked}",
-                "Give one ratio for each mode, or leave response.modes out",
-            )
-        ]
-    maximum = 2000
+        text = f"has {len(given)} numbers for response.modes = {asked}"
+        yield Problem("damping.ratios", text, "Give one ratio for each mode, or leave response.modes out")
+        return
     count = count_modes(span, line) if line.shedding_range[1] > 0.0 else 1
-    if count <= maximum:
-        return []
-    return [
-        Problem(
-            "flow.speed",
-            f"sheds up to {line.shedding_range[1]:.4g} Hz, mode {count}; more than {maximum} are not computed",
-            "Check length, tension and diameter; a longer cable behaves as an infinite one: take a part of it",
-        )
-    ]
+    if count > MAX_MODES:
+        text = f"sheds up to {line.shedding_range[1]:.4g} Hz, mode {count}; more than {MAX_MODES} are not computed"
+        remedy = "Check length, tension and diameter; a longer cable behaves as an infinite one: take a part of it"
+        yield Problem("flow.speed", text, remedy)
 
 
-def _place(span: Span) -> list[Problem]:
-    place = span.response.place
-    if place is None or place <= span.cable.length:
-        return []
-    return [
-        Problem(
-            "response.place", f"= {place:g} m lies beyond cable.length = {span.cable.length:g} m", "Give a place on it"
-        )
-    ]
+def _place(span: Span) -> Iterator[Problem]:
+    place, length = span.response.place, span.cable.length
+    if place is not None and place > length:
+        text = f"= {place:g} m lies beyond cable.length = {length:g} m"
+        yield Problem("response.place", text, "Give a place on it")
 
 
-def _grids(span: Span, line: Line) -> list[Problem]:
+def _grids(span: Span, line: Line) -> Iterator[Problem]:
     from . import damping, modes
 
-    count = count_modes(span, line)
+    count, asked = count_modes(span, line), span.response
     f = modes.frequencies(line, count)
     ratios = np.array(
         span.damping.ratios or damping.damping(line, span.damping, count, correlation_length(span, line)).ratios
     )
     found = lift_range(span, line)
-    if (span.response.frequency_step or 0.0) * MIN_STEPS > found.shed:
-        return [
-            Problem(
-                "response.frequency_step",
-                f"= {span.response.frequency_step:g} Hz is longer than 1/{MIN_STEPS} of the {found.shed:.4g} Hz up "
-                "to which the lift reaches at the shedding frequency: its sum means nothing",
-                "Leave it out: steps are chosen",
-            )
-        ]
+    if (asked.frequency_step or 0.0) * MIN_STEPS > found.shed:
+        text = (
+            f"= {asked.frequency_step:g} Hz is longer than 1/{MIN_STEPS} of the {found.shed:.4g} Hz up to which the "
+            "lift reaches at the shedding frequency: its sum means nothing"
+        )
+        yield Problem("response.frequency_step", text, "Leave it out: steps are chosen")
+        return
     step, number = even_steps(span, line, f, ratios)
-    if span.response.frequencies or number <= MAX_STEPS:
-        return []
+    if asked.frequencies or number <= MAX_STEPS:
+        return
     longer = _up(found.top / MAX_STEPS)
-    remedy = f"Give response.frequency_step: {longer:g} or longer, or the number of equal steps as response.frequencies"
-    if span.response.frequency_step:
-        text = f"= {step:.3g} Hz takes {number} steps to the top of the lift spectrum, more than {MAX_STEPS}"
-        return [Problem("response.frequency_step", text, f"{remedy}, or leave it out: steps are chosen")]
+    remedy = f"response.frequency_step: {longer:g} or longer, or the number of equal steps as response.frequencies"
+    top = f"steps to the top of the lift spectrum, more than {MAX_STEPS}"
+    if asked.frequency_step:
+        text = f"= {step:.3g} Hz takes {number} {top}"
+        yield Problem("response.frequency_step", text, f"Give {remedy}, or leave it out: steps are chosen")
+        return
     number = len(uneven(span, line, f, ratios).frequency)
-    if number <= MAX_STEPS:
-        return []
-    text = (
-        f"= {span.response.steps_per_half_width:g} takes {number} steps to the top of the lift spectrum, more than "
-        f"{MAX_STEPS}; the narrowest resonance has a damping ratio of {ratios.min():.3g}, the narrowest lift peak a "
-        f"standard deviation of {found.narrowest:.3g} Hz"
-    )
-    return [Problem("response.steps_per_half_width", text, f"Give fewer, or more flow.turbulence; or {_low(remedy)}")]
+    if number > MAX_STEPS:
+        text = (
+            f"= {asked.steps_per_half_width:g} takes {number} {top}; the narrowest resonance has a damping ratio of "
+            f"{ratios.min():.3g}, the narrowest lift peak a standard deviation of {found.narrowest:.3g} Hz"
+        )
+        yield Problem("response.steps_per_half_width", text, f"Give fewer, or more flow.turbulence; or give {remedy}")
 
 
 def _up(value: float) -> float:
     """Rounded up to two digits."""
     digit = 10.0 ** (np.floor(np.log10(value)) - 1.0)
     return float(np.ceil(value / digit) * digit)
-
-
-def _low(text: str) -> str:
-    return text[0].lower() + text[1:]
 
 
 def _finer(count: int, shed: int) -> str:
@@ -220,65 +163,41 @@ def _finer(count: int, shed: int) -> str:
     return f"Give {maximum}, the most; they are enough for {int(maximum / COARSE)} modes: take a part of the cable"
 
 
-def warnings(span: Span, result: Vibration) -> list[Problem]:
+def warnings(span: Span, result: Vibration) -> Iterator[Problem]:
     """What is doubtful about a result: number, threshold, remedy."""
-    found = []
     first, top, count = result.frequencies[0], result.shedding[1], len(result.frequencies)
     if first * (1.0 - result.damping_ratios[0]) > top:  # the resonance is half a width wide on either side
-        found.append(
-            Problem(
-                "flow.speed",
-                f"sheds up to {top:.4g} Hz, below the first frequency {first:.4g} Hz: no mode is driven at resonance",
-                "The response is that to the tails of the lift spectrum",
-            )
-        )
-    parts = span.response.segments / count
+        text = f"sheds up to {top:.4g} Hz, below the first frequency {first:.4g} Hz: no mode is driven at resonance"
+        yield Problem("flow.speed", text, "The response is that to the tails of the lift spectrum")
+    segments = span.response.segments
+    parts = segments / count
     if parts < COARSE:
-        found.append(
-            Problem(
-                "response.segments",
-                f"= {span.response.segments} are {parts:.2g} for each half wave of mode {count}, fewer than {COARSE:g}",
-                _finer(count, modes_shed(Line(span))),
-            )
-        )
+        text = f"= {segments} are {parts:.2g} for each half wave of mode {count}, fewer than {COARSE:g}"
+        yield Problem("response.segments", text, _finer(count, modes_shed(Line(span))))
     end = float(result.frequency[-1])
     if end < top:
-        found.append(
-            Problem(
-                "response.frequencies",
-                f"= {len(result.frequency)} steps end at {end:.4g} Hz, below the top shedding frequency {top:.4g} Hz: "
-                "the lift above is left out",
-                "Leave it out: as many are taken as the lift needs",
-            )
+        text = (
+            f"= {len(result.frequency)} steps end at {end:.4g} Hz, below the top shedding frequency {top:.4g} Hz: "
+            "the lift above is left out"
         )
+        yield Problem("response.frequencies", text, "Leave it out: as many are taken as the lift needs")
     half = float((result.damping_ratios * result.frequencies).min())
     if result.frequency_step > STEP_TOO_LONG * half:
-        found.append(
-            Problem(
-                "response.frequency_step",
-                f"= {result.frequency_step:.3g} Hz is longer than {STEP_TOO_LONG:g} half widths {half:.3g} Hz of the "
-                "narrowest resonance",
-                "Leave it out: a step is chosen",
-            )
+        text = (
+            f"= {result.frequency_step:.3g} Hz is longer than {STEP_TOO_LONG:g} half widths {half:.3g} Hz of the "
+            "narrowest resonance"
         )
+        yield Problem("response.frequency_step", text, "Leave it out: a step is chosen")
     largest = float(result.diameters.max())
     if largest > LARGE:
-        found.append(
-            Problem(
-                "lift.mean_squares",
-                f"gives an rms displacement of {largest:.3g} diameters, more than {LARGE:g}: the lift does not grow "
-                "weaker with the motion here, as that of a real cable does",
-                "Take the result as an upper bound; a flow that locks in with one mode is outside this model",
-            )
+        text = (
+            f"gives an rms displacement of {largest:.3g} diameters, more than {LARGE:g}: the lift does not grow "
+            "weaker with the motion here, as that of a real cable does"
         )
+        remedy = "Take the result as an upper bound; a flow that locks in with one mode is outside this model"
+        yield Problem("lift.mean_squares", text, remedy)
     exact = result.frequencies_exact
     apart = float(np.abs(result.frequencies[: len(exact)] / exact - 1.0).max())
     if apart > WKB_APART:
-        found.append(
-            Problem(
-                "response.method",
-                f"= {result.method}: the frequencies of WKB are up to {100.0 * apart:.2g} % from the exact ones",
-                "Give response.method: exact; the damping ratios stay those of WKB",
-            )
-        )
-    return found
+        text = f"= {result.method}: the frequencies of WKB are up to {100.0 * apart:.2g} % from the exact ones"
+        yield Problem("response.method", text, "Give response.method: exact; the damping ratios stay those of WKB")
