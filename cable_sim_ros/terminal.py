@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import re
 import sys
+from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -50,3 +51,24 @@ def plain_console(width: int = 120, err: bool = False, **options: Any) -> Consol
 
     there = (sys.stderr if err else sys.stdout).isatty()
     return Plain(width=None if there else width, stderr=err, **options)
+
+
+def markdown_table(lines: Iterable[Sequence[str]]) -> str:
+    """Lines as a table in Markdown, the first its head."""
+    head, *rest = lines
+    shown = ["| " + " | ".join(line) + " |" for line in (head, *rest)]
+    return "\n".join([shown[0], "|---" * len(head) + "|", *shown[1:]])
+
+
+def print_table(
+    title: str, head: Sequence[str], rows: Iterable[Sequence[str]], right: Sequence[str] = (), width: int = 120
+) -> None:
+    """A table on standard output; right: columns of numbers."""
+    from rich.table import Table
+
+    table = Table(title=title, title_justify="left")
+    for name in head:
+        table.add_column(name, justify="right" if name in right else "left")
+    for row in rows:
+        table.add_row(*row)
+    plain_console(width).print(table)

@@ -2,25 +2,26 @@
 
 from __future__ import annotations
 
-import json
 import sys
+from importlib import import_module
 from pathlib import Path
-from typing import Any
 
 import click
 
 from cable_sim_ros.cli.number import Count, Number
+from cable_sim_ros.cli.options import json_option
 from cable_sim_ros.cli.out_folder import ready
 from cable_sim_ros.cli.progress import progress_bar
 from cable_sim_ros.cli.report_option import report_option, said, typed
 from cable_sim_ros.limits import LONGEST_RUN
-from cable_sim_ros.terminal import plain_console, say
+from cable_sim_ros.terminal import print_table, say
 from cable_sim_ros.tools.sweeps.command import WORKERS
 
 from .experiments import EXPERIMENTS
+from .given_out import FAILED, give_out
+from .stress.command import stress
 
-FAILED = 1  # exit code where a value is missing or a limit is not kept
-json_option = click.option("--json", "as_json", is_flag=True, help="Print the figures as JSON, nothing else.")
+__all__ = ["bench", "case", "stress", "validate"]
 
 
 @click.command()
@@ -46,15 +47,27 @@ def case(files, fidelity, as_json) -> None:
         for i, one in enumerate(cases):
             progress(one.id, i, len(cases))
             done.append(run_case(one, Fidelity(fidelity)))
-    if as_json:
-        report = [metrics._asdict() for metrics in done]
-        say(json.dumps(report[0] if len(report) == 1 else report, indent=1), lines=True)
-    else:
-        from .cases.table import print_cases
-
-        print_cases(done, cases)
+    data = [metrics._asdict() for metrics in done]
+    give_out("case", data[0] if len(data) == 1 else data, "", None, as_json, lambda: _print_cases(done, cases))
     if any(o["value"] is None for metrics in done for o in metrics.outputs):
         sys.exit(FAILED)
+
+
+def _print_cases(done: list, cases: list) -> None:
+    """One table a case: output, value, unit; then mesh, step, time and notes."""
+
+    def text(value) -> str:
+        if value is None:
+            return "no value"
+        return ", ".join(f"{x:.8g}" for x in (value if isinstance(value, (list, tuple)) else (value,)))
+
+    for metrics, one in zip(done, cases, strict=True):
+        values = zip(one.outputs, metrics.outputs, strict=True)
+        rows = [(output.name, text(found["value"]), output.unit) for output, found in values]
+        print_table(metrics.id, ("output", "value", "unit"), rows, ("value",))
+        say(f"{metrics.elements} elements, step {metrics.dt_s:g} s, {metrics.cpu_s:.2f} CPU s")
+        for note in metrics.notes:
+            say(f"  {note}")
 
 
 @click.command()
@@ -84,57 +97,47 @@ def validate(names, duration, quick, workers, out, report, as_json) -> None:
     drawn = out is not None or report is not None
     with progress_bar(as_json, "runs") as progress:
         results = repeat(names or EXPERIMENTS, duration, progress, quick, workers_of(workers), drawn)
-    data = [as_data(result) for result in results]
     if report is not None:
         from .experiments.report import write_report
 
         said(write_report(results, report, typed()))
     if out is not None:
-        (out / "validate.json").write_text(json.dumps(data, indent=1) + "\n", "utf-8")
-        (out / "validate.md").write_text(page(results), "utf-8")
-        (out / "experiments.md").write_text(digest(results), "utf-8")
+        (out / "experiments.md").write_text(digest(results) + "\n", "utf-8")
         for result in results:
             say(f"plot:      {result.plot(out)}", err=True)
-    if as_json:
-        say(json.dumps(data, indent=1), lines=True)
-        return
-    for result in results:
-        print_result(result)
+    text = "" if out is None else page(results)
 
+    def show() -> None:
+        for result in results:
+            print_result(result)
 
-# the keys of lab.stress.STRESS, whose import is long
-STRESS_IDS = [*(f"N{i}" for i in range(1, 29)), "I10", "I11", "I12", "I14", "I16", "S1", "S2", "S3"]
-
-
-@click.command()
-@click.argument(
-    "ids", nargs=-1, type=click.Choice(STRESS_IDS, case_sensitive=False), metavar="[N1 ... N28, I10 ... I16, S1 ... S3]"
-)
-@click.option("--quick", is_flag=True, help="Shorter runs; what was shortened is in the notes.")
-@click.option("--out", type=click.Path(file_okay=False, path_type=Path), help="Folder for table and JSON.")
-@json_option
-def stress(ids, quick, out, as_json) -> None:
-    """Stability stress (default: all): measured against the limits. Leaves with code 1 where one is missed."""
-    ready(out)
-    from . import stress as stresses
-    from .stress.table import markdown, print_verdicts
-
-    with progress_bar(as_json) as progress:
-        verdicts = stresses.run(tuple(ids), quick, progress)
-    report = [verdict.as_dict() for verdict in verdicts]
-    if out is not None:
-        (out / "stress.json").write_text(json.dumps(report, indent=1, default=float) + "\n", "utf-8")
-        (out / "stress.md").write_text(markdown(verdicts) + "\n", "utf-8")
-    if as_json:
-        say(json.dumps(report, indent=1, default=float), lines=True)
-    else:
-        print_verdicts(verdicts)
-    if not all(verdict.passed for verdict in verdicts):
-        sys.exit(FAILED)
+    give_out("validate", [as_data(result) for result in results], text, out, as_json, show)
 
 
 # the scenes of bench.SCENES and against.TICKS, whose imports are long
 BENCH_IDS, TICK_IDS = [f"P{i}" for i in range(1, 10)], ["full_scale", "side_scan"]
+# option of bench that stands in place of scenes: module with study(repeats, progress) -> (data, Markdown), does it
+# repeat anything, and what it answers
+STUDIES = {
+    "features": ("benchmarks.features", True, "what each feature of a scene costs a step."),
+    "sheave_mesh": ("sheave", False, "how fine a mesh the answers at the sheave need."),
+    "mesh": ("meshes.mesh_other", False, "is the error promised for a mesh kept?"),
+    "haul": ("benchmarks.haul_cost", True, "what cable on the drum, cable out and elements cost."),
+    "ticks": ("benchmarks.ticks", False, "the longest tick in real time, a minute at 2 m/s."),
+    "water": ("benchmarks.water_cost", True, "what each option of the water costs a tick."),
+    "sweep": ("benchmarks.sweep_cost", True, "throughput of a sweep, per worker beside single runs."),
+}
+
+
+def _flag(name: str) -> str:
+    return "--" + name.replace("_", "-")
+
+
+def studies(command):
+    """An option for each of STUDIES."""
+    for name, (_, _, what) in reversed(STUDIES.items()):
+        command = click.option(_flag(name), is_flag=True, help=f"In place of scenes: {what}")(command)
+    return command
 
 
 @click.command()
@@ -146,13 +149,7 @@ BENCH_IDS, TICK_IDS = [f"P{i}" for i in range(1, 10)], ["full_scale", "side_scan
 )
 @click.option("--peers", is_flag=True, help="Other codes beside ours, taking turns; needs the extra [peers].")
 @click.option("--repeats", type=Count(1, 1000), help="Timed runs of each setting. Default: 5, of --features 15.")
-@click.option("--features", is_flag=True, help="In place of scenes: what each feature of a scene costs a step.")
-@click.option("--sheave-mesh", is_flag=True, help="In place of scenes: how fine a mesh the answers at the sheave need.")
-@click.option("--mesh", "promises", is_flag=True, help="In place of scenes: is the error promised for a mesh kept?")
-@click.option("--haul", is_flag=True, help="In place of scenes: what cable on the drum, cable out and elements cost.")
-@click.option("--ticks", is_flag=True, help="In place of scenes: the longest tick in real time, a minute at 2 m/s.")
-@click.option("--water", is_flag=True, help="In place of scenes: what each option of the water costs a tick.")
-@click.option("--sweep", is_flag=True, help="In place of scenes: throughput of a sweep, per worker beside single runs.")
+@studies
 @click.option(
     "--against",
     metavar="COMMIT",
@@ -162,20 +159,34 @@ BENCH_IDS, TICK_IDS = [f"P{i}" for i in range(1, 10)], ["full_scale", "side_scan
 @click.option("--rounds", type=Count(1, 100), help="Rounds of --against, both versions in each. Default: 3.")
 @click.option("--out", type=click.Path(file_okay=False, path_type=Path), help="Folder for table, JSON and plots.")
 @json_option
-def bench(
-    scenes, peers, repeats, features, sheave_mesh, promises, haul, ticks, water, sweep, against, rounds, out, as_json
-) -> None:
+def bench(scenes, peers, repeats, against, rounds, out, as_json, **options) -> None:
     """Run time against error on the benchmark scenes (default: all), medians of runs that take turns."""
-    asked = {"features": features, "sheave_mesh": sheave_mesh, "mesh": promises, "haul": haul}
-    studies = [name for name, on in (asked | {"ticks": ticks, "water": water, "sweep": sweep}).items() if on]
+    chosen = [name for name in STUDIES if options[name]]
+    _together(chosen, scenes, peers, repeats, against, rounds)
+    ready(out)
     if against is not None:
-        if studies or peers or repeats:
+        from .benchmarks.against import study as compare
+
+        with progress_bar(as_json, "runs") as progress:
+            data, text = compare(against, scenes, rounds, out, progress)
+        give_out("against", data, text, out, as_json)
+    elif chosen:
+        (name,) = chosen
+        with progress_bar(as_json) as progress:
+            data, text = import_module(f".{STUDIES[name][0]}", __package__).study(repeats, progress)
+        give_out(name, data, text, out, as_json)
+    else:
+        _scenes(scenes, peers, repeats, out, as_json)
+
+
+def _together(chosen, scenes, peers, repeats, against, rounds) -> None:
+    """click.UsageError where these options do not go together."""
+    if against is not None:
+        if chosen or peers or repeats:
             raise click.UsageError(
                 "--against compares two versions of this project by themselves: beside it stand names of benchmarks, "
                 "--rounds, --out and --json alone; nothing was run. Leave the other options out"
             )
-        ready(out)
-        _compare(against, scenes, rounds, out, as_json)
         return
     if rounds:
         raise click.UsageError("--rounds are those of --against; nothing was run. Give --against COMMIT, or --repeats")
@@ -184,126 +195,29 @@ def bench(
             f"{' '.join(of_ticks)}: ticks have a time only beside another version; nothing was run. Give --against "
             f"COMMIT, or benchmarks from P1 to P9"
         )
-    if studies:
-        if len(studies) > 1 or scenes or peers:
-            raise click.UsageError(
-                "--features, --sheave-mesh, --mesh, --haul, --ticks, --water and --sweep each stand alone: no scene "
-                "and no --peers beside them"
-            )
-        if repeats and studies[0] not in ("features", "haul", "water", "sweep"):
-            option = "--" + studies[0].replace("_", "-")
-            raise click.UsageError(f"{option} repeats nothing; leave --repeats out")
-        ready(out)
-        _study(studies[0], repeats, out, as_json)
-        return
-    ready(out)
+    if chosen and (len(chosen) > 1 or scenes or peers):
+        *first, last = map(_flag, STUDIES)
+        raise click.UsageError(f"{', '.join(first)} and {last} each stand alone: no scene and no --peers beside them")
+    if chosen and repeats and not STUDIES[chosen[0]][1]:
+        raise click.UsageError(f"{_flag(chosen[0])} repeats nothing; leave --repeats out")
+
+
+def _scenes(scenes, peers, repeats, out, as_json) -> None:
+    """Rows of the benchmark scenes, and their plots into the folder."""
     from .benchmarks import bench as benchmarks
 
     with progress_bar(as_json) as progress:
         rows = benchmarks.bench(
-            tuple(scenes) or benchmarks.SCENES,
-            with_peers=peers,
-            repeats=repeats or benchmarks.REPEATS,
-            progress=progress,
+            scenes or benchmarks.SCENES, with_peers=peers, repeats=repeats or benchmarks.REPEATS, progress=progress
         )
-    report = [benchmarks.as_json(row) for row in rows]
+    data = [benchmarks.as_json(row) for row in rows]
+    filed = None if out is None else {"about": benchmarks.about(), "rows": data}
+    lines = [benchmarks.cells(row) for row in rows]
+
+    def show() -> None:
+        print_table("Run time against error", benchmarks.HEAD.split(" | "), lines, width=160)
+
+    give_out("bench", data, benchmarks.markdown(rows), out, as_json, show, filed)
     if out is not None:
-        about = benchmarks.about()
-        (out / "bench.json").write_text(json.dumps({"about": about, "rows": report}, indent=1) + "\n", "utf-8")
-        (out / "bench.md").write_text(benchmarks.markdown(rows) + "\n", "utf-8")
         for path in benchmarks.plots(rows, out):
             say(f"plot:      {path}", err=True)
-    if as_json:
-        say(json.dumps(report, indent=1), lines=True)
-        return
-    from rich.table import Table
-
-    table = Table(title="Run time against error", title_justify="left")
-    for name in (
-        "scene",
-        "code",
-        "setting",
-        "elements",
-        "step ms",
-        "tension",
-        "position",
-        "CPU s/s",
-        "us/el/it",
-        "it/step",
-        "note",
-    ):
-        table.add_column(name)
-    for row in rows:
-        table.add_row(*benchmarks.cells(row))
-    plain_console(160).print(table)
-
-
-def _compare(commit: str, names: tuple[str, ...], rounds: int | None, out: Path | None, as_json: bool) -> None:
-    """Ratios to a commit: Markdown or JSON, both into the folder."""
-    from .benchmarks import against
-    from .benchmarks.bench import about
-
-    with progress_bar(as_json, "runs") as progress:
-        found = against.compare(commit, names or against.BENCHMARKS, rounds or against.ROUNDS, out, progress)
-    data, text = {"about": about()} | against.as_json(found), against.markdown(found)
-    _written("against", data, text, out, as_json)
-
-
-def _study(name: str, repeats: int | None, out: Path | None, as_json: bool) -> None:
-    """A study by the name of its option: Markdown or JSON, both into the folder."""
-    found: Any
-    data: Any
-    if name == "features":
-        from .benchmarks import features
-
-        found = features.costs(repeats or features.TURNS)
-        data, text = [row._asdict() for row in found], features.markdown(found)
-    elif name == "mesh":
-        from .meshes import mesh_other, mesh_promise
-
-        found = mesh_promise.promises()
-        with progress_bar(as_json) as progress:
-            others = mesh_other.others(progress=progress)
-        data = {"tows": [row._asdict() for row in found], "other_tows": [row._asdict() for row in others]}
-        text = mesh_other.page(mesh_promise.markdown(found), mesh_other.markdown(others))
-    elif name == "haul":
-        from .benchmarks import haul_cost
-
-        with progress_bar(False) as progress:
-            found = haul_cost.study(repeats or haul_cost.TURNS, progress)
-        data = found._asdict() | {"points": [point._asdict() for point in found.points]}
-        text = haul_cost.markdown(found)
-    elif name == "ticks":
-        from .benchmarks import ticks
-
-        with progress_bar(False) as progress:
-            found = ticks.ticks(progress=progress)
-        data, text = found._asdict(), ticks.markdown(found)
-    elif name == "water":
-        from .benchmarks import water_cost
-
-        with progress_bar(as_json) as progress:
-            found = water_cost.costs(repeats or water_cost.TURNS, progress)
-        data, text = [row._asdict() | {"off": row.off, "on": row.on} for row in found], water_cost.markdown(found)
-    elif name == "sweep":
-        from .benchmarks import sweep_cost
-
-        with progress_bar(as_json) as progress:
-            found = sweep_cost.throughput(turns=repeats or sweep_cost.TURNS, progress=progress)
-        data, text = [row._asdict() for row in found], sweep_cost.markdown(found)
-    else:
-        from . import sheave
-
-        found = data = sheave.sweeps()
-        text = sheave.markdown(found)
-    _written(name, data, text, out, as_json)
-
-
-def _written(name: str, data: Any, text: str, out: Path | None, as_json: bool) -> None:
-    if out is not None:
-        (out / f"{name}.json").write_text(json.dumps(data, indent=1) + "\n", "utf-8")
-        (out / f"{name}.md").write_text(text + "\n", "utf-8")
-    say(json.dumps(data, indent=1) if as_json else text, lines=True)
-
-
-COMMANDS = (case, validate, stress, bench)

@@ -6,25 +6,22 @@ the figure is the median of the CPU time. A speed stands in one row with its mes
 
 from __future__ import annotations
 
-import platform
 import statistics
-import time
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 from typing import Any
 
-import numba
 import numpy as np
 
 from cable_sim_ros.runs.message_run import Progress, silent
-from cable_sim_ros.version import __version__
+from cable_sim_ros.terminal import markdown_table
 
 from .. import ours
 from ..ours import Setting, even, links
 from ..scenes import errors
 from . import haul_bench, tow_bench
-from .row import METRES, Row
+from .row import METRES, Row, unrun
 from .turns import in_turn
 
 REPEATS = 5
@@ -111,10 +108,7 @@ def _scene(scene: str, with_peers: bool, repeats: int) -> list[Row]:
 
         more, missing = jobs_of(scene, all_codes=with_peers)
         jobs += more
-        rows += [
-            Row(scene, code, "", 0, 0.0, float("nan"), float("nan"), float("nan"), None, None, why)
-            for code, why in missing
-        ]
+        rows += [unrun(scene, code, "", why) for code, why in missing]
     problem = [""] * len(jobs)
 
     def attempt(k: int) -> tuple[float, Any]:
@@ -130,9 +124,7 @@ def _scene(scene: str, with_peers: bool, repeats: int) -> list[Row]:
     times, last = in_turn([partial(attempt, k) for k in range(len(jobs))], repeats)
     for k, (code, setting, _) in enumerate(jobs):
         if problem[k]:
-            rows.append(
-                Row(scene, code, str(setting), 0, 0.0, float("nan"), float("nan"), float("nan"), None, None, problem[k])
-            )
+            rows.append(unrun(scene, code, str(setting), problem[k]))
             continue
         run, cpu = last[k], statistics.median(times[k])
         tension, position = errors(scene, run.history)
@@ -161,38 +153,15 @@ def as_json(row: Row) -> dict[str, Any]:
     return {k: None if isinstance(v, float) and not np.isfinite(v) else v for k, v in row._asdict().items()}
 
 
-def about() -> dict[str, str]:
-    """Machine and versions that belong to the figures."""
-    model = (
-        next(
-            (
-                line.split(":", 1)[1].strip()
-                for line in Path("/proc/cpuinfo").read_text().splitlines()
-                if line.startswith("model name")
-            ),
-            platform.processor(),
-        )
-        if Path("/proc/cpuinfo").exists()
-        else ""
-    )
-    return {
-        "machine": model,
-        "threads": "1",
-        "python": platform.python_version(),
-        "numba": numba.__version__,
-        "numpy": np.__version__,
-        "cable_sim_ros": __version__,
-        "date": time.strftime("%Y-%m-%d"),
-    }
+HEAD = (
+    "scene | code | setting | elements | step [ms] | error tension | error position | CPU s per s | us per element and "
+    "iteration | iterations per step | note"
+)
 
 
 def markdown(rows: list[Row]) -> str:
     """The table of docs/benchmarks.md."""
-    head = (
-        "| scene | code | setting | elements | step [ms] | error tension | error position | CPU s per s | us per "
-        "element and iteration | iterations per step | note |\n|---|---|---|---|---|---|---|---|---|---|---|"
-    )
-    return "\n".join([head, *("| " + " | ".join(cells(r)) + " |" for r in rows)])
+    return markdown_table([HEAD.split(" | "), *map(cells, rows)])
 
 
 def cells(r: Row) -> tuple[str, ...]:

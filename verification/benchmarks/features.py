@@ -18,7 +18,9 @@ import numpy as np
 from cable_sim_ros.physics.contact_surface import surface_row
 from cable_sim_ros.physics.drag_laws import DragLaw
 from cable_sim_ros.physics.water import Water
+from cable_sim_ros.runs.message_run import Progress, silent
 from cable_sim_ros.sim.rig.rig import Rig, cable_of, load_of
+from cable_sim_ros.terminal import markdown_table
 
 from .turns import in_turn
 
@@ -114,10 +116,11 @@ FEATURES: dict[str, tuple[Callable, Callable, Callable]] = {
 }
 
 
-def costs(turns: int = TURNS) -> list[Cost]:
+def costs(turns: int = TURNS, progress: Progress = silent) -> list[Cost]:
     """Medians over ``turns`` runs of each feature, the three of a feature in turn within the same minute."""
     report = []
-    for name, variants in FEATURES.items():
+    for k, (name, variants) in enumerate(FEATURES.items()):
+        progress(name, k, len(FEATURES))
         times, _ = in_turn([partial(_stepped, build) for build in variants], turns)
         report.append(Cost(name, *(statistics.median(t) for t in times)))
     return report
@@ -131,7 +134,8 @@ def _stepped(build: Callable[[], Rig]) -> tuple[float, None]:
     return 1e6 * (time.process_time() - begin) / max(rig.iterations, 1), None
 
 
-def markdown(rows: list[Cost]) -> str:
-    """The table of docs/benchmarks.md."""
-    head = "| feature | absent [us] | switched off | at work |\n|---|---|---|---|"
-    return "\n".join([head, *(f"| {r.feature} | {r.absent_us:.1f} | {r.off:+.1f} % | {r.on:+.0f} % |" for r in rows)])
+def study(repeats: int | None, progress: Progress) -> tuple[list[dict], str]:
+    """Costs as data, and the table of docs/benchmarks.md."""
+    rows = costs(repeats or TURNS, progress)
+    lines = [(r.feature, f"{r.absent_us:.1f}", f"{r.off:+.1f} %", f"{r.on:+.0f} %") for r in rows]
+    return [r._asdict() for r in rows], markdown_table([("feature", "absent [us]", "switched off", "at work"), *lines])

@@ -9,7 +9,6 @@ from __future__ import annotations
 import statistics
 import tempfile
 import time
-from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 from typing import NamedTuple
@@ -20,6 +19,7 @@ from cable_sim_ros.io.scenes.load import load_scene, override
 from cable_sim_ros.io.scenes.winch_plan import WinchPlan
 from cable_sim_ros.io.sources.motion_table import read_table
 from cable_sim_ros.io.sources.recorded_tow import RecordedTow
+from cable_sim_ros.runs.message_run import Progress, silent
 from cable_sim_ros.runs.offline import stepped
 from cable_sim_ros.sim.layout import layout_of
 from cable_sim_ros.sim.mesh.mesh_kinds import FeedMesh
@@ -38,7 +38,6 @@ MEAN = 2.0  # s, ripple of the tension is about a mean of this length
 RESTS = (300.0, 900.0, 1800.0)  # s after a haul
 SHORT_MEMORY = 1.0  # s, mean flow with which rest is reached at once
 PIECE = 20.0  # s run at once
-Shown = Callable[[str, float, float], None]
 
 
 def go(sim: Simulator, seconds: float, plan: str = "0 hold") -> tuple[np.recarray, float]:
@@ -129,7 +128,7 @@ HAULS = (
 )
 
 
-def hauled(repeats: int, progress: Shown = lambda *_: None) -> list[Row]:
+def hauled(repeats: int, progress: Progress = silent) -> list[Row]:
     """P8: each setting once to its rests, then its hauls ``repeats`` times in turn for the speed."""
     base = override(load_scene("full_scale"), {"setpoint.algorithm": "hold"})
     scenes = [override(base, {"solver.tick": s.tick} | s.values) for s in HAULS]
@@ -244,7 +243,7 @@ def sea(scene: Scene, seconds: float) -> RecordedTow:
         return read_table(table, scene.ship)
 
 
-def deep_tow(repeats: int, progress: Shown = lambda *_: None) -> list[Row]:
+def deep_tow(repeats: int, progress: Progress = silent) -> list[Row]:
     """P9: DEEP_HAUL hauled in under waves, every step in turn, against a refined mesh and step."""
     base = deep_scene()
     motion = sea(base, DEEP_SECONDS)

@@ -7,7 +7,6 @@ alone. The feeding drum is measured against its own refined mesh, the drum with 
 from __future__ import annotations
 
 import statistics
-from collections.abc import Callable
 from functools import partial
 from typing import NamedTuple
 
@@ -17,7 +16,7 @@ from cable_sim_ros.io.scenes.load import load_scene, override
 from cable_sim_ros.io.scenes.resources import find_bag
 from cable_sim_ros.io.scenes.winch_plan import WinchPlan
 from cable_sim_ros.io.sources.recorded_tow import RecordedTow, read_tow
-from cable_sim_ros.runs.message_run import MessageRun, Stepped
+from cable_sim_ros.runs.message_run import MessageRun, Progress, Stepped, silent
 from cable_sim_ros.runs.offline import stepped
 from cable_sim_ros.sim.layout import layout_of
 from cable_sim_ros.sim.mesh.mesh_kinds import FeedMesh
@@ -105,7 +104,7 @@ def references(law: str) -> dict[str, Fine]:
     }
 
 
-def rows(repeats: int, progress: Callable[[str, float, float], None] = lambda *_: None) -> list[Row]:
+def rows(repeats: int, progress: Progress = silent) -> list[Row]:
     """P7, both set-points and both drums in turn."""
     tow = read_tow(find_bag("nbp1406"))
     jobs = [setting for law in LAWS for setting in settings(law)]

@@ -20,6 +20,7 @@ from cable_sim_ros.io.scenes.load import SceneWarning
 from cable_sim_ros.sim.inputs import ShipMotion
 from cable_sim_ros.sim.scene import Scene
 from cable_sim_ros.sim.simulator import Simulator
+from cable_sim_ros.terminal import markdown_table
 
 from . import Comparison, Result
 from .flume import CHOSEN as WINCH
@@ -207,15 +208,12 @@ def experiment(duration: float | None, progress, quick: bool = False, over: Over
         for family in found:
             off = apart(family)
             heads = [f"{what} [{unit}]" for what, unit in family.quantities]
-            lines = [
-                "| " + " | ".join((family.name, "elements", *heads, "CPU [s]")) + " |",
-                "|---" * (3 + len(heads)) + "|",
-            ]
+            lines = [(family.name, "elements", *heads, "CPU [s]")]
             for name, curve in family.curves.items():
                 cells = [f"{a:.2g} ({b:.2g})" for a, b in off[name].T] if name in off else ["-"] * len(heads)
-                lines.append("| " + " | ".join((name, str(curve.elements), *cells, f"{curve.cpu:.2f}")) + " |")
+                lines.append((name, str(curve.elements), *cells, f"{curve.cpu:.2f}"))
             said = f"{family.source}{f'. {family.why}' if family.why else ''}."
-            parts += ["\n".join(lines), textwrap.fill(said, 100)]
+            parts += [markdown_table(lines), textwrap.fill(said, 100)]
         return parts
 
     return Result("convergence", rows, [], lambda folder: draw(found, folder / "convergence.png"), tables=tables)

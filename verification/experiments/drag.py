@@ -24,6 +24,7 @@ from cable_sim_ros.physics.fairing import dressed
 from cable_sim_ros.physics.section import Section
 from cable_sim_ros.physics.water import Water
 from cable_sim_ros.sim.layout import layout_of
+from cable_sim_ros.terminal import markdown_table
 
 from . import Comparison, Result
 
@@ -247,9 +248,9 @@ def printed_tables() -> list[str]:
     return [
         "Critical angle [deg] of a long straight cable by total drag factor, `w cos h = G q C_N f_n(h)`:\n"
         "10 mm, 0.389 kg/m, 1026 kg/m3, 1.2e-3 Pa s, 2.2 m/s:",
-        _table(["model", *(f"{g:g}" for g in FACTORS)], angles),
+        markdown_table([["model", *(f"{g:g}" for g in FACTORS)], *angles]),
         "Loading functions; eta in deg, $f_t$ below 0 counts as zero:",
-        _table(["eta", *(name for name, _, _ in LOADINGS)], functions),
+        markdown_table([["eta", *(name for name, _, _ in LOADINGS)], *functions]),
     ]
 
 
@@ -262,16 +263,10 @@ def page_tables() -> list[str]:
     changes = [[c["choice"], *(f"{x:+.1f}" for name, x in c.items() if name != "choice")] for c in choices]
     return [
         "What does not agree with the print, and why:",
-        _table(["figure", "printed", "ours", "why"], differences),
+        markdown_table([["figure", "printed", "ours", "why"], *differences]),
         "What another law of the bare part changes in the static shape of `full_scale`:",
-        _table(["law", *list(choices[0])[1:]], changes),
+        markdown_table([["law", *list(choices[0])[1:]], *changes]),
     ]
-
-
-def _table(head: list[str], rows: list[list[str]]) -> str:
-    """Markdown."""
-    first, *others = ("| " + " | ".join(row) + " |" for row in (head, *rows))
-    return "\n".join([first, "|---" * len(head) + "|", *others])
 
 
 DASHES = "-", (0, (6, 2)), (0, (1, 1)), "-.", (0, (8, 2, 1, 2, 1, 2))  # told apart without colours

@@ -16,6 +16,7 @@ import numpy as np
 
 from cable_sim_ros.io.scenes.load import SceneWarning, load_scene, override
 from cable_sim_ros.sim.scene import Scene
+from cable_sim_ros.terminal import markdown_table
 from cable_sim_ros.tools.layback.by_log import simulated
 from cable_sim_ros.tools.layback.laid import WAYS, Laid, laid, samples_of
 from cable_sim_ros.tools.layback.ranges import Ranges
@@ -145,15 +146,14 @@ def markdown(found: list[Studied]) -> list[str]:
     parts = []
     for tow in dict.fromkeys(one.tow for one in found):
         mine = [one for one in found if one.tow == tow]
-        lines = ["| way | " + " | ".join(one.situation for one in mine) + " |", "|---" * (len(mine) + 1) + "|"]
+        lines = [["way", *(one.situation for one in mine)]]
         names = [*WAYS, *(name for one in mine for name in one.ways if name not in WAYS)]
         for name in dict.fromkeys(names):
-            cells = [_pair(one.ways[name]) if name in one.ways else "" for one in mine]
-            lines.append(f"| `{name}` | " + " | ".join(cells) + " |")
-        lines.append(f"| simulated, drag {100 * WRONG:+g} % | " + " | ".join(_pair(one.wrong) for one in mine) + " |")
-        lines.append("| its interval | " + " | ".join(f"{one.interval:.1f}" for one in mine) + " |")
+            lines.append([f"`{name}`", *(_pair(one.ways[name]) if name in one.ways else "" for one in mine)])
+        lines.append([f"simulated, drag {100 * WRONG:+g} %", *(_pair(one.wrong) for one in mine)])
+        lines.append(["its interval", *(f"{one.interval:.1f}" for one in mine)])
         parts.append(f"{tow}, `side_scan`: mean / largest distance from the simulated towbody, m")
-        parts.append("\n".join(lines))
+        parts.append(markdown_table(lines))
     return parts
 
 

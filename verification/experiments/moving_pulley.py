@@ -16,6 +16,7 @@ import numpy as np
 from cable_sim_ros.physics.integrate import Solver
 from cable_sim_ros.physics.state import STRUT
 from cable_sim_ros.sim.rig.rig import HALVED, Rig, cable_of
+from cable_sim_ros.terminal import markdown_table
 
 from ..bend import drum
 from . import Comparison, Result
@@ -233,9 +234,9 @@ def experiment(duration: float | None, progress, quick: bool = False) -> Result:
     def tables() -> list[str]:
         from .table import markdown
 
-        lines = ["| amplitude [deg] | smallest [N] | largest [N] | middle [N] |", "|---|---|---|---|"]
-        lines += [f"| {a:g} | {p:.2f} | {q:.2f} | {0.5 * (p + q):.2f} |" for a, p, q in zip(family, low, high)]
-        return [markdown(result), "Family over the amplitude, measured 36.9 to 51.5 N:", "\n".join(lines)]
+        lines = [("amplitude [deg]", "smallest [N]", "largest [N]", "middle [N]")]
+        lines += [(f"{a:g}", f"{p:.2f}", f"{q:.2f}", f"{0.5 * (p + q):.2f}") for a, p, q in zip(family, low, high)]
+        return [markdown(result), "Family over the amplitude, measured 36.9 to 51.5 N:", markdown_table(lines)]
 
     return result._replace(tables=tables)
 

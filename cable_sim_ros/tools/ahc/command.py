@@ -14,7 +14,7 @@ from ...cli.out_folder import ready
 from ...cli.progress import progress_bar
 from ...cli.report_option import report_option, said, typed
 from ...files import read_text, write_text
-from ...terminal import plain_console, say
+from ...terminal import markdown_table, print_table, say
 
 FAILED = 1  # exit code where a re-run is not the leaderboard
 FILE = click.Path(dir_okay=False, path_type=Path)
@@ -173,15 +173,14 @@ def run(entrants, only, quick, processes, as_json):
 
 def tell(done, out, as_json, quiet=False):
     """Files into the folder, and the table or the JSON."""
-    from .tables import cells_markdown, markdown, skipped, terminal_table
+    from .tables import by_class, cells_markdown, skipped
 
     rows, text = done["rows"], json.dumps(done, indent=1)
     if out is not None:
         from .picture import draw
-        from .tables import by_class
 
         write_text(out / "ahc.json", text + "\n")
-        write_text(out / "ahc.md", f"{markdown(by_class(rows))}\n\n{cells_markdown(rows)}\n")
+        write_text(out / "ahc.md", f"{markdown_table(by_class(rows))}\n\n{cells_markdown(rows)}\n")
         say(f"plot:      {draw(rows, out / 'ahc.png', done['benchmark'])}", err=True)
     if quiet:
         return
@@ -190,7 +189,8 @@ def tell(done, out, as_json, quiet=False):
         return
 
     title = f"{done['benchmark']}, cable_sim_ros {done['product']} {done['commit']}".rstrip()
-    plain_console(200).print(terminal_table(rows, title))
+    head, *lines = by_class(rows)
+    print_table(title, head, lines, head[2:], 200)
     for line in skipped(rows):
         say(line)
 
