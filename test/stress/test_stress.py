@@ -12,11 +12,12 @@ from cable_sim_ros.cli import commands
 from cable_sim_ros.physics.inputs import push_command
 from cable_sim_ros.physics.integrate import coefficients
 from cable_sim_ros.physics.tick_output import Flag
+from verification.shipped import started
 from verification.stress import STRESS
 from verification.stress.n03_load_reversals import Impulse, changes, max_within
 from verification.stress.n08_n14_overspeed_and_cold_start import LIGHT_FISH, OUTBOARD, WOUND, short_on_drum
 from verification.stress.n20_n21_n22_winch_at_work import SOFT, undragged
-from verification.stress.tows import finite, held, started
+from verification.stress.tows import finite, held
 from verification.stress.verdict import IS, WITHIN, Metric
 
 QUICK = ["N1", "N3", "N4", "N5", "N6", "N7", "N10", "N12", "N13", "N15", "N16", "N17", "N18", "N19", "N20", "N25"]

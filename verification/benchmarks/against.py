@@ -35,6 +35,7 @@ BAG, SECONDS = "nbp1406", 40.0  # of the ticks
 TIMES = ("realtime_factor", "over_contact_")  # metrics of a row that begin so are run times
 TICK_RESULTS = ("tension_mean_n", "tension_std_n", "body_depth_m", "body_position_m", "ticks", "steps", "iterations")
 OURS = "cable_sim_ros"
+COLUMNS = ("setting", "elements", "dt_s", "error_tension", "error_position", "cpu_s_per_sim_s")  # those of Found
 
 
 class Found(NamedTuple):
@@ -155,17 +156,7 @@ def rows_found(report: list[dict[str, Any]]) -> list[Found]:
         metrics = row.get("metrics", row.get("figures", {}))
         results = {name: value for name, value in metrics.items() if not name.startswith(TIMES)}
         results |= {name: row[name] for name in ("error_tension", "error_position", "iterations_per_step")}
-        found.append(
-            Found(
-                row["setting"],
-                row["elements"],
-                row["dt_s"],
-                row["error_tension"],
-                row["error_position"],
-                row["cpu_s_per_sim_s"],
-                results,
-            )
-        )
+        found.append(Found(*(row[key] for key in COLUMNS), results))
     return found
 
 

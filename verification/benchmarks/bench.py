@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 
+from cable_sim_ros.plots.canvas import canvas
 from cable_sim_ros.runs.message_run import Progress, silent
 from cable_sim_ros.terminal import markdown_table
 
@@ -130,21 +131,9 @@ def _scene(scene: str, with_peers: bool, repeats: int) -> list[Row]:
         tension, position = errors(scene, run.history)
         iterations, steps = getattr(run, "iterations", None), getattr(run, "steps", None)
         each = 1e6 * cpu * run.simulated_s / (run.elements * iterations) if iterations else None
-        rows.append(
-            Row(
-                scene,
-                code,
-                run.setting,
-                run.elements,
-                run.dt_s,
-                float(tension),
-                float(position),
-                cpu,
-                each,
-                iterations / steps if iterations and steps else None,
-                getattr(jobs[k][1], "note", ""),
-            )
-        )
+        per_step, note = iterations / steps if iterations and steps else None, getattr(jobs[k][1], "note", "")
+        errors_of = float(tension), float(position)
+        rows.append(Row(scene, code, run.setting, run.elements, run.dt_s, *errors_of, cpu, each, per_step, note))
     return rows
 
 
@@ -204,8 +193,6 @@ def front(points: list[tuple[float, float]]) -> list[tuple[float, float]]:
 
 def plots(rows: list[Row], folder: Path) -> list[Path]:
     """One work-precision plot a scene, a point a setting; RuntimeError where matplotlib is missing."""
-    from cable_sim_ros.plots.canvas import canvas
-
     made = []
     for scene in dict.fromkeys(r.scene for r in rows):
         mine = [r for r in rows if r.scene == scene and np.isfinite(r.cpu_s_per_sim_s)]
@@ -229,8 +216,8 @@ def plots(rows: list[Row], folder: Path) -> list[Path]:
                             color=drawn[0].get_color(),
                         )
                 unit = "m" if scene in METRES and what == "error_position" else "fraction"
-                axis.set_xlabel("CPU s per simulated s" if scene != "P1" else "CPU s")
-                axis.set_title(f"{what.replace('_', ' of ').capitalize()} [{unit}]")
+                axis.set(title=f"{what.replace('_', ' of ').capitalize()} [{unit}]")
+                axis.set(xlabel="CPU s per simulated s" if scene != "P1" else "CPU s")
             handles = axis.get_legend_handles_labels()
             figure.legend(*handles, loc="outside lower center", ncols=min(max(len(handles[0]), 1), MAX_NAMES))
         made.append(path)

@@ -65,8 +65,9 @@ def hung(
         "drag_coefficient": 1.2,
         "drag_amplification": amplification,
     }
+    cable = cable_of([section], mass_per_length=0.389, axial_stiffness=6.8e6, bending_stiffness=ei, axial_damping=ca)
     rig = Rig(
-        cable_of([section], mass_per_length=0.389, axial_stiffness=6.8e6, bending_stiffness=ei, axial_damping=ca),
+        cable,
         held={0: "r"},
         tension=500.0,
         bodies={-1: 50.0} if bodies is None else bodies,

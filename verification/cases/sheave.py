@@ -60,10 +60,7 @@ def symmetric(
 
 @family(
     "static wrap",
-    "tension_N",
-    "wraps_deg",
-    "sheave_root_radius_m",
-    "cable_diameter_m",
+    "tension_N wraps_deg sheave_root_radius_m cable_diameter_m",
     how="no bending stiffness, both ends pulled by dead forces along the far lines, nothing held; contact "
     "stiffness of the case; a cylinder, and a groove for the load of a flank",
 )
@@ -108,10 +105,7 @@ def static_wrap(case: Case, level: Level) -> Values:
 
 @family(
     "bending boundary",
-    "far_tension_N",
-    "EI_N_m2",
-    "radius_to_centreline_m",
-    "angle_between_far_lines_deg",
+    "far_tension_N EI_N_m2 radius_to_centreline_m angle_between_far_lines_deg",
     how="no weight, both ends pulled by dead forces along the far lines 25 sqrt(EI/T) from the sheave; penalty of "
     "1e-6 radius; ends of the contact: the rigid load with the force and moment of the computed one over "
     "3 sqrt(EI/T)",
@@ -190,20 +184,13 @@ def boundary(table: ContactPoints, wrap: float, reach: float) -> dict[str, float
 
 @family(
     "heavy rope at rest",
-    "hanging_left_m",
-    "hanging_right_m",
-    "end_mass_right_kg",
-    "radius_to_centreline_m",
+    "hanging_left_m hanging_right_m end_mass_right_kg radius_to_centreline_m",
     how="no bending stiffness, half wrap; the end of the lighter side is held, its force is the answer",
     growth=3.0,
 )
 def heavy_static(case: Case, level: Level) -> Values:
     """Tensions and line loads of a heavy rope over a sheave, both sides hanging."""
-    radius, gravity, mass = (
-        case.number("radius_to_centreline_m"),
-        case.number("g", 9.81),
-        case.number("mass_per_length_kg_m"),
-    )
+    radius, gravity, mass = case.number("radius_to_centreline_m"), case.gravity, case.number("mass_per_length_kg_m")
     left, right = case.number("hanging_left_m"), case.number("hanging_right_m")
     size = FINE * radius / level.mesh(1)
     bend = Bend(radius, -0.5 * pi, 0.5 * pi, left)
@@ -247,21 +234,13 @@ def heavy_static(case: Case, level: Level) -> Values:
 
 @family(
     "running cable",
-    "tension_N",
-    "mass_per_length_kg_m",
-    "radius_to_centreline_m",
-    "speed_m_s",
-    "wrap_deg",
+    "tension_N mass_per_length_kg_m radius_to_centreline_m speed_m_s wrap_deg",
     how="no weight, both ends pulled by dead forces; settled at rest, then given the speed along itself everywhere;"
     " lift-off: the speed squared to which the resultants of several runs extrapolate as zero",
 )
 def running(case: Case, level: Level) -> Values:
     """Line load and resultant of a cable that runs over a sheave, and the speed that lifts it off."""
-    tension, mass, radius = (
-        case.number("tension_N"),
-        case.number("mass_per_length_kg_m"),
-        case.number("radius_to_centreline_m"),
-    )
+    tension, mass, radius = case.numbers("tension_N mass_per_length_kg_m radius_to_centreline_m")
     speed, wrap = case.number("speed_m_s"), radians(case.number("wrap_deg"))
     of, elements, step, notes = {}, 0, 0.0, []
     size, way = 2.0 * FINE * radius / level.mesh(1), 1.5 * radius

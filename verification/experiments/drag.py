@@ -23,6 +23,7 @@ from cable_sim_ros.physics.drag_laws import DragLaw, element_rows
 from cable_sim_ros.physics.fairing import dressed
 from cable_sim_ros.physics.section import Section
 from cable_sim_ros.physics.water import Water
+from cable_sim_ros.plots.canvas import canvas
 from cable_sim_ros.sim.layout import layout_of
 from cable_sim_ros.terminal import markdown_table
 
@@ -274,8 +275,6 @@ DASHES = "-", (0, (6, 2)), (0, (1, 1)), "-.", (0, (8, 2, 1, 2, 1, 2))  # told ap
 
 def draw(path: Path) -> Path:
     """C_N over Re of the laws, and f_n over the angle."""
-    from cable_sim_ros.plots.canvas import canvas
-
     re, eta = np.logspace(-1.0, 6.0, 700), np.linspace(0.0, 90.0, 181)
     with canvas(path, (14.0, 6.5), "Drag laws of a cable", "laws and their sources: docs/drag.md") as figure:
         left, right = figure.subplots(1, 2)

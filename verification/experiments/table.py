@@ -11,8 +11,8 @@ from cable_sim_ros.terminal import markdown_table, print_table
 
 from . import KEPT, MISSED, OPEN, Comparison, Result, module_of, verdict_of
 
-COLUMNS = ("figure", "unit", "measured", "their simulation", "ours", "allowed", "verdict", "who", "why apart")
-NUMBERS = ("measured", "their simulation", "ours", "allowed")  # measured: or printed, of a computation
+NUMBERS = ("measured", "their simulation", "ours", "difference", "allowed")  # measured: or printed, of a computation
+COLUMNS = ("figure", "unit", *NUMBERS, "verdict", "who", "why apart")
 
 
 def as_data(result: Result) -> dict[str, Any]:
@@ -34,8 +34,11 @@ def text(x: float | None, row: Comparison | None = None) -> str:
     return f"{x:.{max(4, ceil(log10(max(abs(x), row.allowed) / row.allowed)) + 2)}g}"
 
 
-def _columns(result: Result) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
-    """Heads and cells of the comparison; the source's simulation, verdicts and reasons only where there are any."""
+def columns(result: Result, difference: bool = False) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
+    """Heads and cells of the comparison; the source's simulation, verdicts and reasons only where there are any.
+
+    difference: also how far ours is off the measured one.
+    """
     rows = [
         (
             r.name,
@@ -43,6 +46,7 @@ def _columns(result: Result) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
             text(r.measured, r),
             text(r.simulated, r),
             text(r.ours, r),
+            text(None if r.measured is None else r.ours - r.measured),
             text(r.allowed),
             "-" if verdict_of(r) == OPEN else verdict_of(r),
             r.source,
@@ -51,6 +55,7 @@ def _columns(result: Result) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
         for r in result.rows
     ]
     optional = {
+        "difference": difference,
         "their simulation": any(r.simulated is not None for r in result.rows),
         "verdict": any(verdict_of(r) != OPEN for r in result.rows),
         "why apart": any(r.why for r in result.rows),
@@ -59,7 +64,7 @@ def _columns(result: Result) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
     return tuple(COLUMNS[k] for k in kept), [tuple(row[k] for k in kept) for row in rows]
 
 
-def _choices(result: Result) -> list[tuple[str, ...]]:
+def choices(result: Result) -> list[tuple[str, ...]]:
     """A line a choice, the first is the head."""
     names = [name for name in result.choices[0] if name != "choice"]
     return [
@@ -70,10 +75,10 @@ def _choices(result: Result) -> list[tuple[str, ...]]:
 
 def markdown(result: Result) -> str:
     """Both tables for the documentation."""
-    heads, rows = _columns(result)
+    heads, rows = columns(result)
     parts = [markdown_table([heads, *rows])]
     if result.choices:
-        parts += [f"{result.chosen[0].upper()}{result.chosen[1:]}:", markdown_table(_choices(result))]
+        parts += [f"{result.chosen[0].upper()}{result.chosen[1:]}:", markdown_table(choices(result))]
     return "\n\n".join(parts)
 
 
@@ -144,9 +149,9 @@ def _nearest(result: Result) -> list[str]:
 
 def print_result(result: Result) -> None:
     """Comparison and choices."""
-    heads, rows = _columns(result)
+    heads, rows = columns(result)
     title = f"{result.experiment}, shortened: {result.shortened}" if result.shortened else result.experiment
     print_table(title, heads, rows, NUMBERS)
     if result.choices:
-        head, *lines = _choices(result)
+        head, *lines = choices(result)
         print_table(result.chosen, head, lines, head[1:])

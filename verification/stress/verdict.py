@@ -45,6 +45,16 @@ class Metric(NamedTuple):
         return f"{sign}{as_text(self.limit)}{' ' + self.unit if self.unit else ''}"
 
 
+def holds(name: str, value) -> Metric:
+    """What is to be true."""
+    return Metric(name, value, "", True, IS)
+
+
+def relative(name: str, value, want, limit: float | None) -> Metric:
+    """How far a value is off what it should be, of that; of None, no value, likewise None."""
+    return Metric(name, None if value is None else float(value / want - 1.0), "", limit, WITHIN)
+
+
 def as_text(value) -> str:
     """A number in four digits, a truth as yes or no."""
     if isinstance(value, bool):
