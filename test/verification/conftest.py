@@ -27,6 +27,7 @@ def kept():
     """That rows which are judged are as near as is allowed, and how many they are."""
 
     def check(rows):
+        rows = [row if isinstance(row, dict) else row._asdict() for row in rows]
         judged = [row for row in rows if row["measured"] is not None and row["allowed"] is not None]
         for row in judged:
             assert abs(row["ours"] - row["measured"]) <= row["allowed"], row["name"]

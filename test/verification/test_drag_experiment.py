@@ -14,13 +14,6 @@ DOCS = Path(__file__).resolve().parents[2] / "docs"
 PAGE = (DOCS / "drag.md").read_text("utf-8")
 
 
-def test_critical_angles_of_every_model_to_a_hundredth_of_a_degree():
-    """Straight cable of the product's kernels against the formula solved independently, printed to 0.01 deg."""
-    wanted = np.array([model.angles for model in drag.MODELS])
-    assert wanted.shape == (11, 5)
-    assert np.abs(drag.critical_angles() - wanted).max() <= 0.01
-
-
 def test_an_angle_that_is_off_would_be_seen():
     """1 % of drag is 0.08 deg of the steepest model."""
     angles = drag.critical_angles(drag.MODELS[:1], (1.0, 1.01))[0]
@@ -29,12 +22,6 @@ def test_an_angle_that_is_off_would_be_seen():
 
 def test_loading_functions_to_the_printed_digits():
     assert np.abs(drag.loading_functions() - np.array(drag.LOADING_TABLE)).max() < 6e-5
-
-
-def test_the_tables_of_the_page_of_experiments_are_those_that_are_computed():
-    page = (DOCS / "experiments.md").read_text("utf-8")
-    for table in drag.page_tables():
-        assert table in page, "run: cable-sim validate --out DIR and copy DIR/experiments.md to docs"
 
 
 def test_the_page_names_every_law_and_key():
@@ -57,4 +44,5 @@ def test_validate_drag_prints_ours_beside_the_print(validated, kept, tmp_path):
     assert page.startswith("# Experiments: every figure\n\nMade by `cable-sim validate --out DIR`")
     short = (tmp_path / "experiments.md").read_text("utf-8")
     mine = (DOCS / "experiments.md").read_text("utf-8").partition("\n## drag\n")[2].partition("\n## ")[0]
-    assert short.rstrip().endswith(mine.rstrip()) and "| model |" not in short
+    assert short.rstrip().endswith(mine.rstrip()), "run: cable-sim validate --out DIR, copy DIR/experiments.md to docs"
+    assert "| model |" not in short

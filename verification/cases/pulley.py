@@ -158,7 +158,7 @@ def lift_off(case: Case, level: Level) -> Values:
     step = 5e-4 * last if level.realtime else level.step(2e-3 * last)
     every = max(int(last / LOOKS / step), 1)
     places = np.linspace(0.0, wrap, max(int(round(wrap / radians(10.0))), 2) + 1)
-    times, loads, speeds, lengths = [], [], [], []
+    seen: list[tuple[float, list[float], float, float]] = []
     walk = Walk(rig, moved=(nodes - 1,), motion=motion)
     notes = [f"in steps of {step:.2g} s"] if level.realtime else []
     while walk.time < 0.95 * last:
@@ -179,29 +179,21 @@ def lift_off(case: Case, level: Level) -> Values:
                     place,
                 )
             )
-        times.append(walk.time)
-        loads.append(now)
-        speeds.append(float(np.linalg.norm(rig.state.v[0, :3])))
-        lengths.append(level_of(rig, -1.0))
-        if np.mean(loads[-CALM:], 0).min() < 0.0:
+        seen.append((walk.time, now, float(np.linalg.norm(rig.state.v[0, :3])), level_of(rig, -1.0)))
+        if np.mean([loads for _, loads, *_ in seen[-CALM:]], 0).min() < 0.0:
             break
-    return Values(
-        *_first_zero(
-            case,
-            np.array(times),
-            np.array(loads),
-            places,
-            speeds,
-            lengths,
-            rig.nodes - 1,
-            step,
-            notes + walk.note(step),
-        )
-    )
+    notes += walk.note(step)
+    of = _first_zero(case, seen, places, step)
+    if of is None:
+        notes.append("no line load came to zero")
+    return Values(of or {}, rig.nodes - 1, step, notes)
 
 
-def _first_zero(case, times, loads, places, speeds, lengths, elements, step, notes):
-    """Values of a lift-off from the line loads [time, place]."""
+def _first_zero(case: Case, seen: list[tuple], places: np.ndarray, step: float) -> dict[str, float] | None:
+    """Values of a lift-off from time, line loads by place, speed and free length; None: no load came to zero."""
+    if not seen:
+        return None
+    times, loads, speeds, lengths = map(np.array, zip(*seen))
     found = []
     calm = np.ones(CALM) / CALM
     for i, place in enumerate(places):
@@ -216,10 +208,10 @@ def _first_zero(case, times, loads, places, speeds, lengths, elements, step, not
         if roots:
             found.append((min(roots), place))
     if not found:
-        return {}, elements, step, [*notes, "no line load came to zero"]
+        return None
     when, where = min(found)
 
-    def then(series: list[float]) -> float:
+    def then(series: np.ndarray) -> float:
         ahead = max(when - times[-1], 0.0)
         return np.interp(when, times, series) + ahead * (series[-1] - series[-2]) / (times[-1] - times[-2])
 
@@ -229,7 +221,7 @@ def _first_zero(case, times, loads, places, speeds, lengths, elements, step, not
         "free length left at lift-off": then(lengths),
         "angular position of first lift-off from the free-side tangent": np.degrees(where),
     }
-    return {o.name: float(report[o.name]) for o in case.outputs if o.name in report}, elements, step, notes
+    return {o.name: float(report[o.name]) for o in case.outputs if o.name in report}
 
 
 @family(

@@ -26,25 +26,17 @@ def ends_of(bend: Bend, total: float, nodes: int, tension: float) -> list[np.nda
 
 
 def symmetric(
-    tension: float,
-    radius: float,
-    wrap: float,
-    leg: float,
-    size: float,
-    surface: np.ndarray,
-    stiff: float = 0.0,
-    fine: float = 0.0,
-    mass: float = MASS,
-    axial: float | None = None,
+    tension: float, radius: float, wrap: float, leg: float, size: float, surface: np.ndarray, fine: float, **numbers
 ) -> Rig:
-    """Weightless cable over the top of a sheave, both ends pulled; elements of ``size`` to ``fine`` [m] beyond."""
+    """Weightless cable over the top of a sheave, both ends pulled; elements of ``size`` to ``fine`` [m] beyond.
+
+    numbers: of the cable, where it is not to be limp and all but inextensible.
+    """
     bend = Bend(radius, -0.5 * wrap, 0.5 * wrap, leg)
     parts = [(2.0 * fine + bend.contact, size)]
     if leg > fine:
         parts = [(leg - fine, 4.0 * size), *parts, (leg - fine, 4.0 * size)]
-    cable = cable_of(
-        pieces(*parts), mass_per_length=mass, axial_stiffness=axial or tension / STRETCH, bending_stiffness=stiff
-    )
+    cable = cable_of(pieces(*parts), **{"mass_per_length": MASS, "axial_stiffness": tension / STRETCH} | numbers)
     nodes = 1 + sum(s.elements for s in cable.sections.values())
     rig = Rig(
         cable,
@@ -80,7 +72,7 @@ def static_wrap(case: Case, level: Level) -> Values:
         surface = drum(radius, tension, half_angle=half, depth=radius)
         if "contact_stiffness_kN" in case.inputs:
             surface["stiffness"] = case.number("contact_stiffness_kN")
-        rig = symmetric(tension, radius, radians(wrap), 2.0 * radius, size, surface, fine=2.0 * radius)
+        rig = symmetric(tension, radius, radians(wrap), 2.0 * radius, size, surface, 2.0 * radius)
         elements = rig.nodes - 1
         rig.settle()
         return contact_points(rig)
@@ -117,16 +109,8 @@ def bending_boundary(case: Case, level: Level) -> Values:
     stiff, wrap = case.number("EI_N_m2"), radians(case.number("angle_between_far_lines_deg"))
     scale = sqrt(stiff / tension)
     size = min(scale / min(level.mesh(2), FINEST), FINE * radius)
-    rig = symmetric(
-        tension,
-        radius,
-        wrap,
-        25.0 * scale,
-        size,
-        drum(radius, tension, penetration=TRACE),
-        stiff=stiff,
-        fine=6.0 * scale,
-    )
+    surface = drum(radius, tension, penetration=TRACE)
+    rig = symmetric(tension, radius, wrap, 25.0 * scale, size, surface, 6.0 * scale, bending_stiffness=stiff)
     soften(rig, tension)
     table = contact_points(rig)
     report = boundary(table, wrap, 3.0 * scale)
@@ -250,17 +234,9 @@ def running(case: Case, level: Level) -> Values:
     def run(v: float) -> tuple[float, float]:
         """Mean line load of the inner half and resultant over the last third of a way of 1.5 radii."""
         nonlocal elements, step
-        rig = symmetric(
-            tension,
-            radius,
-            wrap,
-            leg,
-            size,
-            drum(radius, tension, penetration=MOVING),
-            fine=leg,
-            mass=mass,
-            axial=0.1 * tension / STRETCH,
-        )
+        surface = drum(radius, tension, penetration=MOVING)
+        cable = {"mass_per_length": mass, "axial_stiffness": 0.1 * tension / STRETCH}
+        rig = symmetric(tension, radius, wrap, leg, size, surface, leg, **cable)
         # at rest the whole tension presses, running only what is left of it: settled on a stiffer surface the cable
         # begins at its running depth
         surface = rig.state.surfaces[0]
