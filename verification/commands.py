@@ -205,13 +205,14 @@ def _together(chosen, scenes, peers, repeats, against, rounds) -> None:
 def _scenes(scenes, peers, repeats, out, as_json) -> None:
     """Rows of the benchmark scenes, and their plots into the folder."""
     from .benchmarks import bench as benchmarks
+    from .benchmarks.row import about
 
     with progress_bar(as_json) as progress:
         rows = benchmarks.bench(
             scenes or benchmarks.SCENES, with_peers=peers, repeats=repeats or benchmarks.REPEATS, progress=progress
         )
     data = [benchmarks.as_json(row) for row in rows]
-    filed = None if out is None else {"about": benchmarks.about(), "rows": data}
+    filed = None if out is None else {"about": about(), "rows": data}
     lines = [benchmarks.cells(row) for row in rows]
 
     def show() -> None:
