@@ -7,7 +7,6 @@ import pytest
 
 from verification.experiments.moving_pulley import (
     CELL,
-    DENSITY,
     FREQUENCY,
     GRAVITY,
     MASS,
@@ -20,6 +19,7 @@ from verification.experiments.moving_pulley import (
     low_pass,
     rock,
 )
+from verification.experiments.pulley import DENSITY
 
 
 @pytest.mark.parametrize("harmonic", [0.0, 0.1])
