@@ -353,7 +353,7 @@ def test_every_error_of_the_package_is_expected():
 
 
 def test_a_warning_is_said_once():
-    result = call("run", "full_scale_westin", "--motion", "none", "--duration", "0.1")
+    result = call("run", "full_scale_westin", "--motion", "none", "--duration", "0.1", "--set", "gravity=9.81")
     said = [line.partition(": ")[2].partition(": ")[2] for line in result.stderr.splitlines()]
     assert len(said) == len(set(said)) == 3
 
