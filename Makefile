@@ -75,6 +75,7 @@ soak: $(VENV)/.test
 
 nightly: $(VENV)/.rest stress validate bench
 	$(PYTEST) -m nightly
+	CABLE_SIM_COMPILER=numba $(PYTEST) -m "check or trust" test/physics test/sim
 	$(BIN)/cable-sim bench --against $(AGAINST) --out runs/against
 
 validate: $(VENV)/.test

@@ -96,11 +96,12 @@ def test_a_draw_is_of_seed_and_number_and_as_wide_as_it_says():
     assert all(draw.payout == 0.0 for draw in drawn)
 
 
-def test_what_copies_are_warned_of_is_told_once_and_that_of_the_scene_is_not(scene, recwarn):
+def test_what_copies_are_warned_of_is_told_once_and_that_of_the_scene_is_not(scene):
     from cable_sim_ros.tools.ensemble.command import of_copies
 
-    load_scene("full_scale_contact")
-    own = str(recwarn.pop(UserWarning).message)
+    with pytest.warns(UserWarning) as caught:
+        override(load_scene("full_scale_contact"), {})
+    own = str(caught.pop(UserWarning).message)
     texts = [f"override of a: the tow rises {n} m above the surface" for n in ("1.5", "2e-1")]
     assert of_copies(scene, texts) == ["warned of 2 x in the copies, first: the tow rises 1.5 m above the surface"]
     assert of_copies(load_scene("full_scale_contact"), [own]) == []

@@ -352,8 +352,9 @@ def test_every_error_of_the_package_is_expected():
     assert expected_errors.code_of(ValueError("x")) is None
 
 
+@pytest.mark.filterwarnings("always::cable_sim_ros.io.scenes.document.SceneWarning")
 def test_a_warning_is_said_once():
-    result = call("run", "full_scale_westin", "--motion", "none", "--duration", "0.1")
+    result = call("run", "full_scale_westin", "--motion", "none", "--duration", "0.1", "--set", "gravity=9.81")
     said = [line.partition(": ")[2].partition(": ")[2] for line in result.stderr.splitlines()]
     assert len(said) == len(set(said)) == 3
 

@@ -102,11 +102,11 @@ def test_the_python_of_the_readme_runs_and_prints_what_it_says(capsys):
 @pytest.mark.filterwarnings("ignore::cable_sim_ros.io.scenes.load.SceneWarning")
 def test_what_the_readme_shows_of_a_run_is_what_a_run_prints(tmp_path, capsys):
     (block,) = re.findall(r"```text\n(.*?)```", README, re.S)
-    rows = re.findall(r"^│ (\w+) +│ [\d.]+ │ (\w+) +│ (.*?) +│$", block, re.M)
-    assert len(rows) == 3 and set(rows) <= set(SUMMARY)
+    rows = re.findall(r"^│ ([\w ]+?) +│ +[\d.]+ │", block, re.M)
+    assert rows == ["tension at the sheave", "depth of the towbody"]
     deliver(answer_of(offline.run("full_scale", duration=1.0, out=tmp_path), tmp_path), quiet=False)
     printed = capsys.readouterr().out.splitlines()
-    assert all(any(line.startswith(f"│ {name} ") for line in printed) for name, *_ in rows)
+    assert all(any(line.startswith(f"│ {name} ") for line in printed) for name in rows)
     paths = [line.replace(f"{tmp_path}/", "runs/20261122_233406/") for line in printed if not line.startswith("│")]
     assert paths[-4:] == block.splitlines()[-4:]
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
@@ -43,55 +43,73 @@ def judge(
 ) -> None:
     """Put into ``out`` the reasons that its numbers cannot be taken as they are; signals: all of the recording;
     intervals: of the parameters, in the order of the problem."""
-    tell = out.reasons.append
     if not found.converged:
-        tell(_reason("UNCONVERGED", f"the fit has not converged ({found.said}): its numbers are where it stopped"))
+        text = f"the fit has not converged ({found.said}): its numbers are where it stopped"
+        out.reasons.append(_reason("UNCONVERGED", text))
+    out.reasons += _of_parameters(out, known)
+    _repeated(out, problem, found, known)
+    out.reasons += _of_intervals(out, problem, known, intervals)
+    out.reasons += _of_signals(out)
+    _unlike(out, problem, found, known)
+    if not known.apart:
+        systematic(out, problem, found, known, model)
+    if out.held_s is None:
+        out.notes.append("nothing was held out (--hold-out 0): no part of the record has judged the fit")
+    ran, warned = model.told(problem.values(found.x))
+    out.reasons += [reason._replace(text=f"the calibrated run: {reason.text}") for reason in ran.reasons]
+    out.notes += [f"the calibrated run: {text}" for text in warned]
+    _beside(out, problem, found, model, signals)
+
+
+def _of_parameters(out: Calibration, known: Confidence) -> Iterator[Reason]:
+    """Numbers at an end of their range, of which the data say nothing, or that they cannot tell apart."""
     for one in out.parameters:
         low, high = one.limits
-        edge = (
-            low if one.value - low < NEAR * (high - low) else high if high - one.value < NEAR * (high - low) else None
-        )
+        near = NEAR * (high - low)
+        edge = low if one.value - low < near else high if high - one.value < near else None
         if edge is not None:
             text = f"{one.name} = {one.value:.6g} {one.unit} is at the end of its range, {edge:g}: the best lies beyond"
-            tell(_reason("AT_BOUND", text.replace("  ", " "), one.name))
+            yield _reason("AT_BOUND", text.replace("  ", " "), one.name)
         elif one.number and one.interval == (None, None):
             text = (
                 f"the data say nothing of {one.name}: its interval is all of its range [{low:g}, {high:g}], and the "
                 "scene keeps the value it has. Record a tow that shows it, or leave it out"
             )
-            tell(_reason("UNKNOWN", text, one.name))
+            yield _reason("UNKNOWN", text, one.name)
         elif one.number and None in one.interval:
             out.notes.append(f"the interval of {one.name} ends at its range: the data give no bound on that side")
     for group in [names for names in known.apart if len(names) > 1]:  # of one alone UNKNOWN says it
-        tell(
-            _reason(
-                "NOT_APART",
-                f"the data cannot tell {' and '.join(group)} apart (correlation above {APART:g}): along a line "
-                "of them, as long as their intervals, all fit nearly as well; fix one, give it a prior, or record a "
-                "tow that separates them",
-                *group,
-            )
+        text = (
+            f"the data cannot tell {' and '.join(group)} apart (correlation above {APART:g}): along a line of them, as "
+            "long as their intervals, all fit nearly as well; fix one, give it a prior, or record a tow that separates "
+            "them"
         )
-    _repeated(out, problem, found, known)
+        yield _reason("NOT_APART", text, *group)
+
+
+def _of_intervals(
+    out: Calibration, problem: Problem, known: Confidence, intervals: Sequence[Interval]
+) -> Iterator[Reason]:
+    """Intervals that are rough."""
     if known.few:
         few = {name: count for name, count in known.independent.items() if count < ENOUGH} or known.independent
         told = ", ".join(f"{name} {count:.0f}" for name, count in few.items())
-        tell(_reason("FEW_SAMPLES", f"independent samples are few ({told}): the intervals themselves are uncertain"))
+        yield _reason("FEW_SAMPLES", f"independent samples are few ({told}): the intervals themselves are uncertain")
     for one in out.parameters:
-        beside = [rise for rise in one.rise if rise is not None and abs(rise - 1.0) > RISE]
-        if beside:
-            tell(
-                _reason(
-                    "INTERVAL",
-                    f"{one.name}: at an end of its interval the likelihood rises {beside[0]:.2g} times what it should: "
-                    "the tow bends more than second order over it, and the interval is rough",
-                    one.name,
-                )
+        if beside := [rise for rise in one.rise if rise is not None and abs(rise - 1.0) > RISE]:
+            text = (
+                f"{one.name}: at an end of its interval the likelihood rises {beside[0]:.2g} times what it should: the "
+                "tow bends more than second order over it, and the interval is rough"
             )
+            yield _reason("INTERVAL", text, one.name)
     for name, interval in zip(problem.names, intervals, strict=True):
         if interval.linear:
             text = f"{name}: Minuit found no profile, its interval is linear and may be rough"
-            tell(_reason("INTERVAL", text, name))
+            yield _reason("INTERVAL", text, name)
+
+
+def _of_signals(out: Calibration) -> Iterator[Reason]:
+    """Signals that the calibrated scene leaves beyond their noise, or leaves worse where it was not fitted."""
     for shown in out.signals:
         left = shown.calibrated.fitted[1]
         if shown.noise_stated and left > MISFIT * shown.noise:
@@ -99,30 +117,16 @@ def judge(
                 f"{shown.quantity}: calibrated, the scene leaves {left:.4g} {shown.unit} rms, stated is a noise of "
                 f"{shown.noise:.4g}: the model is not within it, and what it lacks may have moved the numbers"
             )
-            tell(_reason("NOISE", text, shown.quantity))
+            yield _reason("NOISE", text, shown.quantity)
     for shown in out.signals:
         alone, whose = shown.instrument or shown.given, "with the instrument alone" if shown.instrument else "as given"
-        if shown.calibrated.held is None or alone.held is None:
-            continue
-        if shown.calibrated.held[1] > WORSE * alone.held[1]:
-            tell(
-                _reason(
-                    "HOLD_OUT",
-                    f"{shown.quantity}: calibrated, the scene leaves {shown.calibrated.held[1]:.4g} {shown.unit} rms "
-                    f"on the part held out, {whose} {alone.held[1]:.4g}: what was fitted does not hold there",
-                    shown.quantity,
-                )
+        held, before = shown.calibrated.held, alone.held
+        if held is not None and before is not None and held[1] > WORSE * before[1]:
+            text = (
+                f"{shown.quantity}: calibrated, the scene leaves {held[1]:.4g} {shown.unit} rms on the part held out, "
+                f"{whose} {before[1]:.4g}: what was fitted does not hold there"
             )
-    _unlike(out, problem, found, known)
-    if not known.apart:
-        systematic(out, problem, found, known, model)
-    if out.held_s is None:
-        out.notes.append("nothing was held out (--hold-out 0): no part of the record has judged the fit")
-    ran, warned = model.told(problem.values(found.x))
-    for reason in ran.reasons:
-        tell(reason._replace(text=f"the calibrated run: {reason.text}"))
-    out.notes += [f"the calibrated run: {text}" for text in warned]
-    _beside(out, problem, found, model, signals)
+            yield _reason("HOLD_OUT", text, shown.quantity)
 
 
 def _unlike(out: Calibration, problem: Problem, found: Fit, known: Confidence) -> None:
