@@ -53,6 +53,13 @@ def plain_console(width: int = 120, err: bool = False, **options: Any) -> Consol
     return Plain(width=None if there else width, stderr=err, **options)
 
 
+def markdown_table(lines: Iterable[Sequence[str]]) -> str:
+    """Lines as a table in Markdown, the first its head."""
+    head, *rest = lines
+    shown = ["| " + " | ".join(line) + " |" for line in (head, *rest)]
+    return "\n".join([shown[0], "|---" * len(head) + "|", *shown[1:]])
+
+
 def print_table(
     title: str | Text | None,
     columns: Sequence[str | Text],

@@ -14,7 +14,9 @@ import numpy as np
 
 from cable_sim_ros.physics.contact import Contact
 from cable_sim_ros.physics.contact_surface import stiffness
+from cable_sim_ros.runs.message_run import Progress
 from cable_sim_ros.sim.rig.rig import FOLDING, Rig, RigError, cable_of
+from cable_sim_ros.terminal import markdown_table
 
 from .bend import Bend, drum, pieces, pulls
 from .contact_points import ContactPoints, contact_points
@@ -203,18 +205,20 @@ def sweeps() -> dict:
     }
 
 
-def markdown(found: dict) -> str:
-    """Longest elements and converged answers as tables, as in docs/accuracy.md. found: of `sweeps`."""
+def study(repeats: None, progress: Progress) -> tuple[dict, str]:
+    """Longest elements and converged answers: as data, and as the tables of docs/accuracy.md."""
+    found = sweeps()
     columns = [
         f"{'nearly rigid' if s['penetration_limit'] is None else 'shipped contact'}, {s['wrap_deg']:g} deg"
         for s in found["sweeps"]
     ]
-    lines = [f"| longest element over sqrt(EI/T) | {' | '.join(columns)} |", "|---" * (len(columns) + 1) + "|"]
-    for name in ANSWERS:
-        cells = (s["longest_element_within_5_percent"][name] for s in found["sweeps"])
-        lines.append(f"| {name} | {' | '.join('-' if x is None else f'{x:g}' for x in cells)} |")
-    columns = list(found["softness"][0])
-    lines += ["", f"| {' | '.join(columns)} |", "|---" * len(columns) + "|"]
-    for row in found["softness"]:
-        lines.append(f"| {' | '.join('-' if x is None else f'{x:g}' for x in row.values())} |")
-    return "\n".join(lines)
+    longest = [(name, *(s["longest_element_within_5_percent"][name] for s in found["sweeps"])) for name in ANSWERS]
+    tables = (
+        [("longest element over sqrt(EI/T)", *columns), *((name, *map(_shown, row)) for name, *row in longest)],
+        [list(found["softness"][0]), *(list(map(_shown, row.values())) for row in found["softness"])],
+    )
+    return found, "\n\n".join(map(markdown_table, tables))
+
+
+def _shown(x: float | None) -> str:
+    return "-" if x is None else f"{x:g}"

@@ -23,7 +23,8 @@ from cable_sim_ros.physics.winch import DRUM
 from cable_sim_ros.runs import offline
 from cable_sim_ros.sim.layout import layout_of
 from cable_sim_ros.sim.live_parameters import set_live
-from verification.experiments.drum import MU, RADIUS, hanging, started
+from verification.experiments.drum import MU, RADIUS, hanging
+from verification.shipped import started
 
 pytestmark = [pytest.mark.check, pytest.mark.filterwarnings("ignore::cable_sim_ros.io.scenes.load.SceneWarning")]
 

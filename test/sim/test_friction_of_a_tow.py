@@ -19,7 +19,8 @@ from cable_sim_ros.sim.layout import layout_of
 from cable_sim_ros.sim.live_parameters import set_live
 from cable_sim_ros.sim.simulator import Simulator
 from cable_sim_ros.sim.statics.route import Route
-from verification.experiments.drum import hanging, started
+from verification.experiments.drum import hanging
+from verification.shipped import started
 
 pytestmark = pytest.mark.trust
 

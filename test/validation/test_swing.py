@@ -7,47 +7,17 @@ import numpy as np
 import pytest
 from scipy.special import j0, jn_zeros
 
-from cable_sim_ros.io.scenes.load import scene_from_dict
-from cable_sim_ros.sim.simulator import Simulator
+from verification.stress.n09_n10_n12_heavy_sea_and_energy import bare, swinging
 
 pytestmark = pytest.mark.trust
 
 LENGTH, MASS, GRAVITY = 10.0, 0.389, 9.81
 
 
-def hanging(tick: float, elements: int = 16) -> Simulator:
-    """A bare, undamped cable pinned on the drum, far above the water; its surfaces do not press."""
-    sim = Simulator(
-        scene_from_dict(
-            {
-                "name": "swing",
-                "ship": {"reference_height": 40.0},
-                "cable": {
-                    "diameter": 0.01,
-                    "mass_per_length": MASS,
-                    "axial_stiffness": 6.8e6,
-                    "sections": {"all": {"length": LENGTH, "elements": elements, "drag_law": "off"}},
-                },
-                "winch": {"drum": "contact", "position": [0.0, 0.0, 0.0], "drum_radius": 0.01, "wrap": 0.5},
-                "sheave": {"position": [-1.0, 0.0, 0.0], "radius": 0.02},
-                "towbody": {"mass": 1e-6, "net_weight": 1e-6},
-                "solver": {"tick": tick},
-            },
-            "swing",
-        )
-    )
-    sim.state.surfaces["stiffness"][:] = 0.0
-    sim.start()
-    return sim
-
-
 @pytest.mark.parametrize("tick, loss", [(0.002, 1e-3), (0.01, 2e-2)])
 def test_undamped_swing_keeps_its_energy(tick, loss):
     """30 degrees, 10 s. An independent code with the same method lost 2e-4 at 2 ms (docs/theory.md, section 4)."""
-    sim, angle = hanging(tick), np.radians(30.0)
-    down = np.array((-np.sin(angle), 0.0, -np.cos(angle)))
-    sim.state.q[:, :3] = sim.state.q[0, :3] + sim.state.arc[:, None] * down
-    sim.state.q[:, 3:] = down
+    sim, angle = swinging(tick), np.radians(30.0)
     frames = sim.run(round(10.0 / tick))
     lowest = MASS * LENGTH * GRAVITY * (sim.state.q[0, 2] - 0.5 * LENGTH)
     swing = 0.5 * MASS * GRAVITY * LENGTH**2 * (1.0 - np.cos(angle))
@@ -60,7 +30,7 @@ def test_undamped_swing_keeps_its_energy(tick, loss):
 
 def test_small_swing_has_the_period_of_a_hanging_chain():
     """Released in the first mode J0(k sqrt(s/L)), k the first root of J0: period 4 pi / (k sqrt(g/L))."""
-    sim, root = hanging(0.01), jn_zeros(0, 1)[0]
+    sim, root = bare(0.01), jn_zeros(0, 1)[0]
     shape = 0.05 * j0(root * np.sqrt((LENGTH - sim.state.arc) / LENGTH))
     sim.state.q[:, 0] = sim.state.q[0, 0] + shape
     sim.state.q[:, 3] = np.gradient(shape, sim.state.arc, edge_order=2)

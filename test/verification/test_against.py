@@ -117,10 +117,7 @@ def test_two_versions_in_turn_give_table_and_json(repository, tmp_path):
 @pytest.mark.parametrize(
     "name, text",
     [
-        (
-            "no_such_commit",
-            "--against no_such_commit: no commit of {root} has this name; nothing was compared. `git log",
-        ),
+        ("no_such_commit", "no commit of {root} has this name; nothing was compared. `git log"),
         ("--output=x", "--against --output=x: no commit of {root} has this name"),
         ("HEAD", "the package of that commit cannot be imported with"),
         ("HEAD", "No module named 'no_such_package_anywhere'); nothing was compared. Give a later commit, or an"),
@@ -165,16 +162,10 @@ def test_without_a_repository_or_git_there_is_nothing_to_compare_with(tmp_path, 
     "arguments, text",
     [
         (("--against", "HEAD", "--rounds", "0"), "0 is outside [1, 100]; nothing was done. Give one inside"),
-        (
-            ("--against", "HEAD", "--rounds", "two"),
-            "'two' is not a whole number; nothing was done. Give one in [1, 100]",
-        ),
+        (("--against", "HEAD", "--rounds", "two"), "'two' is not a whole number; nothing was done. Give one in"),
         (("P2", "--rounds", "2"), "--rounds are those of --against; nothing was run. Give --against COMMIT"),
         (("full_scale",), "full_scale: ticks have a time only beside another version; nothing was run. Give --against"),
-        (
-            ("--against", "HEAD", "--ticks"),
-            "--rounds, --out and --json alone; nothing was run. Leave the other options",
-        ),
+        (("--against", "HEAD", "--ticks"), "--rounds, --out and --json alone; nothing was run"),
         (("P2", "--against", "HEAD", "--repeats", "2"), "beside it stand names of benchmarks"),
     ],
 )
@@ -235,10 +226,8 @@ def test_the_table_of_given_rows():
         *(0.0026, None, 0.0014, 0.003, False),
     )
     text = against.markdown(against.Comparison("aaa", "bbb", 3, [row], {"P7": 0.4}, ["bbb does not run P8: x"]))
-    assert (
-        "| P7 | hold, feed 31, 10 ms for hold, 128, 10 ms | 31, 128 | 10 | 0.004 | 0.01 | 0.400 (0.380 to 0.450) "
-        "| 0.26 %, - | 0.14 cm, 0.3 cm | no |"
-    ) in text.splitlines()
+    line = "| P7 | hold, feed 31, 10 ms for hold, 128, 10 ms | 31, 128 | 10 | 0.004 | 0.01 | 0.400 (0.380 to 0.450) | "
+    assert line + "0.26 %, - | 0.14 cm, 0.3 cm | no |" in text.splitlines()
     assert "Geometric mean of the ratios: P7 0.400." in text and text.endswith("* bbb does not run P8: x")
     plain = against.markdown(against.Comparison("aaa", "bbb", 3, [row._replace(benchmark="P2")], {"P2": 0.4}, []))
     assert "| 0.14 %, 0.3 % |" in plain

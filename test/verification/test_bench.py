@@ -14,12 +14,74 @@ from cable_sim_ros.cli import commands
 from verification import sheave
 from verification.benchmarks import bench, features, haul_bench, haul_cost, sweep_cost, ticks, tow_bench, water_cost
 from verification.benchmarks.bench import Row, front, series
+from verification.commands import STUDIES
+
+
+def invoke(*arguments):
+    done = CliRunner().invoke(commands.main, ["bench", *arguments])
+    assert done.exit_code == 0, done.output
+    return done.stdout
+
+
+def smaller(monkeypatch, module, **values):
+    for name, value in values.items():
+        monkeypatch.setattr(module, name, value)
+
+
+def rows_of(cost, names):
+    def check(rows, text):
+        assert [row[cost] for row in rows] == list(names)
+        assert all(row[k] is None or row[k] > 0.0 for row in rows for k in ("absent_us", "off_us", "on_us"))
+        assert len(text.splitlines()) == 2 + len(rows)
+
+    return check
+
+
+def of_a_haul(found, text):
+    assert [p["varied"] for p in found["points"]] == ["drum"] * 2 + ["out"] * 2 + ["elements"] * 2
+    assert found["points"][5]["at"] == 2.0 * found["points"][4]["at"]
+    assert set(found["slopes"]) == {"drum", "out"} and "per 100 m" in text
+
+
+def of_the_sheave(found, text):
+    assert found["rigid_cylinder"]["lost_deg"] == pytest.approx(4.71, abs=0.01)
+    assert len(found["sweeps"]) == 4 and len(found["softness"]) == 2
+    assert "| resultant | 6 | 6 | 6 | 6 |" in text and "largest_line_load" in text
+
+
+def of_ticks(found, text):
+    assert found["ticks"] >= 200 and 0.0 < found["p50"] <= found["p99"] <= found["longest"]
+    assert 1.0 < found["travel"] < 4.0
+
+
+SHORT_HAUL = {"SECONDS": 1.0, "ON_DRUM": (50.0, 100.0), "PAID_OUT": (300.0, 450.0), "DOUBLINGS": (0, 1)}
+FEW_MESHES = {"RATIOS": (6.0, 1.0, 0.15), "PHASES": (0.0,), "LIMITS": sheave.LIMITS[:1]}
+
+
+@pytest.mark.nightly
+@pytest.mark.parametrize(
+    ("option", "module", "values", "check"),
+    [
+        ("water", water_cost, {"SECONDS": 0.1}, rows_of("option", water_cost.OPTIONS)),
+        ("features", features, {"STEPS": 2}, rows_of("feature", features.FEATURES)),
+        ("haul", haul_cost, SHORT_HAUL, of_a_haul),
+        ("sheave_mesh", sheave, FEW_MESHES, of_the_sheave),
+        ("ticks", ticks, {"SECONDS": 2.0}, of_ticks),
+    ],
+    ids=lambda value: value if isinstance(value, str) else "",
+)
+def test_a_study_is_a_command_with_table_and_json(option, module, values, check, monkeypatch, tmp_path):
+    smaller(monkeypatch, module, **values)
+    repeats = ("--repeats", "1") if STUDIES[option][1] else ()
+    shown = invoke(f"--{option.replace('_', '-')}", *repeats, "--out", str(tmp_path))
+    text = (tmp_path / f"{option}.md").read_text()
+    assert shown.startswith(text)
+    check(json.loads((tmp_path / f"{option}.json").read_text()), text)
 
 
 def test_a_scene_gives_table_json_and_plot(tmp_path):
     pytest.importorskip("matplotlib")
-    done = CliRunner().invoke(commands.main, ["bench", "P3", "P4", "--repeats", "1", "--out", str(tmp_path), "--json"])
-    assert done.exit_code == 0, done.output
+    invoke("P3", "P4", "--repeats", "1", "--out", str(tmp_path), "--json")
     rows = json.loads((tmp_path / "bench.json").read_text())["rows"]
     table = (tmp_path / "bench.md").read_text().splitlines()
     assert len(table) == 2 + len(rows)
@@ -49,17 +111,6 @@ def test_set_points_and_drums_of_the_whole_tow_are_told_apart():
     assert series(row._replace(scene="P5")) == "cable_sim_ros"
 
 
-@pytest.mark.nightly
-def test_the_cost_of_the_water_is_a_command(monkeypatch, tmp_path):
-    monkeypatch.setattr(water_cost, "SECONDS", 0.1)
-    done = CliRunner().invoke(commands.main, ["bench", "--water", "--repeats", "1", "--out", str(tmp_path)])
-    assert done.exit_code == 0, done.output
-    rows = json.loads((tmp_path / "water.json").read_text())
-    assert [row["option"] for row in rows] == list(water_cost.OPTIONS)
-    assert all(row["absent_us"] > 0.0 and row["on_us"] > 0.0 for row in rows)
-    assert len((tmp_path / "water.md").read_text().splitlines()) == 2 + len(rows)
-
-
 def test_a_worker_is_counted_while_all_of_them_have_work(monkeypatch):
     def rows(cases, make, workers):  # a row every second from the third on: starts; the last three: nothing to hand out
         for number, case in enumerate(cases):
@@ -76,11 +127,8 @@ def test_a_worker_is_counted_while_all_of_them_have_work(monkeypatch):
 
 @pytest.mark.nightly
 def test_the_throughput_of_a_sweep_is_a_command(monkeypatch, tmp_path):
-    monkeypatch.setattr(sweep_cost, "SECONDS", 1.0)
-    monkeypatch.setattr(sweep_cost, "CASES", 4)
-    monkeypatch.setattr(sweep_cost, "workers_of", lambda asked: 1)
-    done = CliRunner().invoke(commands.main, ["bench", "--sweep", "--repeats", "1", "--out", str(tmp_path)])
-    assert done.exit_code == 0, done.output
+    smaller(monkeypatch, sweep_cost, SECONDS=1.0, CASES=4, workers_of=lambda asked: 1)
+    invoke("--sweep", "--repeats", "1", "--out", str(tmp_path))
     rows = json.loads((tmp_path / "sweep.json").read_text())
     assert [row["workers"] for row in rows] == list(range(len(rows))) and rows[0]["share"] == 1.0
     assert all(row["simulated_per_wall_s"] > 0.0 for row in rows)
@@ -88,39 +136,9 @@ def test_the_throughput_of_a_sweep_is_a_command(monkeypatch, tmp_path):
 
 
 @pytest.mark.nightly
-def test_the_cost_of_each_feature_is_a_command(monkeypatch, tmp_path):
-    monkeypatch.setattr(features, "STEPS", 2)
-    done = CliRunner().invoke(commands.main, ["bench", "--features", "--repeats", "1", "--out", str(tmp_path)])
-    assert done.exit_code == 0, done.output
-    rows = json.loads((tmp_path / "features.json").read_text())
-    assert [row["feature"] for row in rows] == list(features.FEATURES)
-    assert all(row[k] > 0.0 for row in rows for k in ("absent_us", "off_us", "on_us"))
-    assert done.stdout == (tmp_path / "features.md").read_text() and len(done.stdout.splitlines()) == 2 + len(rows)
-
-
-@pytest.mark.nightly
-def test_the_mesh_at_the_sheave_is_a_command(monkeypatch):
-    monkeypatch.setattr(sheave, "RATIOS", (6.0, 1.0, 0.15))
-    monkeypatch.setattr(sheave, "PHASES", (0.0,))
-    monkeypatch.setattr(sheave, "LIMITS", sheave.LIMITS[:1])
-    done = CliRunner().invoke(commands.main, ["bench", "--sheave-mesh", "--json"])
-    assert done.exit_code == 0, done.output
-    found = json.loads(done.stdout)
-    assert found["rigid_cylinder"]["lost_deg"] == pytest.approx(4.71, abs=0.01)
-    assert len(found["sweeps"]) == 4 and len(found["softness"]) == 2
-    text = CliRunner().invoke(commands.main, ["bench", "--sheave-mesh"]).stdout
-    assert "| resultant | 6 | 6 | 6 | 6 |" in text and "largest_line_load" in text
-
-
-@pytest.mark.nightly
 def test_the_whole_tow_has_both_drums_and_says_what_feeding_brings(monkeypatch):
-    monkeypatch.setattr(tow_bench, "SECONDS", 3.0)
-    monkeypatch.setattr(tow_bench, "SKIP", 1.0)
-    monkeypatch.setattr(tow_bench, "LAWS", ("simplified_sheave",))
-    monkeypatch.setattr(tow_bench, "FEED_TICKS", (0.05, None))
-    monkeypatch.setattr(tow_bench, "CONTACT_TICKS", (0.05,))
-    monkeypatch.setattr(tow_bench, "REFINED_CONTACT", (22, 2, 80, 24, 24))
-    monkeypatch.setattr(tow_bench, "FINE_TICK", 0.05)
+    coarse = {"FEED_TICKS": (0.05, None), "CONTACT_TICKS": (0.05,), "REFINED_CONTACT": (22, 2, 80, 24, 24)}
+    smaller(monkeypatch, tow_bench, SECONDS=3.0, SKIP=1.0, FINE_TICK=0.05, LAWS=("simplified_sheave",), **coarse)
     rows = tow_bench.rows(1)
     assert [r.setting.split()[:2] for r in rows] == [
         ["simplified_sheave,", d] for d in ("feed", "feed", "contact", "feed")
@@ -137,10 +155,8 @@ def test_the_whole_tow_has_both_drums_and_says_what_feeding_brings(monkeypatch):
 
 @pytest.mark.nightly
 def test_a_haul_and_back_is_a_row(monkeypatch):
-    monkeypatch.setattr(haul_bench, "METRES", 24.0)
-    monkeypatch.setattr(haul_bench, "STARTED", 20.0)  # s; the mean flow knows the haul after 5
-    monkeypatch.setattr(haul_bench, "RESTS", (5.0, 30.0))
-    monkeypatch.setattr(haul_bench, "HAULS", haul_bench.HAULS[1:2])
+    # the mean flow knows the haul after 5 s
+    smaller(monkeypatch, haul_bench, METRES=24.0, STARTED=20.0, RESTS=(5.0, 30.0), HAULS=haul_bench.HAULS[1:2])
     (row,) = haul_bench.hauled(1)
     assert row.setting.startswith("hold, feed ") and row.setting.endswith("50 ms")
     report = row.metrics
@@ -168,38 +184,19 @@ def test_the_sea_has_its_height_and_comes_again():
 
 @pytest.mark.nightly
 def test_a_deep_tow_is_a_row_a_step(monkeypatch):
-    for name, value in (("DEEP_SECONDS", 24.0), ("DEEP_BEGIN", 12.0), ("DEEP_HAUL", 3.0), ("DEEP_TICKS", (0.05, None))):
-        monkeypatch.setattr(haul_bench, name, value)
-    monkeypatch.setattr(haul_bench, "DEEP_FINE", 0.05)
+    shorter = {
+        "DEEP_SECONDS": 24.0,
+        "DEEP_BEGIN": 12.0,
+        "DEEP_HAUL": 3.0,
+        "DEEP_TICKS": (0.05, None),
+        "DEEP_FINE": 0.05,
+    }
+    smaller(monkeypatch, haul_bench, **shorter)
     rows = haul_bench.deep_tow(1)
     assert [r.dt_s for r in rows] == [0.05, 0.1, 0.05] and rows[2].elements == 2 * rows[0].elements
     assert all(r.error_tension < 0.05 and r.error_position < 0.2 for r in rows)
 
 
-@pytest.mark.nightly
-def test_the_cost_of_a_haul_is_a_command(monkeypatch, tmp_path):
-    monkeypatch.setattr(haul_cost, "SECONDS", 1.0)
-    monkeypatch.setattr(haul_cost, "ON_DRUM", (50.0, 100.0))
-    monkeypatch.setattr(haul_cost, "PAID_OUT", (300.0, 450.0))
-    monkeypatch.setattr(haul_cost, "DOUBLINGS", (0, 1))
-    done = CliRunner().invoke(commands.main, ["bench", "--haul", "--repeats", "1", "--out", str(tmp_path)])
-    assert done.exit_code == 0, done.output
-    found = json.loads((tmp_path / "haul.json").read_text())
-    assert [p["varied"] for p in found["points"]] == ["drum"] * 2 + ["out"] * 2 + ["elements"] * 2
-    assert found["points"][5]["at"] == 2.0 * found["points"][4]["at"]
-    assert set(found["slopes"]) == {"drum", "out"} and "per 100 m" in done.stdout
-
-
 def test_a_slope_is_per_hundred_metres():
     points = [haul_cost.Cost("drum", x, 1.0 + 1e-3 * (x - 100.0), 2.0) for x in (0.0, 100.0, 200.0)]
     assert haul_cost.slope(points, "drum", 2) == pytest.approx(0.1) and abs(haul_cost.slope(points, "drum", 3)) < 1e-12
-
-
-@pytest.mark.nightly
-def test_the_longest_tick_is_a_command(monkeypatch):
-    monkeypatch.setattr(ticks, "SECONDS", 2.0)
-    done = CliRunner().invoke(commands.main, ["bench", "--ticks", "--json"])
-    assert done.exit_code == 0, done.output
-    found = json.loads(done.stdout)
-    assert found["ticks"] >= 200 and 0.0 < found["p50"] <= found["p99"] <= found["longest"]
-    assert 1.0 < found["travel"] < 4.0

@@ -24,10 +24,9 @@ from verification.experiments.drum import BODY, EA, closed, stepped
     ],
     ids=["6 m", "stiff", "pendulum", "stops", "overhauling", "heat", "emergency stop", "dead time"],
 )
-def test_figures_are_as_near_to_their_closed_forms_as_is_allowed(rows):
-    for row in rows():
-        assert row.allowed is not None and row.measured is not None
-        assert abs(row.ours - row.measured) <= row.allowed, row
+def test_figures_are_as_near_to_their_closed_forms_as_is_allowed(rows, kept):
+    found = rows()
+    assert kept(found) == len(found) > 0
 
 
 def test_the_closed_form_of_a_short_rod_is_a_spring_between_two_masses():

@@ -12,14 +12,14 @@ from click.testing import CliRunner
 from cable_sim_ros.cli.commands import main
 from cable_sim_ros.io.scenes.load import SceneError, load_scene
 from cable_sim_ros.physics.state import NOW, WAKE
-from cable_sim_ros.physics.wake_oscillator import WAKE_Q, WakeLaw
+from cable_sim_ros.physics.wake_oscillator import WAKE_Q
 from cable_sim_ros.tools.spans.in_frequency.response import vibration
 from cable_sim_ros.tools.spans.in_time.wake_line import span_line
 from cable_sim_ros.tools.spans.in_time.wake_run import run_span
 from cable_sim_ros.tools.spans.load import load_span, span_from_dict
 from cable_sim_ros.tools.spans.span_file import SpanEnds, natural_frequency
 from cable_sim_ros.tools.spans.to_frequency import frequency_case
-from verification.experiments.wake import PRINTED, WATER, changed, lock, modes, printed
+from verification.experiments.wake import PRINTED, WATER, against_modes, changed, lock, printed
 
 CASE = {"length": 2.0, "tension": 200.0, "wind": 0.302}
 
@@ -40,12 +40,9 @@ def test_natural_frequencies_are_those_of_table_a2(span):
         assert 2.0 * np.pi * natural_frequency(span, span.cases[name]) == pytest.approx(printed_rad, rel=5e-3)
 
 
-def test_table_a3_within_what_is_allowed(table):
+def test_table_a3_within_what_is_allowed(table, kept):
     rows = printed(table)
-    judged = [row for row in rows if row.allowed is not None]
-    assert len(judged) == 6 and len(rows) == 3 * len(PRINTED)
-    for row in judged:
-        assert abs(row.ours - row.measured) <= row.allowed, row.name
+    assert kept(rows) == 6 and len(rows) == 3 * len(PRINTED)
     assert all(row.steady and row.wake_amplitude == pytest.approx(2.7, abs=0.1) for row in table.values())
     assert all(row.vertical_peak_m < 6e-6 and abs(row.wake_shift_percent) < 0.2 for row in table.values())
 
@@ -69,13 +66,9 @@ def test_the_page_has_both_of_the_same_case(span, table):
         assert rms[3] == pytest.approx(rms[1], rel=0.004 if name != "case_2" else 0.033)
 
 
-@pytest.mark.parametrize("law", [WakeLaw.BAI_QIN, WakeLaw.FACCHINETTI])
-def test_a_pinned_span_is_the_sum_of_its_modes(span, law):
-    pinned = changed(span, ends=SpanEnds.PINNED, wake=changed(span.wake, law=law))
-    row = run_span(pinned, ["case_1"]).rows[0]
-    vertical, along = modes(pinned, pinned.cases["case_1"], {"bai_qin": 0.2, "facchinetti": 1.0 / 3.0}[law.value])
-    assert row.vertical_peak_m == pytest.approx(vertical, rel=0.03)
-    assert row.streamwise_peak_m == pytest.approx(along, rel=0.03)
+def test_a_pinned_span_is_the_sum_of_its_modes(span, kept):
+    assert kept(against_modes(span)) == 4
+    row = run_span(changed(span, ends=SpanEnds.PINNED), ["case_1"]).rows[0]
     assert row.streamwise_frequency_hz == pytest.approx(2.0 * row.vertical_frequency_hz, rel=2e-3)
 
 
@@ -121,12 +114,10 @@ def test_the_command_prints_json_and_draws(tmp_path):
 
 
 def test_a_span_is_no_scene_and_a_scene_is_no_span(tmp_path):
-    with pytest.raises(
-        SceneError, match="span_in_wind.yaml:3: span stands at the top: this is a span in a wind, not a"
-    ):
+    with pytest.raises(SceneError, match="span_in_wind.yaml:3: span stands at the top: this is a span in a wind"):
         load_scene("span_in_wind")
     with pytest.raises(
-        SceneError, match="ship stands at the top: this is a scene of a tow, not a span.*`cable-sim run`.*span_in_wind"
+        SceneError, match="ship stands at the top: this is a scene.*not a span.*`cable-sim run`.*span_in"
     ):
         load_span(Path(__file__).parents[2] / "config" / "flume.yaml")
     with pytest.raises(SceneError, match="no such span file; nothing was started. .*span_in_wind"):
@@ -142,15 +133,11 @@ def test_a_span_is_no_scene_and_a_scene_is_no_span(tmp_path):
 
 def test_mistakes_in_a_span_are_reported_like_those_of_a_scene(span):
     data = json.loads(span.model_dump_json())
-    with pytest.raises(
-        SceneError, match=r"span.cases.one.wind = -1.0 m/s is outside \[0, 100\] m/s \(speed of the wind"
-    ):
+    with pytest.raises(SceneError, match=r"span.cases.one.wind = -1.0 m/s is outside \[0, 100\] m/s"):
         span_from_dict({"span": data | {"cases": {"one": CASE | {"wind": -1.0}}}}, "here")
     with pytest.raises(SceneError, match="span.cases.one = 3 is a number, expected a block of keys.*wind: 0.3"):
         span_from_dict({"span": data | {"cases": {"one": 3}}}, "here")
-    with pytest.raises(
-        SceneError, match="span.dampingratio = 0.1: there is no such key.*Did you mean span.damping_ratio"
-    ):
+    with pytest.raises(SceneError, match="span.dampingratio = 0.1: there is no such key.*mean span.damping_ratio"):
         span_from_dict({"span": data | {"dampingratio": 0.1}}, "here")
     with pytest.raises(SceneError, match="span.cases has no case; nothing was started. Give length, tension and wind"):
         span_from_dict({"span": data | {"cases": {}}}, "here")

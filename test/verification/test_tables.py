@@ -14,7 +14,7 @@ from verification.stress.verdict import Stress
 
 @pytest.mark.parametrize(
     ("package", "kind", "table"),
-    [(cases, Family, cases.FAMILIES), (stress, Stress, tuple(stress.STRESS.values()))],
+    [(cases, Family, cases.FAMILIES), (stress, Stress, [stress.STRESS.load(id) for id in stress.STRESS.named])],
     ids=["families", "stress"],
 )
 def test_every_declaration_is_listed_once(package, kind, table):

@@ -8,7 +8,7 @@ figures are what it says of itself; its error stands beside them.
 from __future__ import annotations
 
 import statistics
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from functools import cache, partial
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -18,11 +18,13 @@ import numpy as np
 from cable_sim_ros.io.scenes.load import load_scene
 from cable_sim_ros.io.scenes.resources import find_bag
 from cable_sim_ros.io.sources.recorded_tow import read_tow
+from cable_sim_ros.runs.message_run import Progress, silent
 from cable_sim_ros.runs.summary import summarize
 from cable_sim_ros.sim.checks.deviation_checks import SKIP
+from cable_sim_ros.terminal import markdown_table
 
 from .checkout import ROOT, CompareError, Tree, checked_out, described, first_that_runs
-from .row import METRES
+from .row import METRES, about
 from .tow_bench import FINE_TICK, drive, refined
 from .turns import in_turn
 
@@ -33,7 +35,7 @@ BAG, SECONDS = "nbp1406", 40.0  # of the ticks
 TIMES = ("realtime_factor", "over_contact_")  # metrics of a row that begin so are run times
 TICK_RESULTS = ("tension_mean_n", "tension_std_n", "body_depth_m", "body_position_m", "ticks", "steps", "iterations")
 OURS = "cable_sim_ros"
-Shown = Callable[[str, float, float], None]
+COLUMNS = ("setting", "elements", "dt_s", "error_tension", "error_position", "cpu_s_per_sim_s")  # those of Found
 
 
 class Found(NamedTuple):
@@ -90,7 +92,7 @@ def compare(
     names: Sequence[str] = BENCHMARKS,
     rounds: int = ROUNDS,
     out: Path | None = None,
-    progress: Shown = lambda *_: None,
+    progress: Progress = silent,
     root: Path | None = None,
 ) -> Comparison:
     """Each benchmark in this tree and at a commit, ``rounds`` times in turn. Raises CompareError.
@@ -154,17 +156,7 @@ def rows_found(report: list[dict[str, Any]]) -> list[Found]:
         metrics = row.get("metrics", row.get("figures", {}))
         results = {name: value for name, value in metrics.items() if not name.startswith(TIMES)}
         results |= {name: row[name] for name in ("error_tension", "error_position", "iterations_per_step")}
-        found.append(
-            Found(
-                row["setting"],
-                row["elements"],
-                row["dt_s"],
-                row["error_tension"],
-                row["error_position"],
-                row["cpu_s_per_sim_s"],
-                results,
-            )
-        )
+        found.append(Found(*(row[key] for key in COLUMNS), results))
     return found
 
 
@@ -270,25 +262,26 @@ def means(rows: list[Ratio]) -> dict[str, float]:
     return {name: statistics.geometric_mean(r.ratio for r in rows if r.benchmark == name) for name in names}
 
 
-def as_json(found: Comparison) -> dict[str, Any]:
-    """The comparison for JSON."""
-    return found._asdict() | {"rows": [row._asdict() for row in found.rows]}
+def study(
+    commit: str, names: Sequence[str], rounds: int | None, out: Path | None, progress: Progress
+) -> tuple[dict[str, Any], str]:
+    """The comparison as data, and as its table. Raises CompareError."""
+    found = compare(commit, names or BENCHMARKS, rounds or ROUNDS, out, progress)
+    return {"about": about()} | found._asdict() | {"rows": [row._asdict() for row in found.rows]}, markdown(found)
 
 
 def markdown(found: Comparison) -> str:
     """The table, the mean of each benchmark, and in words what has no ratio."""
-    lines = [
-        f"This tree, {found.commit}, beside {found.against}: CPU s per simulated s, medians, rounds: {found.rounds}.",
-        "A ratio below 1: this tree is faster. In brackets: least and largest of the rounds.",
-        "",
-        f"| benchmark | setting | elements, {found.against} | step [ms] | CPU s per s | {found.against} | ratio | "
-        f"error tension, {found.against} | error position, {found.against} | same bits |",
-        "|---|---|---|---|---|---|---|---|---|---|",
-    ]
-    lines += ["| " + " | ".join(_cells(row)) + " |" for row in found.rows]
+    other = found.against
+    head = ("benchmark", "setting", f"elements, {other}", "step [ms]", "CPU s per s", other, "ratio")
+    head += (f"error tension, {other}", f"error position, {other}", "same bits")
     shown = ", ".join(f"{name} {mean:.3f}" for name, mean in found.means.items())
-    lines += ["", f"Geometric mean of the ratios: {shown}.", *(f"* {words}" for words in found.absent)]
-    return "\n".join(lines)
+    return (
+        f"This tree, {found.commit}, beside {other}: CPU s per simulated s, medians, rounds: {found.rounds}.\n"
+        "A ratio below 1: this tree is faster. In brackets: least and largest of the rounds.\n\n"
+        f"{markdown_table([head, *map(_cells, found.rows)])}\n\n"
+        + "\n".join([f"Geometric mean of the ratios: {shown}.", *(f"* {words}" for words in found.absent)])
+    )
 
 
 def _cells(row: Ratio) -> tuple[str, ...]:

@@ -6,25 +6,23 @@ the figure is the median of the CPU time. A speed stands in one row with its mes
 
 from __future__ import annotations
 
-import platform
 import statistics
-import time
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 from typing import Any
 
-import numba
 import numpy as np
 
+from cable_sim_ros.plots.canvas import canvas
 from cable_sim_ros.runs.message_run import Progress, silent
-from cable_sim_ros.version import __version__
+from cable_sim_ros.terminal import markdown_table
 
 from .. import ours
 from ..ours import Setting, even, links
 from ..scenes import errors
 from . import haul_bench, tow_bench
-from .row import METRES, Row
+from .row import METRES, Row, unrun
 from .turns import in_turn
 
 REPEATS = 5
@@ -111,10 +109,7 @@ def _scene(scene: str, with_peers: bool, repeats: int) -> list[Row]:
 
         more, missing = jobs_of(scene, all_codes=with_peers)
         jobs += more
-        rows += [
-            Row(scene, code, "", 0, 0.0, float("nan"), float("nan"), float("nan"), None, None, why)
-            for code, why in missing
-        ]
+        rows += [unrun(scene, code, "", why) for code, why in missing]
     problem = [""] * len(jobs)
 
     def attempt(k: int) -> tuple[float, Any]:
@@ -130,29 +125,15 @@ def _scene(scene: str, with_peers: bool, repeats: int) -> list[Row]:
     times, last = in_turn([partial(attempt, k) for k in range(len(jobs))], repeats)
     for k, (code, setting, _) in enumerate(jobs):
         if problem[k]:
-            rows.append(
-                Row(scene, code, str(setting), 0, 0.0, float("nan"), float("nan"), float("nan"), None, None, problem[k])
-            )
+            rows.append(unrun(scene, code, str(setting), problem[k]))
             continue
         run, cpu = last[k], statistics.median(times[k])
         tension, position = errors(scene, run.history)
         iterations, steps = getattr(run, "iterations", None), getattr(run, "steps", None)
         each = 1e6 * cpu * run.simulated_s / (run.elements * iterations) if iterations else None
-        rows.append(
-            Row(
-                scene,
-                code,
-                run.setting,
-                run.elements,
-                run.dt_s,
-                float(tension),
-                float(position),
-                cpu,
-                each,
-                iterations / steps if iterations and steps else None,
-                getattr(jobs[k][1], "note", ""),
-            )
-        )
+        per_step, note = iterations / steps if iterations and steps else None, getattr(jobs[k][1], "note", "")
+        errors_of = float(tension), float(position)
+        rows.append(Row(scene, code, run.setting, run.elements, run.dt_s, *errors_of, cpu, each, per_step, note))
     return rows
 
 
@@ -161,38 +142,15 @@ def as_json(row: Row) -> dict[str, Any]:
     return {k: None if isinstance(v, float) and not np.isfinite(v) else v for k, v in row._asdict().items()}
 
 
-def about() -> dict[str, str]:
-    """Machine and versions that belong to the figures."""
-    model = (
-        next(
-            (
-                line.split(":", 1)[1].strip()
-                for line in Path("/proc/cpuinfo").read_text().splitlines()
-                if line.startswith("model name")
-            ),
-            platform.processor(),
-        )
-        if Path("/proc/cpuinfo").exists()
-        else ""
-    )
-    return {
-        "machine": model,
-        "threads": "1",
-        "python": platform.python_version(),
-        "numba": numba.__version__,
-        "numpy": np.__version__,
-        "cable_sim_ros": __version__,
-        "date": time.strftime("%Y-%m-%d"),
-    }
+HEAD = (
+    "scene | code | setting | elements | step [ms] | error tension | error position | CPU s per s | us per element and "
+    "iteration | iterations per step | note"
+)
 
 
 def markdown(rows: list[Row]) -> str:
     """The table of docs/benchmarks.md."""
-    head = (
-        "| scene | code | setting | elements | step [ms] | error tension | error position | CPU s per s | us per "
-        "element and iteration | iterations per step | note |\n|---|---|---|---|---|---|---|---|---|---|---|"
-    )
-    return "\n".join([head, *("| " + " | ".join(cells(r)) + " |" for r in rows)])
+    return markdown_table([HEAD.split(" | "), *map(cells, rows)])
 
 
 def cells(r: Row) -> tuple[str, ...]:
@@ -233,36 +191,31 @@ def front(points: list[tuple[float, float]]) -> list[tuple[float, float]]:
     return best
 
 
-def plots(rows: list[Row], folder: Path) -> list[Path]:
-    """One work-precision plot a scene, a point a setting; RuntimeError where matplotlib is missing."""
-    from cable_sim_ros.plots.canvas import canvas
-
-    made = []
-    for scene in dict.fromkeys(r.scene for r in rows):
-        mine = [r for r in rows if r.scene == scene and np.isfinite(r.cpu_s_per_sim_s)]
-        path = folder / f"bench_{scene.lower()}.png"
-        title = f"{scene}: error over cost, a point a setting, lines the best of them"
-        with canvas(path, (13.0, 6.0), title, "`cable-sim bench`: docs/benchmarks.md") as figure:
-            for axis, what in zip(figure.subplots(1, 2), ("error_tension", "error_position"), strict=True):
-                for name in dict.fromkeys(series(r) for r in mine):
-                    points = sorted(
-                        (r.cpu_s_per_sim_s, max(getattr(r, what), 1e-9))
-                        for r in mine
-                        if series(r) == name and np.isfinite(getattr(r, what))
+def plot(rows: list[Row], scene: str, folder: Path) -> Path:
+    """Work-precision plot of a scene, a point a setting; RuntimeError where matplotlib is missing."""
+    mine = [r for r in rows if r.scene == scene and np.isfinite(r.cpu_s_per_sim_s)]
+    path = folder / f"bench_{scene.lower()}.png"
+    title = f"{scene}: error over cost, a point a setting, lines the best of them"
+    with canvas(path, (13.0, 6.0), title, "`cable-sim bench`: docs/benchmarks.md") as figure:
+        for axis, what in zip(figure.subplots(1, 2), ("error_tension", "error_position"), strict=True):
+            for name in dict.fromkeys(series(r) for r in mine):
+                points = sorted(
+                    (r.cpu_s_per_sim_s, max(getattr(r, what), 1e-9))
+                    for r in mine
+                    if series(r) == name and np.isfinite(getattr(r, what))
+                )
+                if points:
+                    own = name.startswith("cable_sim_ros")
+                    drawn = axis.loglog(*zip(*points, strict=True), "o" if own else "s", label=name, ms=6)
+                    axis.loglog(
+                        *zip(*front(points), strict=True),
+                        "-" if own else "--",
+                        lw=2.0 if own else 1.0,
+                        color=drawn[0].get_color(),
                     )
-                    if points:
-                        own = name.startswith("cable_sim_ros")
-                        drawn = axis.loglog(*zip(*points, strict=True), "o" if own else "s", label=name, ms=6)
-                        axis.loglog(
-                            *zip(*front(points), strict=True),
-                            "-" if own else "--",
-                            lw=2.0 if own else 1.0,
-                            color=drawn[0].get_color(),
-                        )
-                unit = "m" if scene in METRES and what == "error_position" else "fraction"
-                axis.set_xlabel("CPU s per simulated s" if scene != "P1" else "CPU s")
-                axis.set_title(f"{what.replace('_', ' of ').capitalize()} [{unit}]")
-            handles = axis.get_legend_handles_labels()
-            figure.legend(*handles, loc="outside lower center", ncols=min(max(len(handles[0]), 1), MAX_NAMES))
-        made.append(path)
-    return made
+            unit = "m" if scene in METRES and what == "error_position" else "fraction"
+            axis.set(title=f"{what.replace('_', ' of ').capitalize()} [{unit}]")
+            axis.set(xlabel="CPU s per simulated s" if scene != "P1" else "CPU s")
+        handles = axis.get_legend_handles_labels()
+        figure.legend(*handles, loc="outside lower center", ncols=min(max(len(handles[0]), 1), MAX_NAMES))
+    return path

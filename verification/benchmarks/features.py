@@ -18,12 +18,16 @@ import numpy as np
 from cable_sim_ros.physics.contact_surface import surface_row
 from cable_sim_ros.physics.drag_laws import DragLaw
 from cable_sim_ros.physics.water import Water
-from cable_sim_ros.sim.rig.rig import Rig, cable_of, load_of
+from cable_sim_ros.runs.message_run import Progress, silent
+from cable_sim_ros.sim.rig.rig import Rig, load_of
+from cable_sim_ros.terminal import markdown_table
 
+from ..cables import uniform
 from .turns import in_turn
 
 ELEMENTS, LENGTH, STEP, STEPS, TURNS = 64, 64.0, 0.01, 400, 15
 FAR = (0.0, 500.0, 0.0)
+CROSSFLOW = {"drag_law": DragLaw.CROSSFLOW}
 
 
 class Cost(NamedTuple):
@@ -48,30 +52,15 @@ def hung(
     depth: float = -10.0,
     ei: float = 0.0,
     ca: float = 0.0,
-    law: DragLaw = DragLaw.OFF,
-    amplification: float = 1.0,
     gradient: float = 0.0,
-    surfaces: list | None = None,
-    loads: list | None = None,
-    bodies: dict | None = None,
+    section: dict | None = None,
+    **more,
 ) -> Rig:
-    """A cable of 64 elements hanging in air or water, swaying a little."""
-    section = {
-        "length": LENGTH,
-        "elements": ELEMENTS,
-        "drag_law": law,
-        "drag_coefficient": 1.2,
-        "drag_amplification": amplification,
-    }
-    rig = Rig(
-        cable_of([section], mass_per_length=0.389, axial_stiffness=6.8e6, bending_stiffness=ei, axial_damping=ca),
-        held={0: "r"},
-        tension=500.0,
-        bodies={-1: 50.0} if bodies is None else bodies,
-        surfaces=surfaces,
-        loads=loads,
-        water=Water(current=(0.5, 0.0), current_gradient=(gradient, 0.0)) if water else None,
-    )
+    """A cable of 64 elements hanging in air or water, swaying a little; section: its drag, more: of Rig."""
+    drag = {"drag_coefficient": 1.2} | (section or {})
+    cable = uniform(LENGTH, ELEMENTS, 0.389, 6.8e6, drag, bending_stiffness=ei, axial_damping=ca)
+    stream = Water(current=(0.5, 0.0), current_gradient=(gradient, 0.0)) if water else None
+    rig = Rig(cable, held={0: "r"}, tension=500.0, bodies={-1: 50.0}, water=stream, **more)
     rig.straight((0.0, 0.0, depth), (0.05, 0.0, -1.0))
     rig.balance()
     return rig
@@ -86,18 +75,18 @@ FEATURES: dict[str, tuple[Callable, Callable, Callable]] = {
     # name: without, switched off, at work
     "water: drag, added mass, buoyancy": (
         lambda: hung(),
-        lambda: hung(True, depth=80.0, law=DragLaw.CROSSFLOW),
-        lambda: hung(True, law=DragLaw.CROSSFLOW),
+        lambda: hung(True, depth=80.0, section=CROSSFLOW),
+        lambda: hung(True, section=CROSSFLOW),
     ),
     "second drag evaluation (G)": (
-        lambda: hung(True, law=DragLaw.CROSSFLOW),
-        lambda: hung(True, law=DragLaw.CROSSFLOW, amplification=1.0),
-        lambda: hung(True, law=DragLaw.CROSSFLOW, amplification=2.0),
+        lambda: hung(True, section=CROSSFLOW),
+        lambda: hung(True, section=CROSSFLOW | {"drag_amplification": 1.0}),
+        lambda: hung(True, section=CROSSFLOW | {"drag_amplification": 2.0}),
     ),
     "current profile": (
-        lambda: hung(True, law=DragLaw.CROSSFLOW),
-        lambda: hung(True, law=DragLaw.CROSSFLOW, gradient=0.0),
-        lambda: hung(True, law=DragLaw.CROSSFLOW, gradient=0.002),
+        lambda: hung(True, section=CROSSFLOW),
+        lambda: hung(True, section=CROSSFLOW, gradient=0.0),
+        lambda: hung(True, section=CROSSFLOW, gradient=0.002),
     ),
     "bending stiffness": (lambda: hung(), lambda: hung(ei=0.0), lambda: hung(ei=1.4)),
     "axial damping": (lambda: hung(), lambda: hung(ca=0.0), lambda: hung(ca=310.0)),
@@ -114,10 +103,11 @@ FEATURES: dict[str, tuple[Callable, Callable, Callable]] = {
 }
 
 
-def costs(turns: int = TURNS) -> list[Cost]:
+def costs(turns: int = TURNS, progress: Progress = silent) -> list[Cost]:
     """Medians over ``turns`` runs of each feature, the three of a feature in turn within the same minute."""
     report = []
-    for name, variants in FEATURES.items():
+    for k, (name, variants) in enumerate(FEATURES.items()):
+        progress(name, k, len(FEATURES))
         times, _ = in_turn([partial(_stepped, build) for build in variants], turns)
         report.append(Cost(name, *(statistics.median(t) for t in times)))
     return report
@@ -131,7 +121,8 @@ def _stepped(build: Callable[[], Rig]) -> tuple[float, None]:
     return 1e6 * (time.process_time() - begin) / max(rig.iterations, 1), None
 
 
-def markdown(rows: list[Cost]) -> str:
-    """The table of docs/benchmarks.md."""
-    head = "| feature | absent [us] | switched off | at work |\n|---|---|---|---|"
-    return "\n".join([head, *(f"| {r.feature} | {r.absent_us:.1f} | {r.off:+.1f} % | {r.on:+.0f} % |" for r in rows)])
+def study(repeats: int | None, progress: Progress) -> tuple[list[dict], str]:
+    """Costs as data, and the table of docs/benchmarks.md."""
+    rows = costs(repeats or TURNS, progress)
+    lines = [(r.feature, f"{r.absent_us:.1f}", f"{r.off:+.1f} %", f"{r.on:+.0f} %") for r in rows]
+    return [r._asdict() for r in rows], markdown_table([("feature", "absent [us]", "switched off", "at work"), *lines])

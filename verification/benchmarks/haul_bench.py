@@ -9,7 +9,6 @@ from __future__ import annotations
 import statistics
 import tempfile
 import time
-from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 from typing import NamedTuple
@@ -20,15 +19,27 @@ from cable_sim_ros.io.scenes.load import load_scene, override
 from cable_sim_ros.io.scenes.winch_plan import WinchPlan
 from cable_sim_ros.io.sources.motion_table import read_table
 from cable_sim_ros.io.sources.recorded_tow import RecordedTow
+from cable_sim_ros.runs.message_run import Progress, silent
 from cable_sim_ros.runs.offline import stepped
 from cable_sim_ros.sim.layout import layout_of
-from cable_sim_ros.sim.mesh.mesh_kinds import FeedMesh
 from cable_sim_ros.sim.scene import Scene
 from cable_sim_ros.sim.simulator import Simulator
 
 from ..meshes.mesh_tows import armoured, one, tow
+from ..shipped import started
 from .row import Row
-from .tow_bench import drive, errors, mesh_numbers, of_reference, refined, sampled, simulated, timed
+from .tow_bench import (
+    compared,
+    drive,
+    errors,
+    mesh_numbers,
+    of_reference,
+    refined,
+    sampled,
+    shown_setting,
+    simulated,
+    timed,
+)
 from .turns import in_turn
 
 METRES, RATE = 250.0, 1.0  # m, m/s of P8
@@ -38,7 +49,6 @@ MEAN = 2.0  # s, ripple of the tension is about a mean of this length
 RESTS = (300.0, 900.0, 1800.0)  # s after a haul
 SHORT_MEMORY = 1.0  # s, mean flow with which rest is reached at once
 PIECE = 20.0  # s run at once
-Shown = Callable[[str, float, float], None]
 
 
 def go(sim: Simulator, seconds: float, plan: str = "0 hold") -> tuple[np.recarray, float]:
@@ -107,13 +117,6 @@ def _hung(frame: np.record) -> np.ndarray:
     return np.array(frame.body_position) - np.array(frame.sheave_position)
 
 
-def _begun(scene: Scene, mesh: FeedMesh | None = None) -> Simulator:
-    """Started; mesh: in place of the scene's."""
-    sim = Simulator(scene, mesh)
-    sim.start()
-    return sim
-
-
 class HaulSetting(NamedTuple):
     """A row of P8: tick [s], and what of the scene is changed."""
 
@@ -129,18 +132,18 @@ HAULS = (
 )
 
 
-def hauled(repeats: int, progress: Shown = lambda *_: None) -> list[Row]:
+def hauled(repeats: int, progress: Progress = silent) -> list[Row]:
     """P8: each setting once to its rests, then its hauls ``repeats`` times in turn for the speed."""
     base = override(load_scene("full_scale"), {"setpoint.algorithm": "hold"})
     scenes = [override(base, {"solver.tick": s.tick} | s.values) for s in HAULS]
     found = []
     for k, scene in enumerate(scenes):
         progress(f"P8 {HAULS[k].name}", k, len(scenes))
-        sim = _begun(scene)
+        sim = started(scene)
         first = sim.frame.copy()
         go(sim, BEFORE)
         hauled_in = override(scene, {"winch.scope": float(first.scope) - METRES})
-        short = _begun(hauled_in, layout_of(scene).mesh).frame
+        short = started(hauled_in, layout_of(scene).mesh).frame
         inward = haul(sim, -RATE, short)
         outward = haul(sim, RATE, first)
         found.append((inward, outward, float(sim.frame.scope - first.scope)))
@@ -151,7 +154,7 @@ def hauled(repeats: int, progress: Shown = lambda *_: None) -> list[Row]:
 
 def _both_ways(scene: Scene) -> tuple[float, None]:
     """CPU time [s per simulated s] of a haul in and out again."""
-    sim = _begun(scene)
+    sim = started(scene)
     go(sim, BEFORE)
     frames, cpu = zip(*(go(sim, METRES / RATE, f"0 rate {rate:g}") for rate in (-RATE, RATE)))
     return sum(cpu) / sum(simulated(f, scene) for f in frames), None
@@ -244,7 +247,7 @@ def sea(scene: Scene, seconds: float) -> RecordedTow:
         return read_table(table, scene.ship)
 
 
-def deep_tow(repeats: int, progress: Shown = lambda *_: None) -> list[Row]:
+def deep_tow(repeats: int, progress: Progress = silent) -> list[Row]:
     """P9: DEEP_HAUL hauled in under waves, every step in turn, against a refined mesh and step."""
     base = deep_scene()
     motion = sea(base, DEEP_SECONDS)
@@ -266,32 +269,14 @@ def deep_tow(repeats: int, progress: Shown = lambda *_: None) -> list[Row]:
 
 
 def _deep_row(scene: Scene, frames: np.recarray, cost: float, fine: np.recarray) -> Row:
-    got, numbers, solver = sampled(frames, scene), mesh_numbers(scene), scene.solver
-    wrong, elements = errors(got, fine), sum(numbers)
-    iterations, steps = float(frames.iterations.sum()), float(frames.substeps.sum())
-    step = f"{1e3 * solver.tick:g} ms" if solver.tension_error is None else f"chosen, {solver.tension_error:g}"
-    metrics = {
-        "realtime_factor": 1.0 / cost,
-        "error_mean": wrong.mean,
-        "error_deviation": wrong.deviation,
-        "rms_difference_n": wrong.rms,
-        "tension_mean_n": float(got.tension.mean()),
-        "tension_std_n": float(got.tension.std()),
-        "min_tension_n": float(got.tension.min()),
+    row = compared("P9", shown_setting("hold", "feed", scene), scene, frames, cost, fine)
+    tension = sampled(frames, scene).tension
+    mean, deviation, rms = float(tension.mean()), float(tension.std()), row.metrics["rms_difference_n"]
+    metrics = row.metrics | {
+        "tension_mean_n": mean,
+        "tension_std_n": deviation,
+        "min_tension_n": float(tension.min()),
         "body_risen_m": float(frames.body_position[-1, 2] - frames.body_position[0, 2]),
     }
-    return Row(
-        "P9",
-        "cable_sim_ros",
-        f"hold, feed {'-'.join(map(str, numbers))}, {step}",
-        elements,
-        solver.tick,
-        wrong.tension,
-        wrong.place,
-        cost,
-        1e6 * cost * simulated(frames, scene) / (elements * iterations),
-        iterations / steps,
-        f"{1.0 / cost:.0f} x real time; tension {got.tension.mean() / 1e3:.1f} kN, std "
-        f"{got.tension.std() / 1e3:.2f} kN, rms difference {wrong.rms:.0f} N",
-        metrics,
-    )
+    note = f"tension {mean / 1e3:.1f} kN, std {deviation / 1e3:.2f} kN, rms difference {rms:.0f} N"
+    return row._replace(note=f"{row.note}; {note}", metrics=metrics)

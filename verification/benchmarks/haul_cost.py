@@ -6,7 +6,6 @@ full_scale with compensation under the recorded motion, one mesh for every lengt
 from __future__ import annotations
 
 import statistics
-from collections.abc import Callable
 from functools import partial
 from typing import NamedTuple
 
@@ -15,9 +14,11 @@ import numpy as np
 from cable_sim_ros.io.scenes.load import load_scene, override
 from cable_sim_ros.io.scenes.resources import find_bag
 from cable_sim_ros.io.sources.recorded_tow import read_tow
+from cable_sim_ros.runs.message_run import Progress, silent
 from cable_sim_ros.sim.layout import layout_of
 from cable_sim_ros.sim.mesh.mesh_kinds import FeedMesh
 from cable_sim_ros.sim.scene import Scene
+from cable_sim_ros.terminal import markdown_table
 
 from .tow_bench import drive, simulated
 from .turns import in_turn
@@ -71,7 +72,7 @@ def jobs() -> list[tuple[str, float, Scene, FeedMesh | None]]:
     return found
 
 
-def study(turns: int = TURNS, progress: Callable[[str, float, float], None] = lambda *_: None) -> Study:
+def costs(turns: int = TURNS, progress: Progress = silent) -> Study:
     """Medians of so many turns over all points."""
     tow, todo = read_tow(find_bag("nbp1406")), jobs()
 
@@ -86,8 +87,8 @@ def study(turns: int = TURNS, progress: Callable[[str, float, float], None] = la
         progress,
         [f"{what} {at:g}" for what, at, *_ in todo],
     )
-    costs = [statistics.median(t) for t in times]
-    points = [Cost(what, at, cost, 1e6 * cost / each) for (what, at, *_), cost, each in zip(todo, costs, corrections)]
+    medians = [statistics.median(t) for t in times]
+    points = [Cost(what, at, cost, 1e6 * cost / each) for (what, at, *_), cost, each in zip(todo, medians, corrections)]
     slopes = {what: (slope(points, what, 2), slope(points, what, 3)) for what in ("drum", "out")}
     x, y = np.array([p[1:3] for p in points if p.varied == "elements"]).T
     line = np.polyval(np.polyfit(x, y, 1), x)
@@ -100,15 +101,17 @@ def slope(points: list[Cost], what: str, column: int) -> float:
     return float(HUNDRED * np.polyfit(x, y, 1)[0] / y.mean())
 
 
-def markdown(found: Study) -> str:
-    """The table of docs/benchmarks.md."""
+def study(repeats: int | None, progress: Progress) -> tuple[dict, str]:
+    """Points and slopes as data, and the table of docs/benchmarks.md."""
+    found = costs(repeats or TURNS, progress)
     names = {"drum": "m on the drum", "out": "m paid out", "elements": "elements"}
-    lines = ["| varied | value | CPU s per s | us per correction |", "|---|---|---|---|"]
-    lines += [
-        f"| {names[p.varied]} | {p.at:g} | {p.cpu_s_per_sim_s:.2g} | {p.us_per_iteration:.1f} |" for p in found.points
+    lines = [
+        (names[p.varied], f"{p.at:g}", f"{p.cpu_s_per_sim_s:.2g}", f"{p.us_per_iteration:.1f}") for p in found.points
     ]
     words = "; ".join(
         f"{names[what]}: {100.0 * step:+.2f} % of a step and {100.0 * each:+.2f} % of a correction per 100 m"
         for what, (step, each) in found.slopes.items()
     )
-    return "\n".join([*lines, "", f"{words}; meshes: at most {100.0 * found.off_line:.0f} % off a straight line."])
+    table = markdown_table([("varied", "value", "CPU s per s", "us per correction"), *lines])
+    data = found._asdict() | {"points": [point._asdict() for point in found.points]}
+    return data, f"{table}\n\n{words}; meshes: at most {100.0 * found.off_line:.0f} % off a straight line."

@@ -1,8 +1,17 @@
-"""A line of the benchmark table."""
+"""A line of the benchmark table, and the machine and versions that belong to its figures."""
 
 from __future__ import annotations
 
+import math
+import platform
+import time
+from pathlib import Path
 from typing import NamedTuple
+
+import numba
+import numpy as np
+
+from cable_sim_ros.version import __version__
 
 METRES = ("P7", "P8", "P9")  # scenes whose error of position is a distance
 
@@ -25,3 +34,24 @@ class Row(NamedTuple):
     iterations_per_step: float | None
     note: str = ""
     metrics: dict[str, float] = {}
+
+
+def unrun(scene: str, code: str, setting: str, why: str) -> Row:
+    """The line of what did not run."""
+    return Row(scene, code, setting, 0, 0.0, math.nan, math.nan, math.nan, None, None, why)
+
+
+def about() -> dict[str, str]:
+    """Machine and versions that belong to the figures."""
+    info = Path("/proc/cpuinfo")
+    lines = info.read_text().splitlines() if info.exists() else []
+    models = (line.split(":", 1)[1].strip() for line in lines if line.startswith("model name"))
+    return {
+        "machine": next(models, platform.processor() if lines else ""),
+        "threads": "1",
+        "python": platform.python_version(),
+        "numba": numba.__version__,
+        "numpy": np.__version__,
+        "cable_sim_ros": __version__,
+        "date": time.strftime("%Y-%m-%d"),
+    }

@@ -9,10 +9,11 @@ from __future__ import annotations
 
 import statistics
 import time
-from collections.abc import Callable
 from functools import partial
 from typing import NamedTuple
 
+from cable_sim_ros.runs.message_run import Progress, silent
+from cable_sim_ros.terminal import markdown_table
 from cable_sim_ros.tools.sweeps.cases import Case, cases_of
 from cable_sim_ros.tools.sweeps.engine import processes, rows_of, workers_of
 from cable_sim_ros.tools.sweeps.sweep import compiled
@@ -60,12 +61,10 @@ def cases(count: int = CASES) -> list[Case]:
     return list(cases_of(checked(plan, "throughput")))
 
 
-def throughput(
-    workers: int | None = None, turns: int = TURNS, progress: Callable[[str, float, float], None] = lambda *_: None
-) -> list[Throughput]:
-    """Single runs, and sweeps of 1 to ``workers`` workers (default: one a core that memory holds)."""
+def throughput(turns: int = TURNS, progress: Progress = silent) -> list[Throughput]:
+    """Single runs, and sweeps of 1 to as many workers as there are cores and memory for."""
     compiled()
-    most = workers_of(workers)
+    most = workers_of(None)
     todo = cases(max(CASES, 4 * most))
     numbers = range(most + 1)
     jobs = [partial(_timed, todo, number) for number in numbers]
@@ -106,16 +105,19 @@ def _timed(todo: list[Case], workers: int) -> tuple[Timed, None]:
     return Timed(busy, simulated / (time.perf_counter() - begun), sum(row["cpu_s"] for row in rows) / simulated), None
 
 
-def markdown(rows: list[Throughput]) -> str:
-    """Throughput as a table."""
-    head = (
-        "| runs | simulated s per wall s | CPU s per simulated s | of a single run, a worker | with start and end, "
-        f"{rows[0].cases} cases |\n|---|---|---|---|---|"
-    )
+def study(repeats: int | None, progress: Progress) -> tuple[list[dict], str]:
+    """Rows as data, and the table of docs/sweeps.md."""
+    rows = throughput(repeats or TURNS, progress)
+    whole = f"with start and end, {rows[0].cases} cases"
+    head = ("runs", "simulated s per wall s", "CPU s per simulated s", "of a single run, a worker", whole)
     lines = [
-        f"| {f'{r.workers} workers' if r.workers > 1 else '1 worker' if r.workers else 'one after another'} "
-        f"| {r.simulated_per_wall_s:.1f} | {r.cpu_s_per_simulated_s:.4f} "
-        f"| {100.0 * r.share:.1f} % ({100.0 * r.least:.1f} to {100.0 * r.most:.1f}) | {100.0 * r.whole:.0f} % |"
+        (
+            f"{r.workers} workers" if r.workers > 1 else "1 worker" if r.workers else "one after another",
+            f"{r.simulated_per_wall_s:.1f}",
+            f"{r.cpu_s_per_simulated_s:.4f}",
+            f"{100.0 * r.share:.1f} % ({100.0 * r.least:.1f} to {100.0 * r.most:.1f})",
+            f"{100.0 * r.whole:.0f} %",
+        )
         for r in rows
     ]
-    return "\n".join([head, *lines])
+    return [r._asdict() for r in rows], markdown_table([head, *lines])

@@ -10,7 +10,6 @@ from __future__ import annotations
 import os
 import threading
 import time
-from collections.abc import Callable
 from math import cos, pi, radians, sin
 from typing import NamedTuple
 
@@ -18,6 +17,7 @@ import numpy as np
 
 from cable_sim_ros.io.scenes.load import load_scene, override
 from cable_sim_ros.io.scenes.winch_plan import WinchPlan
+from cable_sim_ros.runs.message_run import Progress, silent
 from cable_sim_ros.sim.build import make_output
 from cable_sim_ros.sim.inputs import ShipMotion, WinchCommand
 from cable_sim_ros.sim.inputs import push as push_to
@@ -43,6 +43,7 @@ from cable_sim_ros.sim.loop import (
     drive,
 )
 from cable_sim_ros.sim.simulator import Simulator
+from cable_sim_ros.terminal import markdown_table
 
 TICK = 0.01  # s
 SECONDS, RATE = 60.0, 2.0  # s, m/s: in for half the time, then out again
@@ -70,7 +71,7 @@ class Ticks(NamedTuple):
     longest: float
 
 
-def ticks(seconds: float | None = None, progress: Callable[[str, float, float], None] = lambda *_: None) -> Ticks:
+def ticks(seconds: float | None = None, progress: Progress = silent) -> Ticks:
     """full_scale at 100 Hz with compensation, so many seconds, SECONDS by default. Raises RuntimeError at a halt."""
     seconds = SECONDS if seconds is None else seconds
     scene = override(load_scene("full_scale"), {"solver.tick": TICK})
@@ -148,11 +149,10 @@ def ticks(seconds: float | None = None, progress: Callable[[str, float, float], 
     return Ticks(sim.nodes - 1, maximum - minimum, scheduler[0], len(work), missed, *shown)
 
 
-def markdown(found: Ticks) -> str:
-    """A line of the ticks as a table."""
-    return (
-        "| elements | cable moved [m] | scheduler | ticks | missed | work p50 / p99 / p99.9 / longest [ms] |\n"
-        "|---|---|---|---|---|---|\n"
-        f"| {found.elements} | {found.travel:.0f} | {found.scheduler} | {found.ticks} | {found.missed} | "
-        f"{found.p50:.2f} / {found.p99:.2f} / {found.p999:.2f} / {found.longest:.2f} |"
-    )
+def study(repeats: None, progress: Progress) -> tuple[dict, str]:
+    """Figures as data, and the line of docs/realtime.md."""
+    found = ticks(progress=progress)
+    work = " / ".join(f"{x:.2f}" for x in found[-4:])
+    head = ("elements", "cable moved [m]", "scheduler", "ticks", "missed", "work p50 / p99 / p99.9 / longest [ms]")
+    line = (str(found.elements), f"{found.travel:.0f}", found.scheduler, str(found.ticks), str(found.missed), work)
+    return found._asdict(), markdown_table([head, line])

@@ -7,7 +7,6 @@ alone. The feeding drum is measured against its own refined mesh, the drum with 
 from __future__ import annotations
 
 import statistics
-from collections.abc import Callable
 from functools import partial
 from typing import NamedTuple
 
@@ -17,7 +16,7 @@ from cable_sim_ros.io.scenes.load import load_scene, override
 from cable_sim_ros.io.scenes.resources import find_bag
 from cable_sim_ros.io.scenes.winch_plan import WinchPlan
 from cable_sim_ros.io.sources.recorded_tow import RecordedTow, read_tow
-from cable_sim_ros.runs.message_run import MessageRun, Stepped
+from cable_sim_ros.runs.message_run import MessageRun, Progress, Stepped, silent
 from cable_sim_ros.runs.offline import stepped
 from cable_sim_ros.sim.layout import layout_of
 from cable_sim_ros.sim.mesh.mesh_kinds import FeedMesh
@@ -47,9 +46,14 @@ class Setting(NamedTuple):
     @property
     def name(self) -> str:
         """Set-point, mesh and step, as in the table."""
-        solver = self.scene.solver
-        step = f"{1e3 * solver.tick:g} ms" if solver.tension_error is None else f"chosen, {solver.tension_error:g}"
-        return f"{self.law}, {self.drum} {'-'.join(map(str, mesh_numbers(self.scene)))}, {step}"
+        return shown_setting(self.law, self.drum, self.scene)
+
+
+def shown_setting(law: str, drum: str, scene: Scene) -> str:
+    """Set-point, drum, mesh and step, as in the table."""
+    solver = scene.solver
+    step = f"{1e3 * solver.tick:g} ms" if solver.tension_error is None else f"chosen, {solver.tension_error:g}"
+    return f"{law}, {drum} {'-'.join(map(str, mesh_numbers(scene)))}, {step}"
 
 
 def mesh_numbers(scene: Scene) -> list[int]:
@@ -105,7 +109,7 @@ def references(law: str) -> dict[str, Fine]:
     }
 
 
-def rows(repeats: int, progress: Callable[[str, float, float], None] = lambda *_: None) -> list[Row]:
+def rows(repeats: int, progress: Progress = silent) -> list[Row]:
     """P7, both set-points and both drums in turn."""
     tow = read_tow(find_bag("nbp1406"))
     jobs = [setting for law in LAWS for setting in settings(law)]
@@ -210,36 +214,40 @@ def errors(frames: np.recarray, fine: np.recarray) -> Errors:
     )
 
 
-def _row(job: Setting, driven: Stepped, cost: float, fine: np.recarray, yardstick: dict[float, float]) -> Row:
-    frames, elements = driven.frames, sum(mesh_numbers(job.scene))
-    got = sampled(frames, job.scene)
-    wrong = errors(got, fine)
-    iterations, steps = float(frames.iterations.sum()), float(frames.substeps.sum())
+def compared(name: str, setting: str, scene: Scene, frames: np.recarray, cost: float, fine: np.recarray) -> Row:
+    """The row of a run against a finer one at the same times; cost: CPU s per simulated s."""
+    elements, iterations = sum(mesh_numbers(scene)), float(frames.iterations.sum())
+    wrong = errors(sampled(frames, scene), fine)
+    each = 1e6 * cost * simulated(frames, scene) / (elements * iterations)
     metrics = {
         "realtime_factor": 1.0 / cost,
         "error_mean": wrong.mean,
         "error_deviation": wrong.deviation,
         "rms_difference_n": wrong.rms,
-        "tension_std_n": float(got.tension.std()),
-        "reference_std_n": float(fine.tension.std()),
     }
-    note = f"{1.0 / cost:.0f} x real time"
+    return Row(
+        name,
+        "cable_sim_ros",
+        setting,
+        elements,
+        scene.solver.tick,
+        wrong.tension,
+        wrong.place,
+        cost,
+        each,
+        iterations / float(frames.substeps.sum()),
+        f"{1.0 / cost:.0f} x real time",
+        metrics,
+    )
+
+
+def _row(job: Setting, driven: Stepped, cost: float, fine: np.recarray, yardstick: dict[float, float]) -> Row:
+    row = compared("P7", job.name, job.scene, driven.frames, cost, fine)
+    deviation, note = float(sampled(driven.frames, job.scene).tension.std()), row.note
+    metrics = row.metrics | {"tension_std_n": deviation, "reference_std_n": float(fine.tension.std())}
     if job.drum == "feed" and yardstick:
         ratios = {tick: base / cost for tick, base in yardstick.items()}
         metrics |= {f"over_contact_{1e3 * tick:g}_ms": ratio for tick, ratio in ratios.items()}
         shown = ", ".join(f"{ratio:.1f} x contact at {1e3 * tick:g} ms" for tick, ratio in ratios.items())
         note += f", {shown}"
-    return Row(
-        "P7",
-        "cable_sim_ros",
-        job.name,
-        elements,
-        job.scene.solver.tick,
-        wrong.tension,
-        wrong.place,
-        cost,
-        1e6 * cost * simulated(frames, job.scene) / (elements * iterations),
-        iterations / steps,
-        f"{note}; std {got.tension.std():.1f} N, reference {fine.tension.std():.1f} N",
-        metrics,
-    )
+    return row._replace(note=f"{note}; std {deviation:.1f} N, reference {fine.tension.std():.1f} N", metrics=metrics)

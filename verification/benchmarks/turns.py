@@ -9,6 +9,8 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import TypeVar
 
+from cable_sim_ros.runs.message_run import Progress, silent
+
 Cost = TypeVar("Cost")
 Result = TypeVar("Result")
 
@@ -16,7 +18,7 @@ Result = TypeVar("Result")
 def in_turn(
     jobs: Sequence[Callable[[], tuple[Cost, Result]]],
     rounds: int,
-    progress: Callable[[str, float, float], None] = lambda *_: None,
+    progress: Progress = silent,
     names: Sequence[str] = (),
 ) -> tuple[list[list[Cost]], list[Result]]:
     """Costs of each job in each round, and its last result.

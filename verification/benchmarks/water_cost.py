@@ -9,18 +9,19 @@ What an option changes in the work of the solver (corrections of a tick) is part
 from __future__ import annotations
 
 import statistics
-import warnings
-from collections.abc import Callable
 from functools import partial
 from typing import Any, NamedTuple
 
-from cable_sim_ros.io.scenes.load import SceneWarning, load_scene, override
+from cable_sim_ros.io.scenes.load import load_scene
 from cable_sim_ros.io.scenes.resources import find_bag
 from cable_sim_ros.io.sources.recorded_tow import read_tow
+from cable_sim_ros.runs.message_run import Progress, silent
 from cable_sim_ros.sim.layout import layout_of
 from cable_sim_ros.sim.mesh.mesh_kinds import FeedMesh
 from cable_sim_ros.sim.scene import Scene
+from cable_sim_ros.terminal import markdown_table
 
+from ..shipped import scene_with
 from .tow_bench import drive, simulated
 from .turns import in_turn
 
@@ -87,19 +88,17 @@ class Cost(NamedTuple):
         return 100.0 * (self.on_us / self.absent_us - 1.0)
 
 
-def scene_with(changes: Changes) -> Scene:
+def changed(changes: Changes) -> Scene:
     """full_scale without any factor found by hand, and with these changes."""
     plain = {f"cable.sections.{name}.drag_amplification": 1.0 for name in load_scene("full_scale").cable.sections}
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", SceneWarning)  # of what is asked for here
-        return override(load_scene("full_scale"), plain | changes)
+    return scene_with("full_scale", plain | changes)
 
 
-def costs(turns: int = TURNS, progress: Callable[[str, float, float], None] = lambda *_: None) -> list[Cost]:
+def costs(turns: int = TURNS, progress: Progress = silent) -> list[Cost]:
     """Medians over ``turns`` runs of each option, the three of an option in turn within seconds."""
     tow, found = read_tow(find_bag("nbp1406")), []
     for k, (name, (off, on)) in enumerate(OPTIONS.items()):
-        scenes = [scene_with(changes) for changes in ({}, off, on) if changes is not None]
+        scenes = [changed(changes) for changes in ({}, off, on) if changes is not None]
         mesh = layout_of(scenes[0]).mesh
         progress(name, k, len(OPTIONS))
 
@@ -115,12 +114,18 @@ def costs(turns: int = TURNS, progress: Callable[[str, float, float], None] = la
     return found
 
 
-def markdown(rows: list[Cost]) -> str:
-    """The table of docs/benchmarks.md."""
-    head = "| option | without, us a tick | there but off | on | corrections a tick |\n|---|---|---|---|---|"
+def study(repeats: int | None, progress: Progress) -> tuple[list[dict], str]:
+    """Costs as data, and the table of docs/benchmarks.md."""
+    rows = costs(repeats or TURNS, progress)
+    head = ("option", "without, us a tick", "there but off", "on", "corrections a tick")
     lines = [
-        f"| {r.option} | {r.absent_us:.0f} | {'-' if r.off is None else f'{r.off:+.1f} %'} | {r.on:+.0f} % "
-        f"({r.on_us - r.absent_us:+.0f} us) | {r.absent_corrections:.2f}, {r.on_corrections:.2f} |"
+        (
+            r.option,
+            f"{r.absent_us:.0f}",
+            "-" if r.off is None else f"{r.off:+.1f} %",
+            f"{r.on:+.0f} % ({r.on_us - r.absent_us:+.0f} us)",
+            f"{r.absent_corrections:.2f}, {r.on_corrections:.2f}",
+        )
         for r in rows
     ]
-    return "\n".join([head, *lines])
+    return [r._asdict() | {"off": r.off, "on": r.on} for r in rows], markdown_table([head, *lines])

@@ -17,7 +17,7 @@ from typing import NamedTuple
 from cable_sim_ros.files import read_text
 from cable_sim_ros.sim.rig.rig import SHIPPED, RigError, warm_up
 
-from . import contact, frames, hydro, jumper, modes, pendulum, pulley, sheave, slack, statics, tow, waves
+from . import contact, frames, hydro, jumper, modes, pulley, sheave, slack, statics, tow, waves
 from .family import Case, CaseError, Family, Level, Output, Values
 
 FAMILIES: tuple[Family, ...] = (  # of two that ask for as many inputs the earlier one counts
@@ -33,7 +33,7 @@ FAMILIES: tuple[Family, ...] = (  # of two that ask for as many inputs the earli
     modes.submerged_cable,
     modes.linear_tension,
     modes.spinning_cable,
-    pendulum.pendulum,
+    modes.pendulum,
     pulley.atwood,
     pulley.lift_off,
     pulley.wrapping,
@@ -110,7 +110,10 @@ def run_case(case: Case, fidelity: Fidelity = Fidelity.VERIFICATION) -> Metrics:
     warm_up()
     begin = time.process_time()
     try:
-        values, level, notes = _realtime(family, case) if fidelity is Fidelity.REALTIME else _refined(family, case)
+        if fidelity is Fidelity.REALTIME:
+            values, notes = family.solve(case, Level(0, SHIPPED.tick)), []
+        else:
+            values, notes = _refined(family, case)
     except RigError as error:
         return _without(case, f"not solved: {error}", time.process_time() - begin)
     outputs = [{"name": o.name, "value": values.of.get(o.name)} for o in case.outputs]
@@ -127,12 +130,8 @@ def run_case(case: Case, fidelity: Fidelity = Fidelity.VERIFICATION) -> Metrics:
     )
 
 
-def _realtime(family: Family, case: Case) -> tuple[Values, int, list[str]]:
-    return family.solve(case, Level(0, SHIPPED.tick)), 0, []
-
-
-def _refined(family: Family, case: Case) -> tuple[Values, int, list[str]]:
-    """Refine until every output moves by less than SETTLED of its tolerance."""
+def _refined(family: Family, case: Case) -> tuple[Values, list[str]]:
+    """Refine until every output moves by less than SETTLED of its tolerance; the values, and how they were reached."""
     begin, values, moved = time.process_time(), None, math.inf
     for level in range(MAX_LEVELS):
         before, spent = values, time.process_time()
@@ -141,24 +140,17 @@ def _refined(family: Family, case: Case) -> tuple[Values, int, list[str]]:
         except RigError as error:
             if before is None:
                 raise
-            return before, level - 1, [f"level {level} was not solved ({error}); the values are of level {level - 1}"]
+            return before, [f"level {level} was not solved ({error}); the values are of level {level - 1}"]
         spent = time.process_time() - spent
         if before is not None:
-            moved = max(
-                (fraction_moved(o, before.of.get(o.name), values.of.get(o.name)) for o in case.outputs), default=0.0
-            )
+            changes = (fraction_moved(o, before.of.get(o.name), values.of.get(o.name)) for o in case.outputs)
+            moved = max(changes, default=0.0)
             if moved <= SETTLED:
-                return (
-                    values,
-                    level,
-                    [
-                        f"settled at level {level}: the last refinement moved the outputs by at most "
-                        f"{moved:.2g} of their tolerances"
-                    ],
-                )
+                how = f"the last refinement moved the outputs by at most {moved:.2g} of their tolerances"
+                return values, [f"settled at level {level}: {how}"]
         if time.process_time() - begin + family.growth * spent > CPU_BUDGET:
             break
-    return values, level, [f"not settled: the last refinement still moved an output by {moved:.2g} of its tolerance"]
+    return values, [f"not settled: the last refinement still moved an output by {moved:.2g} of its tolerance"]
 
 
 def fraction_moved(output: Output, before, after) -> float:
@@ -176,4 +168,4 @@ def _without(case: Case, why: str, cpu: float = 0.0) -> Metrics:
     return Metrics(case.id, [{"name": o.name, "value": None} for o in case.outputs], 0, 0.0, cpu, [why])
 
 
-__all__ = ["FAMILIES", "Case", "CaseError", "Family", "Fidelity", "Figures", "load_case", "run_case"]
+__all__ = ["FAMILIES", "Case", "CaseError", "Family", "Fidelity", "Metrics", "Output", "load_case", "run_case"]

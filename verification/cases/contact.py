@@ -9,6 +9,7 @@ import numpy as np
 from cable_sim_ros.sim.rig.rig import Rig, RigError, cable_of, load_of
 
 from ..bend import Bend, Walk, distributed, drum
+from ..cables import uniform
 from ..contact_points import contact_points
 from .family import Case, Level, Values, family
 
@@ -22,10 +23,7 @@ CLOSE = 0.02  # deg to which the heel is bisected on the coarsest level
 
 @family(
     "bounce",
-    "mass_kg",
-    "stiffness_N_m1p5",
-    "approach_speed_m_s",
-    "D_s_m",
+    "mass_kg stiffness_N_m1p5 approach_speed_m_s D_s_m",
     how="a straight cable of 1 m falls flat along the axis of a drum of 1000 m radius: uniform penetration, so "
     "that mass and contact stiffness per length times the length are those of the point mass; step 1/50 of the "
     "contact's time scale, in real time too (the shipped step is longer than the contact)",
@@ -34,7 +32,7 @@ def bounce(case: Case, level: Level) -> Values:
     """Rebound speed, largest penetration and time of contact of one bounce."""
     if case.number("exponent", 1.5) != 1.5:
         return Values({}, 0, 0.0, ["the product's contact law has the exponent 1.5 only"])
-    mass, k, speed = case.number("mass_kg"), case.number("stiffness_N_m1p5"), case.number("approach_speed_m_s")
+    mass, k, speed = case.numbers("mass_kg stiffness_N_m1p5 approach_speed_m_s")
     radius = 1000.0
     surface = drum(radius, 1.0)
     surface["stiffness"], surface["damping"] = k / LENGTH, case.number("D_s_m")
@@ -88,10 +86,7 @@ def turn(before: tuple, after: tuple, deep: float) -> float:
 
 @family(
     "groove climb",
-    "groove_half_angle_deg",
-    "mass_per_length_kg_m",
-    "radius_to_centreline_m",
-    "tension_N",
+    "groove_half_angle_deg mass_per_length_kg_m radius_to_centreline_m tension_N",
     how="a piece of cable of 2 % of the radius on the crest of a groove as deep as four radii, held along the "
     "groove only; the sheave is heeled (or a line load across grows) and the piece settled anew, bisected "
     "between rest and climbing by 5 % of the radius",
@@ -100,7 +95,7 @@ def turn(before: tuple, after: tuple, deep: float) -> float:
 def climb(case: Case, level: Level) -> Values:
     """Heel and line loads beyond which a cable does not stay in its groove."""
     half, radius = radians(case.number("groove_half_angle_deg")), case.number("radius_to_centreline_m")
-    mass, gravity = case.number("mass_per_length_kg_m"), case.number("g", 9.81)
+    mass, gravity = case.number("mass_per_length_kg_m"), case.gravity
     of, close, elements = {}, CLOSE / (1 << level.k), 2 << level.k
     rest = Crest(radius, half, mass, gravity, case.number("tension_N"), elements)
 
@@ -146,9 +141,7 @@ class Crest:
         arc = PATCH * radius
         self.bend = Bend(radius, -0.5 * PATCH, 0.5 * PATCH, 0.0)
         line_load = tension / radius + mass * gravity
-        cable = cable_of(
-            [{"length": arc, "elements": elements}], mass_per_length=mass, axial_stiffness=1e4 * line_load * radius
-        )
+        cable = uniform(arc, elements, mass, 1e4 * line_load * radius)
         self.rig = Rig(
             cable,
             # along the groove: there is no friction, and the crest is a hill

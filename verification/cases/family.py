@@ -1,4 +1,4 @@
-"""What a family of cases is; the table of them is FAMILIES in `lab.cases`."""
+"""What a family of cases is; the table of them is FAMILIES of this folder."""
 
 from __future__ import annotations
 
@@ -33,6 +33,15 @@ class Case(NamedTuple):
         if isinstance(value, bool) or not isinstance(value, (int, float)) or not abs(value) < 1e30:
             raise CaseError(f"{self.path}: inputs.{key} = {value!r} is no finite number; the case was not run")
         return float(value)
+
+    def numbers(self, keys: str) -> list[float]:
+        """Several of them; keys: separated by spaces."""
+        return [self.number(key) for key in keys.split()]
+
+    @property
+    def gravity(self) -> float:
+        """Acceleration of gravity [m/s^2]."""
+        return self.number("g", 9.81)
 
     def asked(self, pattern: str) -> list[tuple[str, re.Match]]:
         """Outputs whose whole name fits a regular expression, with the match."""
@@ -75,6 +84,6 @@ class Family(NamedTuple):
     solve: Callable[[Case, Level], Values]
 
 
-def family(name: str, *keys: str, how: str, growth: float = 4.0) -> Callable[[Callable[[Case, Level], Values]], Family]:
-    """Make a Family of the decorated function, which solves one case at one level."""
-    return lambda solve: Family(name, frozenset(keys), how, growth, solve)
+def family(name: str, keys: str, how: str, growth: float = 4.0) -> Callable[[Callable[[Case, Level], Values]], Family]:
+    """Make a Family of the decorated function, which solves one case at one level; keys: separated by spaces."""
+    return lambda solve: Family(name, frozenset(keys.split()), how, growth, solve)

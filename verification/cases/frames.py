@@ -66,8 +66,7 @@ def from_samples(case: Case, t: float) -> np.record:
 
 @family(
     "ship point",
-    "offset_body_m",
-    "harmonics",
+    "offset_body_m harmonics",
     how=f"the harmonics through the product's pose and point kinematics; in real time samples at {RATE} Hz with "
     "the instant half-way between two of them, through the product's interpolation",
 )

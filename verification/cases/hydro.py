@@ -12,7 +12,9 @@ from cable_sim_ros.physics.towbody import Towbody
 from cable_sim_ros.physics.water import Water
 from cable_sim_ros.sim.rig.rig import Rig, RigError, cable_of
 
+from ..cables import uniform
 from .family import Case, Level, Values, family
+from .measure import crossings
 from .wet import DEEP, NUMBER, STRAIN, crossflow
 
 THREAD = {"mass_per_length": 1e-5, "diameter": 1e-4, "added_mass_coefficient": 0.0}  # least the product takes
@@ -21,18 +23,13 @@ UNEVEN = 0.381966  # of the length in the first section: no boundary of elements
 
 @family(
     "cable through the surface",
-    "length_m",
-    "diameter_m",
-    "mass_per_length_kg_m",
-    "fluid_density",
-    "Cd",
-    "current_m_s",
+    "length_m diameter_m mass_per_length_kg_m fluid_density Cd current_m_s",
     how="tension: the vertical reaction of a cable that hangs from its upper end; horizontal "
     "reaction: every node held vertical, the reactions added up; meshed unevenly",
 )
 def through_the_surface(case: Case, level: Level) -> Values:
     """Reactions at each depth of immersion the outputs name."""
-    length, gravity, n = case.number("length_m"), case.number("g", 9.81), level.mesh(8)
+    length, gravity, n = case.number("length_m"), case.gravity, level.mesh(8)
     weight = case.number("mass_per_length_kg_m") * gravity * length
 
     def rig_at(wet: float, speed: float, held: dict) -> Rig:
@@ -40,13 +37,14 @@ def through_the_surface(case: Case, level: Level) -> Values:
             {"length": part * length, "elements": n // 2, **crossflow(case.number("Cd"))}
             for part in (UNEVEN, 1.0 - UNEVEN)
         ]
+        cable = cable_of(
+            sections,
+            diameter=case.number("diameter_m"),
+            mass_per_length=case.number("mass_per_length_kg_m"),
+            axial_stiffness=weight / STRAIN,
+        )
         rig = Rig(
-            cable_of(
-                sections,
-                diameter=case.number("diameter_m"),
-                mass_per_length=case.number("mass_per_length_kg_m"),
-                axial_stiffness=weight / STRAIN,
-            ),
+            cable,
             held=held,
             tension=weight,
             gravity=gravity,
@@ -105,32 +103,24 @@ def fall(case: Case, rig: Rig, node: int, step: float) -> dict[str, float]:
 
 @family(
     "sinking level cable",
-    "length_m",
-    "diameter_m",
-    "mass_per_length_kg_m",
-    "fluid_density",
-    "Cn",
-    "Ca",
+    "length_m diameter_m mass_per_length_kg_m fluid_density Cn Ca",
     how="both ends free, level and at rest deep in still water, EI 0; the middle node is the answer",
 )
 def sinking_cable(case: Case, level: Level) -> Values:
     """A level free cable that sinks broadside."""
-    length, n, gravity = case.number("length_m"), level.mesh(4), case.number("g", 9.81)
+    length, n, gravity = case.number("length_m"), level.mesh(4), case.gravity
     mass = case.number("mass_per_length_kg_m")
     weight = mass * gravity * length
-    rig = Rig(
-        cable_of(
-            [{"length": length, "elements": n, **crossflow(case.number("Cn"))}],
-            mass_per_length=mass,
-            diameter=case.number("diameter_m"),
-            axial_stiffness=weight / STRAIN,
-            added_mass_coefficient=case.number("Ca"),
-        ),
-        held={},
-        tension=weight,
-        gravity=gravity,
-        water=Water(density=case.number("fluid_density")),
+    cable = uniform(
+        length,
+        n,
+        mass,
+        weight / STRAIN,
+        crossflow(case.number("Cn")),
+        diameter=case.number("diameter_m"),
+        added_mass_coefficient=case.number("Ca"),
     )
+    rig = Rig(cable, held={}, tension=weight, gravity=gravity, water=Water(density=case.number("fluid_density")))
     rig.straight((0.0, 0.0, -DEEP), (1.0, 0.0, 0.0))
     step = level.step(0.01)
     of = fall(case, rig, n // 2, step)
@@ -155,8 +145,9 @@ def thread(
     case: Case, length: float, held: dict, stiffness: float, tension: float, gravity: float, body: Towbody, node: int
 ) -> Rig:
     """A body on one element without water's load, of the least mass the product takes: the solver wants a line."""
+    cable = cable_of([{"length": length, "elements": 1, "drag_law": DragLaw.OFF}], axial_stiffness=stiffness, **THREAD)
     rig = Rig(
-        cable_of([{"length": length, "elements": 1, "drag_law": DragLaw.OFF}], axial_stiffness=stiffness, **THREAD),
+        cable,
         held=held,
         tension=tension,
         gravity=gravity,
@@ -169,16 +160,12 @@ def thread(
 
 @family(
     "sinking sphere",
-    "sphere_radius_m",
-    "mass_kg",
-    "fluid_density",
-    "Ca",
-    "Cd",
+    "sphere_radius_m mass_kg fluid_density Ca Cd",
     how="the product's body deep in still water, at the lower end of one free element of 10 mm that weighs 1e-7 kg",
 )
 def sinking_sphere(case: Case, level: Level) -> Values:
     """A sphere let go in still water."""
-    gravity = case.number("g", 9.81)
+    gravity = case.gravity
     sphere = sphere_of(case, gravity)
     net = max(abs(sphere.net_weight), 1e-3 * sphere.mass * gravity)
     rig = thread(case, 0.01, {0: "g", 1: "g"}, max(net, 1.0), net, gravity, sphere, 1)
@@ -189,18 +176,13 @@ def sinking_sphere(case: Case, level: Level) -> Values:
 
 @family(
     "submerged pendulum",
-    "sphere_radius_m",
-    "mass_kg",
-    "fluid_density",
-    "Ca",
-    "line_length_m",
-    "amplitude_deg",
+    "sphere_radius_m mass_kg fluid_density Ca line_length_m amplitude_deg",
     how="the product's body on one element of 1e-5 kg/m without drag, buoyancy and added mass; settled hanging, "
     "then let go at the amplitude; frequency from the crossings of the vertical",
 )
 def submerged_pendulum(case: Case, level: Level) -> Values:
     """Small swing of a submerged sphere."""
-    gravity, length = case.number("g", 9.81), case.number("line_length_m")
+    gravity, length = case.gravity, case.number("line_length_m")
     sphere, top = sphere_of(case, gravity), np.array((0.0, 0.0, -DEEP))
     if sphere.net_weight <= 0.0:
         raise RigError("the sphere floats up; this family hangs it")
@@ -212,7 +194,7 @@ def submerged_pendulum(case: Case, level: Level) -> Values:
     angle = radians(case.number("amplitude_deg"))
     rig.straight(top, (np.sin(angle), 0.0, -np.cos(angle)), stretch)
     rig.balance()
-    step, crossings, now, at, last = level.step(0.02), [], 0.0, None, None
+    step, zeros, now, at, last = level.step(0.02), [], 0.0, None, None
     span = max(100 * step, 1.0)
     for _ in range(200):
         path = rig.run(span, step)
@@ -221,14 +203,13 @@ def submerged_pendulum(case: Case, level: Level) -> Values:
         t = now + path.time
         if last is not None:
             t, swing = np.append(at, t), np.append(last, swing)
-        for i in np.flatnonzero((swing[:-1] < 0.0) != (swing[1:] < 0.0)):
-            crossings.append(t[i] - swing[i] * (t[i + 1] - t[i]) / (swing[i + 1] - swing[i]))
+        zeros += list(crossings(t, swing, 0.0))
         now, at, last = t[-1], t[-1], swing[-1]
-        if len(crossings) >= 7:
+        if len(zeros) >= 7:
             break
     else:
         raise RigError("the sphere does not swing through the vertical")
-    frequency = pi * (len(crossings) - 1) / (crossings[-1] - crossings[0])
+    frequency = pi * (len(zeros) - 1) / (zeros[-1] - zeros[0])
     return Values(
         {"angular frequency": float(frequency), "period": float(2.0 * pi / frequency), "static line tension": tension},
         1,

@@ -8,8 +8,9 @@ from math import hypot, pi
 import numpy as np
 
 from cable_sim_ros.physics.water import Water
-from cable_sim_ros.sim.rig.rig import Rig, cable_of
+from cable_sim_ros.sim.rig.rig import Rig
 
+from ..cables import uniform
 from .family import Case, CaseError, Level, Values, family
 from .wet import NUMBER, crossflow
 
@@ -86,15 +87,7 @@ def swaying(still: np.ndarray, axis: int, amplitude: float, period: float, since
 
 @family(
     "swaying jumper",
-    "end_fixed_m",
-    "end_moved_m",
-    "unstretched_length_m",
-    "EA_N",
-    "EI_N_m2",
-    "diameter_m",
-    "mass_per_length_kg_m",
-    "fluid_density",
-    "motion",
+    "end_fixed_m end_moved_m unstretched_length_m EA_N EI_N_m2 diameter_m mass_per_length_kg_m fluid_density motion",
     growth=4.0,
     how="pinned ends, settled, then the moved end sways; amplitude taken up over the first period; periods until "
     "the extremes repeat, at least three; the water's surface is z = 0: what rises out of it is in air; "
@@ -103,24 +96,21 @@ def swaying(still: np.ndarray, axis: int, amplitude: float, period: float, since
 def jumper(case: Case, level: Level) -> Values:
     """A jumper whose upper end sways."""
     fixed, moved = vector(case, "end_fixed_m"), vector(case, "end_moved_m")
-    gravity, length, n = case.number("g", 9.81), case.number("unstretched_length_m"), level.mesh(16)
+    gravity, length, n = case.gravity, case.number("unstretched_length_m"), level.mesh(16)
     density, diameter, mass = (case.number(k) for k in ("fluid_density", "diameter_m", "mass_per_length_kg_m"))
     wet = abs(mass - 0.25 * pi * diameter**2 * density) * gravity * length
     law = crossflow(case.number("Cd_normal"), pi * case.number("Cd_axial", 0.0))  # along: on the circumference
-    rig = Rig(
-        cable_of(
-            [{"length": length, "elements": n, **law}],
-            diameter=diameter,
-            mass_per_length=mass,
-            axial_stiffness=case.number("EA_N"),
-            bending_stiffness=case.number("EI_N_m2"),
-            added_mass_coefficient=case.number("Ca_normal", 0.0),
-        ),
-        held={0: "r", n: "r"},
-        tension=wet,
-        gravity=gravity,
-        water=Water(density=density),
+    cable = uniform(
+        length,
+        n,
+        mass,
+        case.number("EA_N"),
+        law,
+        diameter=diameter,
+        bending_stiffness=case.number("EI_N_m2"),
+        added_mass_coefficient=case.number("Ca_normal", 0.0),
     )
+    rig = Rig(cable, held={0: "r", n: "r"}, tension=wet, gravity=gravity, water=Water(density=density))
     start, tangent = sagging(rig.arc, fixed, moved)
     start[0], start[-1] = fixed, moved
     rig.place(start, tangent)

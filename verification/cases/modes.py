@@ -1,4 +1,4 @@
-"""Natural frequencies of hanging cables and strings, and a cable that spins.
+"""Natural frequencies of hanging cables and strings, a cable that spins, flexible pendulums.
 
 Verification solves K x = omega^2 M x with the tangent and the mass of the product's own assembly at its own static
 equilibrium; real time starts the line in each of these shapes and counts the zero crossings of a run.
@@ -6,14 +6,17 @@ equilibrium; real time starts the line in each of these shapes and counts the ze
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 
 from cable_sim_ros.physics.state import Change
 from cable_sim_ros.physics.towbody import Towbody
 from cable_sim_ros.physics.water import Water
-from cable_sim_ros.sim.rig.rig import HALVED, Rig, RigError, cable_of, load_of
+from cable_sim_ros.sim.rig.rig import HALVED, Rig, RigError, load_of
 
-from .family import Case, Level, Values, family
+from ..cables import uniform
+from .family import Case, CaseError, Level, Values, family
 from .measure import crossings, follow, tension_along
 
 SWING = 1e-4  # largest displacement of mode k over length / k: small against the stretch it causes
@@ -113,29 +116,19 @@ def swing(rig: Rig, rest, own, shape, weight, step: float, duration: float) -> f
 
 @family(
     "hanging chain",
-    "length_m",
-    "mass_per_length_kg_m",
-    "modes",
+    "length_m mass_per_length_kg_m modes",
     how=BOTH + f"; held at its upper end; EI = {LIMBER:g} m g l^3 of an element's length l, which vanishes with "
     "the mesh: where the tension falls to nothing within one element, its end tangent needs it",
 )
 def hanging_chain(case: Case, level: Level) -> Values:
     """Natural frequencies of a chain held at its upper end."""
-    length, mass, gravity = case.number("length_m"), case.number("mass_per_length_kg_m"), case.number("g", 9.81)
+    length, mass, gravity = case.number("length_m"), case.number("mass_per_length_kg_m"), case.gravity
     tip, n = case.number("tip_mass_kg", 0.0), level.mesh(24)
     weight, limber = (mass * length + tip) * gravity, LIMBER * mass * gravity * (length / n) ** 3
-    rig = Rig(
-        cable_of(
-            [{"length": length, "elements": n}],
-            mass_per_length=mass,
-            axial_stiffness=case.number("EA_N", 1e5 * weight),
-            bending_stiffness=case.number("EI_N_m2", limber),
-        ),
-        held={0: "r"},
-        tension=weight,
-        gravity=gravity,
-        bodies={n: tip} if tip else {},
+    cable = uniform(
+        length, n, mass, case.number("EA_N", 1e5 * weight), bending_stiffness=case.number("EI_N_m2", limber)
     )
+    rig = Rig(cable, held={0: "r"}, tension=weight, gravity=gravity, bodies={n: tip} if tip else {})
     rig.straight((0.0, 0.0, 0.0), (0.0, 0.0, -1.0))
     rig.settle()
     return Values(frequencies(case, rig, level), n, level.tick or 0.0)
@@ -143,29 +136,25 @@ def hanging_chain(case: Case, level: Level) -> Values:
 
 @family(
     "submerged hanging cable",
-    "length_m",
-    "mass_per_length_kg_m",
-    "diameter_m",
-    "fluid_density",
-    "Ca_normal",
-    "body_wet_weight_N",
-    "body_mass_kg",
+    "length_m mass_per_length_kg_m diameter_m fluid_density Ca_normal body_wet_weight_N body_mass_kg "
     "body_transverse_added_mass_kg",
     how=BOTH + "; wholly under water, no drag, added mass normal to the cable and transverse of the body",
 )
 def submerged_cable(case: Case, level: Level) -> Values:
     """Natural frequencies of a cable and body hanging in still water."""
-    length, mass, gravity = case.number("length_m"), case.number("mass_per_length_kg_m"), case.number("g", 9.81)
+    length, mass, gravity = case.number("length_m"), case.number("mass_per_length_kg_m"), case.gravity
     weight, added, n = case.number("body_wet_weight_N"), case.number("body_transverse_added_mass_kg"), level.mesh(24)
     working = mass * gravity * length + weight
+    cable = uniform(
+        length,
+        n,
+        mass,
+        case.number("EA_N", 1e5 * working),
+        diameter=case.number("diameter_m"),
+        added_mass_coefficient=case.number("Ca_normal"),
+    )
     rig = Rig(
-        cable_of(
-            [{"length": length, "elements": n}],
-            mass_per_length=mass,
-            diameter=case.number("diameter_m"),
-            added_mass_coefficient=case.number("Ca_normal"),
-            axial_stiffness=case.number("EA_N", 1e5 * working),
-        ),
+        cable,
         held={0: "r"},
         tension=working,
         gravity=gravity,
@@ -180,10 +169,7 @@ def submerged_cable(case: Case, level: Level) -> Values:
 
 @family(
     "string under linear tension",
-    "length_m",
-    "mass_per_length_kg_m",
-    "T_low_N",
-    "T_high_N",
+    "length_m mass_per_length_kg_m T_low_N T_high_N",
     how=BOTH + "; hung vertically under the gravity that makes the difference of tensions, stretched by the lower "
     "one, then held at both ends",
 )
@@ -191,14 +177,9 @@ def linear_tension(case: Case, level: Level) -> Values:
     """Natural frequencies of a string with weight along it."""
     length, mass, n = case.number("length_m"), case.number("mass_per_length_kg_m"), level.mesh(24)
     low, high = sorted((case.number("T_low_N"), case.number("T_high_N")))
+    cable = uniform(length, n, mass, case.number("EA_N", 1e4 * high))
     rig = Rig(
-        cable_of(
-            [{"length": length, "elements": n}], mass_per_length=mass, axial_stiffness=case.number("EA_N", 1e4 * high)
-        ),
-        held={0: "r"},
-        tension=high,
-        gravity=(high - low) / (mass * length),
-        loads=[load_of(n, (0.0, 0.0, -low))],
+        cable, held={0: "r"}, tension=high, gravity=(high - low) / (mass * length), loads=[load_of(n, (0.0, 0.0, -low))]
     )
     rig.straight((0.0, 0.0, 0.0), (0.0, 0.0, -1.0))
     rig.settle()
@@ -208,11 +189,7 @@ def linear_tension(case: Case, level: Level) -> Values:
 
 @family(
     "spinning cable",
-    "length_m",
-    "mass_per_length_kg_m",
-    "tip_mass_kg",
-    "spin_rad_s",
-    "EA_N",
+    "length_m mass_per_length_kg_m tip_mass_kg spin_rad_s EA_N",
     how="hub held, tangent free, in the plane, started in its stretched equilibrium at that spin; no damping; "
     f"tensions as means over the last turn, energy and spin at the end of the turns; at least {PER_TURN} steps "
     "a turn",
@@ -234,15 +211,10 @@ def spinning_cable(case: Case, level: Level) -> Values:
 
 
 def _spin(case: Case, n: int, turn: float, step: float) -> Values:
-    length, spin, ea = case.number("length_m"), case.number("spin_rad_s"), case.number("EA_N")
+    length, spin, ea = case.numbers("length_m spin_rad_s EA_N")
     mass, tip = case.number("mass_per_length_kg_m"), case.number("tip_mass_kg")
-    rig = Rig(
-        cable_of([{"length": length, "elements": n}], mass_per_length=mass, axial_stiffness=ea),
-        held={0: "r"},
-        tension=(tip + mass * length) * spin**2 * length,
-        gravity=0.0,
-        bodies={n: tip},
-    )
+    cable = uniform(length, n, mass, ea)
+    rig = Rig(cable, held={0: "r"}, tension=(tip + mass * length) * spin**2 * length, gravity=0.0, bodies={n: tip})
     rig.straight((0.0, 0.0, 0.0), (1.0, 0.0, 0.0))
     state, axial = rig.state, free_of(rig, 0)
     on = np.ix_(axial, axial)
@@ -272,3 +244,49 @@ def _spin(case: Case, n: int, turn: float, step: float) -> Values:
         step,
         [],
     )
+
+
+ANGULAR = re.compile(r"([-+.\deE]+) rad/s \* x along \+y")
+SWING_STEPS = 50  # of a real-time run over sqrt(L/g), at least
+
+
+@family(
+    "flexible pendulum",
+    "length_m mass_per_length_kg_m EA_N EI_N_m2",
+    how="pinned at the origin, tangent free, no damping, a rod: full EA in compression",
+)
+def pendulum(case: Case, level: Level) -> Values:
+    """Positions of tip and middle at the times asked for."""
+    length, n = case.number("length_m"), level.mesh(8)
+    asked = case.asked(r"(tip|middle) ([xyz]) at ([\d.eE+-]+) s")
+    times = sorted({float(m[3]) for _, m in asked})
+    mass, ea = case.number("mass_per_length_kg_m"), case.number("EA_N")
+    gravity = case.gravity
+    cable = uniform(length, n, mass, ea, bending_stiffness=case.number("EI_N_m2"), compression_share=1.0)
+    rig = Rig(cable, held={0: "r"}, tension=mass * length * gravity, gravity=gravity)
+    rig.straight((0.0, 0.0, 0.0), (1.0, 0.0, 0.0))
+    spin = np.zeros((rig.nodes, 3))
+    if "initial_velocity" in case.inputs:
+        found = ANGULAR.match(str(case.inputs["initial_velocity"]))
+        if not found:
+            raise CaseError(
+                f"{case.path}: inputs.initial_velocity = {case.inputs['initial_velocity']!r} is not "
+                "understood ('<w> rad/s * x along +y'); the case was not run"
+            )
+        spin[:, 1] = float(found[1])
+    else:
+        spin[:, 2] = -case.number("initial_spin_rad_s", 0.0)
+    rig.state.v[:, :3], rig.state.v[:, 3:] = rig.arc[:, None] * spin, spin
+    rig.balance()
+    of, now, step = {}, 0.0, level.step(1e-3)
+    if level.realtime:
+        step /= max(int(np.ceil(step * SWING_STEPS / np.sqrt(length / gravity))), 1)
+    for t in times:
+        rig.run(t - now, step, every=max(int(round((t - now) / step)), 1))
+        now = t
+        for what, node in (("tip", -1), ("middle", n // 2)):
+            for k, axis in enumerate("xyz"):
+                of[f"{what} {axis} at {t} s"] = float(rig.state.q[node, k])
+    named = {name: of[f"{m[1]} {m[2]} at {float(m[3])} s"] for name, m in asked}
+    notes = [f"in steps of {step:.3g} s: {SWING_STEPS} over sqrt(L/g)"] if level.realtime and step < level.tick else []
+    return Values(named, n, step, notes)

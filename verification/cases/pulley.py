@@ -43,22 +43,14 @@ def level_of(rig: Rig, side: float) -> float:
 
 @family(
     "Atwood machine",
-    "m_right_kg",
-    "m_left_kg",
-    "rope_mass_per_length_kg_m",
-    "right_hanging_m",
-    "left_hanging_m",
-    "radius_to_centreline_m",
+    "m_right_kg m_left_kg rope_mass_per_length_kg_m right_hanging_m left_hanging_m radius_to_centreline_m",
     how="half wrap, no bending stiffness; settled under the inertia of the first instant, then released; averaged "
     "over one axial period of rope and masses",
 )
 def atwood(case: Case, level: Level) -> Values:
     """Travel, speed, tensions and contact force at the times asked for."""
-    radius, mass, gravity = (
-        case.number("radius_to_centreline_m"),
-        case.number("rope_mass_per_length_kg_m"),
-        case.number("g", 9.81),
-    )
+    radius, mass = case.numbers("radius_to_centreline_m rope_mass_per_length_kg_m")
+    gravity = case.gravity
     right, left = case.number("right_hanging_m"), case.number("left_hanging_m")
     heavy, light, ea = case.number("m_right_kg"), case.number("m_left_kg"), case.number("EA_N", 1e7)
     asked = case.asked(
@@ -127,26 +119,16 @@ def atwood(case: Case, level: Level) -> Values:
 
 @family(
     "lift-off",
-    "radius_to_centreline_m",
-    "rope_mass_per_length_kg_m",
-    "free_length_below_tangent_m",
-    "pull_acceleration_m_s2",
-    "wrap_deg",
+    "radius_to_centreline_m rope_mass_per_length_kg_m free_length_below_tangent_m pull_acceleration_m_s2 wrap_deg",
     how="no bending stiffness; settled under the inertia of the first instant, the pulled end moved along its "
     "straight part; lift-off: the first line load round the pulley that a parabola in time takes to zero",
 )
 def lift_off(case: Case, level: Level) -> Values:
     """When and where a rope pulled over a pulley leaves it."""
-    radius, mass, gravity = (
-        case.number("radius_to_centreline_m"),
-        case.number("rope_mass_per_length_kg_m"),
-        case.number("g", 9.81),
-    )
-    free, pull, wrap = (
-        case.number("free_length_below_tangent_m"),
-        case.number("pull_acceleration_m_s2"),
-        radians(case.number("wrap_deg")),
-    )
+    radius, mass = case.numbers("radius_to_centreline_m rope_mass_per_length_kg_m")
+    gravity = case.gravity
+    free, pull = case.numbers("free_length_below_tangent_m pull_acceleration_m_s2")
+    wrap = radians(case.number("wrap_deg"))
     bend = Bend(radius, -0.5 * pi, wrap - 0.5 * pi, free)
     size, tail = (0.5 if level.realtime else 2.0) * FINE * radius / level.mesh(1), 2.0 * radius
     tension = mass * free * (gravity + pull)
@@ -176,7 +158,7 @@ def lift_off(case: Case, level: Level) -> Values:
     step = 5e-4 * last if level.realtime else level.step(2e-3 * last)
     every = max(int(last / LOOKS / step), 1)
     places = np.linspace(0.0, wrap, max(int(round(wrap / radians(10.0))), 2) + 1)
-    times, loads, speeds, lengths = [], [], [], []
+    seen: list[tuple[float, list[float], float, float]] = []
     walk = Walk(rig, moved=(nodes - 1,), motion=motion)
     notes = [f"in steps of {step:.2g} s"] if level.realtime else []
     while walk.time < 0.95 * last:
@@ -197,29 +179,21 @@ def lift_off(case: Case, level: Level) -> Values:
                     place,
                 )
             )
-        times.append(walk.time)
-        loads.append(now)
-        speeds.append(float(np.linalg.norm(rig.state.v[0, :3])))
-        lengths.append(level_of(rig, -1.0))
-        if np.mean(loads[-CALM:], 0).min() < 0.0:
+        seen.append((walk.time, now, float(np.linalg.norm(rig.state.v[0, :3])), level_of(rig, -1.0)))
+        if np.mean([loads for _, loads, *_ in seen[-CALM:]], 0).min() < 0.0:
             break
-    return Values(
-        *_first_zero(
-            case,
-            np.array(times),
-            np.array(loads),
-            places,
-            speeds,
-            lengths,
-            rig.nodes - 1,
-            step,
-            notes + walk.note(step),
-        )
-    )
+    notes += walk.note(step)
+    of = _first_zero(case, seen, places, step)
+    if of is None:
+        notes.append("no line load came to zero")
+    return Values(of or {}, rig.nodes - 1, step, notes)
 
 
-def _first_zero(case, times, loads, places, speeds, lengths, elements, step, notes):
-    """Values of a lift-off from the line loads [time, place]."""
+def _first_zero(case: Case, seen: list[tuple], places: np.ndarray, step: float) -> dict[str, float] | None:
+    """Values of a lift-off from time, line loads by place, speed and free length; None: no load came to zero."""
+    if not seen:
+        return None
+    times, loads, speeds, lengths = map(np.array, zip(*seen))
     found = []
     calm = np.ones(CALM) / CALM
     for i, place in enumerate(places):
@@ -234,10 +208,10 @@ def _first_zero(case, times, loads, places, speeds, lengths, elements, step, not
         if roots:
             found.append((min(roots), place))
     if not found:
-        return {}, elements, step, [*notes, "no line load came to zero"]
+        return None
     when, where = min(found)
 
-    def then(series: list[float]) -> float:
+    def then(series: np.ndarray) -> float:
         ahead = max(when - times[-1], 0.0)
         return np.interp(when, times, series) + ahead * (series[-1] - series[-2]) / (times[-1] - times[-2])
 
@@ -247,15 +221,12 @@ def _first_zero(case, times, loads, places, speeds, lengths, elements, step, not
         "free length left at lift-off": then(lengths),
         "angular position of first lift-off from the free-side tangent": np.degrees(where),
     }
-    return {o.name: float(report[o.name]) for o in case.outputs if o.name in report}, elements, step, notes
+    return {o.name: float(report[o.name]) for o in case.outputs if o.name in report}
 
 
 @family(
     "wrapping pendulum",
-    "rope_length_from_top_of_pulley_m",
-    "radius_to_centreline_m",
-    "mass_kg",
-    "initial_angle_from_vertical_deg",
+    "rope_length_from_top_of_pulley_m radius_to_centreline_m mass_kg initial_angle_from_vertical_deg",
     how="held along itself on top of the pulley, no bending stiffness; a positive angle is outward, away from the "
     "pulley, so that wrap = 90 deg - angle; settled with the mass pulled along the rope only, then released; "
     "forces filtered above 10 times the swing",
@@ -263,11 +234,8 @@ def _first_zero(case, times, loads, places, speeds, lengths, elements, step, not
 def wrapping(case: Case, level: Level) -> Values:
     """Extremes, period and forces of a mass that swings on a rope which wraps on and off."""
     radius, length = case.number("radius_to_centreline_m"), case.number("rope_length_from_top_of_pulley_m")
-    mass, gravity, start = (
-        case.number("mass_kg"),
-        case.number("g", 9.81),
-        radians(case.number("initial_angle_from_vertical_deg")),
-    )
+    mass, gravity = case.number("mass_kg"), case.gravity
+    start = radians(case.number("initial_angle_from_vertical_deg"))
     rope = case.number("rope_mass_per_length_kg_m", 1e-3 * mass / length)
     wrap = 0.5 * pi - start
     maximum = min(0.5 * pi + 1.3 * abs(start) + 0.3, 2.0 * pi)

@@ -26,25 +26,17 @@ def ends_of(bend: Bend, total: float, nodes: int, tension: float) -> list[np.nda
 
 
 def symmetric(
-    tension: float,
-    radius: float,
-    wrap: float,
-    leg: float,
-    size: float,
-    surface: np.ndarray,
-    stiff: float = 0.0,
-    fine: float = 0.0,
-    mass: float = MASS,
-    axial: float | None = None,
+    tension: float, radius: float, wrap: float, leg: float, size: float, surface: np.ndarray, fine: float, **numbers
 ) -> Rig:
-    """Weightless cable over the top of a sheave, both ends pulled; elements of ``size`` to ``fine`` [m] beyond."""
+    """Weightless cable over the top of a sheave, both ends pulled; elements of ``size`` to ``fine`` [m] beyond.
+
+    numbers: of the cable, where it is not to be limp and all but inextensible.
+    """
     bend = Bend(radius, -0.5 * wrap, 0.5 * wrap, leg)
     parts = [(2.0 * fine + bend.contact, size)]
     if leg > fine:
         parts = [(leg - fine, 4.0 * size), *parts, (leg - fine, 4.0 * size)]
-    cable = cable_of(
-        pieces(*parts), mass_per_length=mass, axial_stiffness=axial or tension / STRETCH, bending_stiffness=stiff
-    )
+    cable = cable_of(pieces(*parts), **{"mass_per_length": MASS, "axial_stiffness": tension / STRETCH} | numbers)
     nodes = 1 + sum(s.elements for s in cable.sections.values())
     rig = Rig(
         cable,
@@ -60,10 +52,7 @@ def symmetric(
 
 @family(
     "static wrap",
-    "tension_N",
-    "wraps_deg",
-    "sheave_root_radius_m",
-    "cable_diameter_m",
+    "tension_N wraps_deg sheave_root_radius_m cable_diameter_m",
     how="no bending stiffness, both ends pulled by dead forces along the far lines, nothing held; contact "
     "stiffness of the case; a cylinder, and a groove for the load of a flank",
 )
@@ -83,7 +72,7 @@ def static_wrap(case: Case, level: Level) -> Values:
         surface = drum(radius, tension, half_angle=half, depth=radius)
         if "contact_stiffness_kN" in case.inputs:
             surface["stiffness"] = case.number("contact_stiffness_kN")
-        rig = symmetric(tension, radius, radians(wrap), 2.0 * radius, size, surface, fine=2.0 * radius)
+        rig = symmetric(tension, radius, radians(wrap), 2.0 * radius, size, surface, 2.0 * radius)
         elements = rig.nodes - 1
         rig.settle()
         return contact_points(rig)
@@ -108,10 +97,7 @@ def static_wrap(case: Case, level: Level) -> Values:
 
 @family(
     "bending boundary",
-    "far_tension_N",
-    "EI_N_m2",
-    "radius_to_centreline_m",
-    "angle_between_far_lines_deg",
+    "far_tension_N EI_N_m2 radius_to_centreline_m angle_between_far_lines_deg",
     how="no weight, both ends pulled by dead forces along the far lines 25 sqrt(EI/T) from the sheave; penalty of "
     "1e-6 radius; ends of the contact: the rigid load with the force and moment of the computed one over "
     "3 sqrt(EI/T)",
@@ -123,16 +109,8 @@ def bending_boundary(case: Case, level: Level) -> Values:
     stiff, wrap = case.number("EI_N_m2"), radians(case.number("angle_between_far_lines_deg"))
     scale = sqrt(stiff / tension)
     size = min(scale / min(level.mesh(2), FINEST), FINE * radius)
-    rig = symmetric(
-        tension,
-        radius,
-        wrap,
-        25.0 * scale,
-        size,
-        drum(radius, tension, penetration=TRACE),
-        stiff=stiff,
-        fine=6.0 * scale,
-    )
+    surface = drum(radius, tension, penetration=TRACE)
+    rig = symmetric(tension, radius, wrap, 25.0 * scale, size, surface, 6.0 * scale, bending_stiffness=stiff)
     soften(rig, tension)
     table = contact_points(rig)
     report = boundary(table, wrap, 3.0 * scale)
@@ -190,20 +168,13 @@ def boundary(table: ContactPoints, wrap: float, reach: float) -> dict[str, float
 
 @family(
     "heavy rope at rest",
-    "hanging_left_m",
-    "hanging_right_m",
-    "end_mass_right_kg",
-    "radius_to_centreline_m",
+    "hanging_left_m hanging_right_m end_mass_right_kg radius_to_centreline_m",
     how="no bending stiffness, half wrap; the end of the lighter side is held, its force is the answer",
     growth=3.0,
 )
 def heavy_static(case: Case, level: Level) -> Values:
     """Tensions and line loads of a heavy rope over a sheave, both sides hanging."""
-    radius, gravity, mass = (
-        case.number("radius_to_centreline_m"),
-        case.number("g", 9.81),
-        case.number("mass_per_length_kg_m"),
-    )
+    radius, gravity, mass = case.number("radius_to_centreline_m"), case.gravity, case.number("mass_per_length_kg_m")
     left, right = case.number("hanging_left_m"), case.number("hanging_right_m")
     size = FINE * radius / level.mesh(1)
     bend = Bend(radius, -0.5 * pi, 0.5 * pi, left)
@@ -247,21 +218,13 @@ def heavy_static(case: Case, level: Level) -> Values:
 
 @family(
     "running cable",
-    "tension_N",
-    "mass_per_length_kg_m",
-    "radius_to_centreline_m",
-    "speed_m_s",
-    "wrap_deg",
+    "tension_N mass_per_length_kg_m radius_to_centreline_m speed_m_s wrap_deg",
     how="no weight, both ends pulled by dead forces; settled at rest, then given the speed along itself everywhere;"
     " lift-off: the speed squared to which the resultants of several runs extrapolate as zero",
 )
 def running(case: Case, level: Level) -> Values:
     """Line load and resultant of a cable that runs over a sheave, and the speed that lifts it off."""
-    tension, mass, radius = (
-        case.number("tension_N"),
-        case.number("mass_per_length_kg_m"),
-        case.number("radius_to_centreline_m"),
-    )
+    tension, mass, radius = case.numbers("tension_N mass_per_length_kg_m radius_to_centreline_m")
     speed, wrap = case.number("speed_m_s"), radians(case.number("wrap_deg"))
     of, elements, step, notes = {}, 0, 0.0, []
     size, way = 2.0 * FINE * radius / level.mesh(1), 1.5 * radius
@@ -271,17 +234,9 @@ def running(case: Case, level: Level) -> Values:
     def run(v: float) -> tuple[float, float]:
         """Mean line load of the inner half and resultant over the last third of a way of 1.5 radii."""
         nonlocal elements, step
-        rig = symmetric(
-            tension,
-            radius,
-            wrap,
-            leg,
-            size,
-            drum(radius, tension, penetration=MOVING),
-            fine=leg,
-            mass=mass,
-            axial=0.1 * tension / STRETCH,
-        )
+        surface = drum(radius, tension, penetration=MOVING)
+        cable = {"mass_per_length": mass, "axial_stiffness": 0.1 * tension / STRETCH}
+        rig = symmetric(tension, radius, wrap, leg, size, surface, leg, **cable)
         # at rest the whole tension presses, running only what is left of it: settled on a stiffer surface the cable
         # begins at its running depth
         surface = rig.state.surfaces[0]

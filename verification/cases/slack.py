@@ -7,8 +7,9 @@ from collections.abc import Callable
 import numpy as np
 from scipy.integrate import trapezoid
 
-from cable_sim_ros.sim.rig.rig import FOLDING, WHIPPING, Rig, cable_of
+from cable_sim_ros.sim.rig.rig import FOLDING, WHIPPING, Rig
 
+from ..cables import uniform
 from .family import Case, CaseError, Level, Values, family
 from .measure import crossings
 from .statics import hanging_shape
@@ -50,34 +51,29 @@ def fall_step(level: Level, fall: float, coarsest: int) -> float:
 
 @family(
     "chain let go",
-    "length_m",
-    "end_separation_m",
-    "mass_per_length_kg_m",
+    "length_m end_separation_m mass_per_length_kg_m",
     how=f"settled between two level points, the far end let go; no damping, EI = {LIMBER:g} m g L^3, "
     f"EA = {INEXTENSIBLE:g} m g L; at least {FALL_STEPS} steps over sqrt(2 L/g); x from the end that stays, "
     "drop from the level of the ends",
 )
 def falling_chain(case: Case, level: Level) -> Values:
     """When, where and how fast the tip of a chain passes the drops asked for."""
-    length, apart, mass = case.number("length_m"), case.number("end_separation_m"), case.number("mass_per_length_kg_m")
+    length, apart, mass = case.numbers("length_m end_separation_m mass_per_length_kg_m")
     if not 0.0 < apart <= length:
         raise CaseError(
             f"{case.path}: inputs.end_separation_m = {apart:g} lies outside 0..{length:g}; the case was not run"
         )
-    gravity, n = case.number("g", 9.81), 128 if level.realtime else level.mesh(64)
+    gravity, n = case.gravity, 128 if level.realtime else level.mesh(64)
     weight = mass * gravity * length
-    rig = Rig(
-        cable_of(
-            [{"length": length, "elements": n}],
-            mass_per_length=mass,
-            axial_stiffness=case.number("EA_N", INEXTENSIBLE * weight),
-            bending_stiffness=case.number("EI_N_m2", LIMBER * weight * length**2),
-            compression_share=FOLDING,
-        ),
-        held={0: "r", n: "r"},
-        tension=weight,
-        gravity=gravity,
+    cable = uniform(
+        length,
+        n,
+        mass,
+        case.number("EA_N", INEXTENSIBLE * weight),
+        bending_stiffness=case.number("EI_N_m2", LIMBER * weight * length**2),
+        compression_share=FOLDING,
     )
+    rig = Rig(cable, held={0: "r", n: "r"}, tension=weight, gravity=gravity)
     rig.place(*hanging_shape(rig.arc, apart, 0.0))
     rig.state.q[-1, :3] = (apart, 0.0, 0.0)
     rig.settle()
@@ -129,34 +125,23 @@ def bowed(rig: Rig, chord: float) -> None:
 
 @family(
     "weight dropped on a tether",
-    "end_mass_kg",
-    "tether_length_m",
-    "EA_N",
-    "tether_mass_per_length_kg_m",
-    "free_fall_height_m",
+    "end_mass_kg tether_length_m EA_N tether_mass_per_length_kg_m free_fall_height_m",
     how=f"a light cable let go from {BIGHTS} bights, without bending stiffness; it straightens, snaps and buckles "
     f"by itself; engaged where its ends are further apart than its length; tension: mean along it; at least "
     f"{FALL_STEPS} steps over the free fall",
 )
 def drop_snap(case: Case, level: Level) -> Values:
     """Engagements, tensions and rebound of a weight that falls into its tether."""
-    mass, length, ea = case.number("end_mass_kg"), case.number("tether_length_m"), case.number("EA_N")
+    mass, length, ea = case.numbers("end_mass_kg tether_length_m EA_N")
     height, light = case.number("free_fall_height_m"), case.number("tether_mass_per_length_kg_m")
-    gravity, n = case.number("g", 9.81), 16 if level.realtime else level.mesh(8)
+    gravity, n = case.gravity, 16 if level.realtime else level.mesh(8)
     if not 0.0 < height < 0.5 * length:
         raise CaseError(
             f"{case.path}: inputs.free_fall_height_m = {height:g} lies outside 0..{0.5 * length:g}, half "
             "the tether; the case was not run"
         )
-    rig = Rig(
-        cable_of(
-            [{"length": length, "elements": n}], mass_per_length=light, axial_stiffness=ea, compression_share=FOLDING
-        ),
-        held={0: "r"},
-        tension=mass * gravity,
-        gravity=gravity,
-        bodies={n: mass},
-    )
+    cable = uniform(length, n, light, ea, compression_share=FOLDING)
+    rig = Rig(cable, held={0: "r"}, tension=mass * gravity, gravity=gravity, bodies={n: mass})
     bowed(rig, length - height)
     fall, swing = float(np.sqrt(2.0 * height / gravity)), float(2.0 * np.pi * np.sqrt(mass * length / ea))
     step = fall_step(level, fall, 2 * FALL_STEPS)

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from cable_sim_ros.sim.rig.rig import Rig, cable_of, load_of
+from cable_sim_ros.sim.rig.rig import Rig, load_of
 
+from ..cables import uniform
 from .family import Case, CaseError, Level, Values, family
 from .measure import moment, nearest, numbers, point, stretched_length
 
@@ -39,30 +40,17 @@ def hanging_shape(arc: np.ndarray, span: float, rise: float) -> tuple[np.ndarray
 
 @family(
     "elastic catenary",
-    "span_x_m",
-    "rise_z_m",
-    "unstretched_length_m",
-    "weight_per_length_N_m",
-    "EA_N",
+    "span_x_m rise_z_m unstretched_length_m weight_per_length_N_m EA_N",
     how="both ends held, no bending stiffness, settled from an inextensible catenary; tensions at the ends are the "
     "reactions of the held nodes",
 )
 def catenary(case: Case, level: Level) -> Values:
     """Tensions, length and points of a cable between two held ends."""
     length, n = case.number("unstretched_length_m"), level.mesh(16)
-    span, rise, weight = case.number("span_x_m"), case.number("rise_z_m"), case.number("weight_per_length_N_m")
-    gravity = case.number("g", 9.81)
-    rig = Rig(
-        cable_of(
-            [{"length": length, "elements": n}],
-            mass_per_length=weight / gravity,
-            axial_stiffness=case.number("EA_N"),
-            bending_stiffness=case.number("EI_N_m2", 0.0),
-        ),
-        held={0: "r", n: "r"},
-        tension=weight * length,
-        gravity=gravity,
-    )
+    span, rise, weight = case.numbers("span_x_m rise_z_m weight_per_length_N_m")
+    gravity = case.gravity
+    cable = uniform(length, n, weight / gravity, case.number("EA_N"), bending_stiffness=case.number("EI_N_m2", 0.0))
+    rig = Rig(cable, held={0: "r", n: "r"}, tension=weight * length, gravity=gravity)
     rig.place(*hanging_shape(rig.arc, span, rise))
     rig.state.q[-1, :3] = (span, 0.0, rise)
     rig.settle()
@@ -78,24 +66,20 @@ def catenary(case: Case, level: Level) -> Values:
     return Values(of, n, 0.0)
 
 
-def cantilever(case: Case, n: int, tension: float) -> Rig:
-    """A weightless, all but inextensible cantilever along +x from the origin, clamped in position and tangent."""
-    length, ei = case.number("length_m"), case.number("EI_N_m2")
-    rig = Rig(
-        cable_of(
-            [{"length": length, "elements": n}],
-            mass_per_length=ei / length**4,
-            axial_stiffness=case.number("EA_N", INEXTENSIBLE * ei / length**2),
-            bending_stiffness=ei,
-            compression_share=1.0,
-        ),
-        held={0: "rg"},
-        tension=tension,
-        gravity=0.0,
-        loads=[load_of(n)],
-    )
+def clamped(case: Case, n: int, mass: float, tension: float, **more) -> Rig:
+    """A rod clamped level along +x, all but inextensible where no EA is given; mass [kg/m]; more: of Rig."""
+    length, ei = case.numbers("length_m EI_N_m2")
+    ea = case.number("EA_N", INEXTENSIBLE * ei / length**2)
+    cable = uniform(length, n, mass, ea, bending_stiffness=ei, compression_share=1.0)
+    rig = Rig(cable, held={0: "rg"}, tension=tension, **more)
     rig.straight((0.0, 0.0, 0.0), (1.0, 0.0, 0.0))
     return rig
+
+
+def cantilever(case: Case, n: int, tension: float) -> Rig:
+    """A weightless one, its tip to be loaded."""
+    mass = case.number("EI_N_m2") / case.number("length_m") ** 4
+    return clamped(case, n, mass, tension, gravity=0.0, loads=[load_of(n)])
 
 
 def no_gravity(case: Case) -> None:
@@ -109,9 +93,7 @@ def no_gravity(case: Case) -> None:
 
 @family(
     "cantilever under tip force",
-    "length_m",
-    "EI_N_m2",
-    "tip_force_N",
+    "length_m EI_N_m2 tip_force_N",
     how=f"clamped along +x, dead force along +z at the tip, EA = {INEXTENSIBLE:g} EI/L^2 where none is given; the "
     "loads one after another",
 )
@@ -137,9 +119,7 @@ def tip_force(case: Case, level: Level) -> Values:
 
 @family(
     "cantilever under tip moment",
-    "length_m",
-    "EI_N_m2",
-    "tip_moment_N_m",
+    "length_m EI_N_m2 tip_moment_N_m",
     how="clamped along +x, moment on the tip's tangent that turns it from +x to +z, raised by at most an eighth of "
     f"a turn at a time; EA = {INEXTENSIBLE:g} EI/L^2 where none is given",
 )
@@ -166,75 +146,45 @@ def tip_moment(case: Case, level: Level) -> Values:
 
 @family(
     "clamped line with tip mass",
-    "length_m",
-    "EI_N_m2",
-    "tip_mass_kg",
-    "mass_per_length_kg_m",
+    "length_m EI_N_m2 tip_mass_kg mass_per_length_kg_m",
     how=f"clamped level along +x, the line's own weight counted, EA = {INEXTENSIBLE:g} EI/L^2 where none is given; "
     "the moment is what holds the clamped tangent",
 )
 def flume_line(case: Case, level: Level) -> Values:
     """Tip and clamp moment of a line that bends under the mass at its end."""
-    length, ei, n = case.number("length_m"), case.number("EI_N_m2"), level.mesh(10)
-    mass, gravity = case.number("tip_mass_kg"), case.number("g", 9.81)
+    n, mass, gravity = level.mesh(10), case.number("tip_mass_kg"), case.gravity
     line_mass = case.number("mass_per_length_kg_m")
-    rig = Rig(
-        cable_of(
-            [{"length": length, "elements": n}],
-            mass_per_length=line_mass,
-            axial_stiffness=case.number("EA_N", INEXTENSIBLE * ei / length**2),
-            bending_stiffness=ei,
-            compression_share=1.0,
-        ),
-        held={0: "rg"},
-        tension=(mass + line_mass * length) * gravity,
-        gravity=gravity,
-        bodies={n: mass},
-    )
-    rig.straight((0.0, 0.0, 0.0), (1.0, 0.0, 0.0))
+    tension = (mass + line_mass * case.number("length_m")) * gravity
+    rig = clamped(case, n, line_mass, tension, gravity=gravity, bodies={n: mass})
     rig.settle()
     tip = rig.state.q[-1]
-    return Values(
-        {
-            "tip x": float(tip[0]),
-            "tip drop": float(-tip[2]),
-            "tip slope below level": float(np.arctan2(-tip[5], tip[3])),
-            "clamp moment": float(np.linalg.norm(moment(rig, 0))),
-        },
-        n,
-        0.0,
-    )
+    of = {
+        "tip x": float(tip[0]),
+        "tip drop": float(-tip[2]),
+        "tip slope below level": float(np.arctan2(-tip[5], tip[3])),
+        "clamp moment": float(np.linalg.norm(moment(rig, 0))),
+    }
+    return Values(of, n, 0.0)
 
 
 @family(
     "vertical cable",
-    "length_m",
-    "wet_weight_N_m",
-    "body_wet_weight_N",
-    "EA_N",
+    "length_m wet_weight_N_m body_wet_weight_N EA_N",
     how="hung straight from a held node, weight in water as dead weight, the body's as a dead force",
 )
 def vertical(case: Case, level: Level) -> Values:
     """Tensions and elongation of a cable that hangs straight."""
     length, n = case.number("length_m"), level.mesh(16)
-    weight, body, gravity = case.number("wet_weight_N_m"), case.number("body_wet_weight_N"), case.number("g", 9.81)
+    weight, body, gravity = case.number("wet_weight_N_m"), case.number("body_wet_weight_N"), case.gravity
+    cable = uniform(length, n, weight / gravity, case.number("EA_N"))
     rig = Rig(
-        cable_of(
-            [{"length": length, "elements": n}], mass_per_length=weight / gravity, axial_stiffness=case.number("EA_N")
-        ),
-        held={0: "r"},
-        tension=weight * length + body,
-        gravity=gravity,
-        loads=[load_of(n, (0.0, 0.0, -body))],
+        cable, held={0: "r"}, tension=weight * length + body, gravity=gravity, loads=[load_of(n, (0.0, 0.0, -body))]
     )
     rig.straight((0.0, 0.0, 0.0), (0.0, 0.0, -1.0))
     rig.settle()
-    return Values(
-        {
-            "top tension": float(np.linalg.norm(rig.state.reaction[0, :3])),
-            "elongation": float(-rig.state.q[-1, 2] - length),
-            "tension at mid length": rig.tension_at(0.5 * length),
-        },
-        n,
-        0.0,
-    )
+    of = {
+        "top tension": float(np.linalg.norm(rig.state.reaction[0, :3])),
+        "elongation": float(-rig.state.q[-1, 2] - length),
+        "tension at mid length": rig.tension_at(0.5 * length),
+    }
+    return Values(of, n, 0.0)

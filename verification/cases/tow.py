@@ -10,6 +10,7 @@ from cable_sim_ros.physics.towbody import Towbody
 from cable_sim_ros.physics.water import Water
 from cable_sim_ros.sim.rig.rig import Rig, cable_of
 
+from ..cables import uniform
 from .family import Case, Level, Values, family
 from .wet import DEEP, STRAIN, crossflow, drag_law, graded, weigh
 
@@ -21,21 +22,22 @@ class Tow:
     """Cable and body of a case; the tow point stands DEEP below the surface, for everything is to be wet."""
 
     def __init__(self, case: Case, level: Level, speed: float, law: dict, mass: float, added: float, ca: float):
-        gravity, weight = case.number("g", 9.81), case.number("body_wet_weight_N")
+        gravity, weight = case.gravity, case.number("body_wet_weight_N")
         density, length = case.number("fluid_density"), case.number("cable_length_m")
         wet, diameter, area = (case.number(k) for k in ("wet_weight_N_m", "diameter_m", "body_drag_area_CdA_m2"))
         drag = 0.5 * density * area * speed**2
         per_length = max(0.5 * density * diameter * law["drag_coefficient"] * speed**2, abs(wet))
         self.end = np.array((drag, 0.0, -weight)) if weight or drag else np.array((0.0, 0.0, -1.0))
         working = hypot(weight, drag) + abs(wet) * length
+        cable = cable_of(
+            graded(length, level.mesh(16), 2.0 * hypot(weight, drag) / per_length, **law),
+            diameter=diameter,
+            mass_per_length=case.number("mass_per_length_kg_m"),
+            axial_stiffness=working / STRAIN,
+            added_mass_coefficient=ca,
+        )
         self.rig = Rig(
-            cable_of(
-                graded(length, level.mesh(16), 2.0 * hypot(weight, drag) / per_length, **law),
-                diameter=diameter,
-                mass_per_length=case.number("mass_per_length_kg_m"),
-                axial_stiffness=working / STRAIN,
-                added_mass_coefficient=ca,
-            ),
+            cable,
             held={0: "r"},
             tension=working,
             gravity=gravity,
@@ -56,16 +58,12 @@ def critical_angle(case: Case, speed: float, law: dict) -> float:
     A long line without a body settles at this angle too, but for its end without tension; this needs no such end.
     """
     density, wet = case.number("fluid_density"), case.number("wet_weight_N_m")
+    cable = uniform(1.0, 1, case.number("mass_per_length_kg_m"), 1e3, law, diameter=case.number("diameter_m"))
     rig = Rig(
-        cable_of(
-            [{"length": 1.0, "elements": 1, **law}],
-            mass_per_length=case.number("mass_per_length_kg_m"),
-            diameter=case.number("diameter_m"),
-            axial_stiffness=1e3,
-        ),
+        cable,
         held={0: "rg", 1: "rg"},
         tension=1.0,
-        gravity=case.number("g", 9.81),
+        gravity=case.gravity,
         water=Water(density=density, current=(speed, 0.0)),
     )
     weigh(rig, wet)
@@ -87,12 +85,7 @@ def critical_angle(case: Case, speed: float, law: dict) -> float:
 
 @family(
     "steady tow",
-    "cable_length_m",
-    "body_wet_weight_N",
-    "body_drag_area_CdA_m2",
-    "wet_weight_N_m",
-    "speed_m_s",
-    "drag_law",
+    "cable_length_m body_wet_weight_N body_drag_area_CdA_m2 wet_weight_N_m speed_m_s drag_law",
     how=f"uniform stream past a cable held at its upper end, EI 0, EA {1 / STRAIN:g} times the working "
     "tension, settled from the line of the body's pull; half of the elements near the body; "
     "critical angle: where the load across one straight, held element is nothing",
@@ -100,7 +93,7 @@ def critical_angle(case: Case, speed: float, law: dict) -> float:
 def straight_tow(case: Case, level: Level) -> Values:
     """A cable and body towed straight."""
     speed, law = case.number("speed_m_s"), drag_law(case)
-    weight, gravity = case.number("body_wet_weight_N"), case.number("g", 9.81)
+    weight, gravity = case.number("body_wet_weight_N"), case.gravity
     tow = Tow(case, level, speed, law, max(abs(weight) / gravity, 1e-3), 0.0, 0.0)
     tow.rig.settle()
     top, body, tangent = tow.rig.state.q[0, :3], tow.rig.state.q[-1, :3], tow.rig.state.q[0, 3:]
@@ -142,13 +135,8 @@ def turn_metrics(rig: Rig) -> np.ndarray:
 
 @family(
     "circle tow",
-    "cable_length_m",
-    "ship_speed_m_s",
-    "ship_turn_radius_m",
-    "body_wet_weight_N",
-    "body_mass_kg",
-    "body_drag_area_CdA_m2",
-    "wet_weight_N_m",
+    "cable_length_m ship_speed_m_s ship_turn_radius_m body_wet_weight_N body_mass_kg "
+    "body_drag_area_CdA_m2 wet_weight_N_m",
     growth=4.0,
     how=f"tow point moved on the circle from a settled straight tow, whole turns until nothing changes by more "
     f"than {STEADY:g} a turn; steps of 0.5 s and finer, in real time the steady turn in steps of 0.5 s and "

@@ -8,6 +8,7 @@ import numpy as np
 
 from cable_sim_ros.sim.rig.rig import Rig, cable_of, load_of
 
+from ..cables import uniform
 from .family import Case, CaseError, Level, Values, family
 from .measure import crossings, follow, mean_between, point
 
@@ -26,17 +27,8 @@ def wave_step(level: Level, transit: float, coarsest: int) -> float:
 
 def bar(case: Case, n: int, tension: float, **extra) -> Rig:
     """A weightless cable along +x in air, held at the origin."""
-    rig = Rig(
-        cable_of(
-            [{"length": case.number("length_m"), "elements": n}],
-            axial_stiffness=case.number("EA_N"),
-            mass_per_length=case.number("mass_per_length_kg_m"),
-        ),
-        held={0: "r"},
-        tension=tension,
-        gravity=0.0,
-        **extra,
-    )
+    cable = uniform(case.number("length_m"), n, case.number("mass_per_length_kg_m"), case.number("EA_N"))
+    rig = Rig(cable, held={0: "r"}, tension=tension, gravity=0.0, **extra)
     rig.straight((0.0, 0.0, 0.0), (1.0, 0.0, 0.0))
     return rig
 
@@ -48,10 +40,7 @@ def transit_time(case: Case) -> float:
 
 @family(
     "bar under step force",
-    "EA_N",
-    "mass_per_length_kg_m",
-    "length_m",
-    "step_force_N",
+    "EA_N mass_per_length_kg_m length_m step_force_N",
     how=f"one end held, taut under {TAUT:g} times the force and that subtracted, for a cable cannot "
     "push; dead force on the other from t = 0, every step sampled; instants in the case's L/c; wave "
     "speed: two lengths over the time between rise and fall of the reaction; end velocity: mean over "
@@ -95,11 +84,7 @@ def step_force(case: Case, level: Level) -> Values:
 
 @family(
     "winch stopped dead",
-    "EA_N",
-    "mass_per_length_kg_m",
-    "length_m",
-    "end_mass_kg",
-    "payout_speed_m_s",
+    "EA_N mass_per_length_kg_m length_m end_mass_kg payout_speed_m_s",
     how="static under the constant force, then everything at the payout speed and the winch node held from t = 0, "
     f"the front {FRONT:g} L wide; every step sampled; dynamic tension = reaction less static one; immediate "
     "rise: mean over 0.1..0.5 L/c; end-mass speed positive along the payout",
@@ -156,35 +141,25 @@ def _emergency_stop(case: Case, level: Level, step: float) -> Values:
 
 @family(
     "plucked string",
-    "length_m",
-    "mass_per_length_kg_m",
-    "tension_N",
-    "pluck_at_m",
-    "pluck_height_m",
-    "EA_N",
+    "length_m mass_per_length_kg_m tension_N pluck_at_m pluck_height_m EA_N",
     how="stretched by the tension, held at both ends, the plucked node set at its height, settled and let go; "
     "period from the zero crossings of the middle, wave speed two lengths over it; instants in the case's P",
 )
 def pluck(case: Case, level: Level) -> Values:
     """Middle of a string let go from a triangle."""
-    length, tension, ea = case.number("length_m"), case.number("tension_N"), case.number("EA_N")
-    at, height, mass = case.number("pluck_at_m"), case.number("pluck_height_m"), case.number("mass_per_length_kg_m")
+    length, tension, ea = case.numbers("length_m tension_N EA_N")
+    at, height, mass = case.numbers("pluck_at_m pluck_height_m mass_per_length_kg_m")
     if not 0.0 < at < length:
         raise CaseError(f"{case.path}: inputs.pluck_at_m = {at:g} lies outside the string; the case was not run")
     n = level.mesh(32)
     left = min(max(round(n * at / length), 1), n - 1)
     slack = 1.0 / (1.0 + tension / ea)  # unstretched over stretched length: the string is as long as the case says
-    rig = Rig(
-        cable_of(
-            [{"length": at * slack, "elements": left}, {"length": (length - at) * slack, "elements": n - left}],
-            mass_per_length=mass / slack,
-            axial_stiffness=ea,
-        ),
-        held={0: "r"},
-        tension=tension,
-        gravity=0.0,
-        loads=[load_of(n, (tension, 0.0, 0.0))],
+    cable = cable_of(
+        [{"length": at * slack, "elements": left}, {"length": (length - at) * slack, "elements": n - left}],
+        mass_per_length=mass / slack,
+        axial_stiffness=ea,
     )
+    rig = Rig(cable, held={0: "r"}, tension=tension, gravity=0.0, loads=[load_of(n, (tension, 0.0, 0.0))])
     rig.straight((0.0, 0.0, 0.0), (1.0, 0.0, 0.0), 1.0 / slack)
     rig.settle()
     rig.hold({0: "r", left: "r", n: "r"})

@@ -25,6 +25,13 @@ class Comparison(NamedTuple):
     simulated: float | None = None  # what the source's own simulation gives
 
 
+def unjudged(
+    name: str, unit: str, ours: float, source: str, why: str = "", simulated: float | None = None
+) -> Comparison:
+    """A figure of ours that nothing printed stands beside."""
+    return Comparison(name, unit, ours, None, None, source, why, simulated)
+
+
 KEPT, MISSED, OPEN = "within", "MISSED", "nothing is allowed or measured"
 
 

@@ -9,22 +9,23 @@ from __future__ import annotations
 
 import textwrap
 import time
-import warnings
 from collections.abc import Callable
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
-from cable_sim_ros.io.scenes.load import SceneWarning
+from cable_sim_ros.plots.canvas import canvas
+from cable_sim_ros.plots.run import BLUE, ORANGE
 from cable_sim_ros.sim.inputs import ShipMotion
-from cable_sim_ros.sim.scene import Scene
 from cable_sim_ros.sim.simulator import Simulator
+from cable_sim_ros.terminal import markdown_table
 
-from . import Comparison, Result
+from ..shipped import scene_with, started
+from . import Comparison, Result, unjudged
 from .flume import CHOSEN as WINCH
-from .flume import moved, scene_of, started
-from .full_scale import quiet, running
+from .flume import moved, scene_of
+from .full_scale import running
 from .pulley import CHOSEN, ROPE, swing
 from .workers import Over, here, warm
 
@@ -51,8 +52,8 @@ class Family(NamedTuple):
     name: str
     quantities: tuple[tuple[str, str], ...]
     source: str
-    why: str
-    curves: dict[str, Curve]
+    why: str = ""
+    curves: dict[str, Curve] = {}
 
 
 def timed(elements: int, run: Callable[[], np.ndarray]) -> Curve:
@@ -87,7 +88,7 @@ def heaved(sim: Simulator, seconds: float) -> np.ndarray:
 def tow(elements: dict[str, int] | None, seconds: float, tick: float = 0.02) -> Curve:
     """His tow with the cable running through the mesh, so that bare and faired elements alone are varied; the winch
     held, for a compensated towbody hardly moves."""
-    sim = _still(quiet(running(elements, tick), {"setpoint.algorithm": "hold"}))
+    sim = started(scene_with(running(elements, tick), {"setpoint.algorithm": "hold"}))
     return timed(sim.nodes - 1, lambda: heaved(sim, seconds))
 
 
@@ -104,7 +105,9 @@ def rope(elements: int, seconds: float) -> Curve:
 def sphere(elements: int, seconds: float) -> Curve:
     """Departure angle [mrad] and height [mm] in the flume under the simplified set-point, without turbulence; that many
     elements on the line out of the sheave."""
-    sim = _still(quiet(scene_of("simplified_sheave", None, WINCH), {"mesh.sections": {"line": {"elements": elements}}}))
+    sim = started(
+        scene_with(scene_of("simplified_sheave", None, WINCH), {"mesh.sections": {"line": {"elements": elements}}})
+    )
 
     def drifted() -> np.ndarray:
         f = moved(sim, seconds, WINCH)
@@ -113,50 +116,36 @@ def sphere(elements: int, seconds: float) -> Curve:
     return timed(sim.nodes - 1, drifted)
 
 
-def _still(scene: Scene) -> Simulator:
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", SceneWarning)
-        return started(scene)
-
-
 def families(seconds: float, progress, over: Over = here) -> list[Family]:
     """All of them; over: what runs are handed to."""
     tow_of = (("depth of the towbody", "m"), ("tension", "N"))
+    rope_of = (("wrap angle", "deg"), ("tension below 10 Hz", "N"))
+    line_of = (("departure angle", "mrad"), ("height of the sphere", "mm"))
+    leave = f"{SOURCE} 4.3.2: 12 against 16 elements leave 0.27 mrad, 0.05 mm"
+    contact = "The angle goes from one contact point to the next, 1 mrad: largest is one such step a tick apart"
     asked = (
         (
-            Family(
-                "fig. 20, pulley",
-                (("wrap angle", "deg"), ("tension below 10 Hz", "N")),
-                f"{SOURCE} 4.1: 10 are enough",
-                "",
-                {},
-            ),
+            Family("fig. 20, pulley", rope_of, f"{SOURCE} 4.1: 10 are enough"),
             rope,
             {f"{n} elements on the rope": (n, seconds) for n in ROPES},
         ),
         (
-            Family(
-                "figs. 33, 34, flume",
-                (("departure angle", "mrad"), ("height of the sphere", "mm")),
-                f"{SOURCE} 4.3.2: 12 against 16 elements leave 0.27 mrad, 0.05 mm",
-                "The angle goes from one contact point to the next, 1 mrad: largest is one such step a tick apart",
-                {},
-            ),
+            Family("figs. 33, 34, flume", line_of, leave, contact),
             sphere,
             {f"{n} elements of the line": (n, seconds) for n in LINES},
         ),
         (
-            Family("fig. 44, full scale", tow_of, f"{SOURCE} 5.4: six are enough", "", {}),
+            Family("fig. 44, full scale", tow_of, f"{SOURCE} 5.4: six are enough"),
             tow,
             {f"{n} faired elements": ({"bare": BARES[-1], "faired": n}, seconds) for n in FAIREDS},
         ),
         (
-            Family("fig. 45, full scale", tow_of, f"{SOURCE} 5.4: eight are enough", "", {}),
+            Family("fig. 45, full scale", tow_of, f"{SOURCE} 5.4: eight are enough"),
             tow,
             {f"{n} bare elements": ({"bare": n, "faired": FAIREDS[-1]}, seconds) for n in BARES},
         ),
         (
-            Family("step, full scale", tow_of, "No figure of his varies the step", "", {}),
+            Family("step, full scale", tow_of, "No figure of his varies the step"),
             tow,
             {f"steps of {1e3 * h:g} ms": (None, seconds, h) for h in STEPS},
         ),
@@ -186,7 +175,7 @@ def apart(family: Family) -> dict[str, np.ndarray]:
 def rows_of(family: Family) -> list[Comparison]:
     """Largest and rms difference of every run to the finest, of every quantity."""
     return [
-        Comparison(f"{family.name}, {name}: {what}, {how}", unit, value, None, None, family.source, family.why)
+        unjudged(f"{family.name}, {name}: {what}, {how}", unit, value, family.source, family.why)
         for name, off in apart(family).items()
         for (what, unit), pair in zip(family.quantities, off.T.tolist(), strict=True)
         for how, value in zip(("largest", "rms"), pair, strict=True)
@@ -207,15 +196,12 @@ def experiment(duration: float | None, progress, quick: bool = False, over: Over
         for family in found:
             off = apart(family)
             heads = [f"{what} [{unit}]" for what, unit in family.quantities]
-            lines = [
-                "| " + " | ".join((family.name, "elements", *heads, "CPU [s]")) + " |",
-                "|---" * (3 + len(heads)) + "|",
-            ]
+            lines = [(family.name, "elements", *heads, "CPU [s]")]
             for name, curve in family.curves.items():
                 cells = [f"{a:.2g} ({b:.2g})" for a, b in off[name].T] if name in off else ["-"] * len(heads)
-                lines.append("| " + " | ".join((name, str(curve.elements), *cells, f"{curve.cpu:.2f}")) + " |")
+                lines.append((name, str(curve.elements), *cells, f"{curve.cpu:.2f}"))
             said = f"{family.source}{f'. {family.why}' if family.why else ''}."
-            parts += ["\n".join(lines), textwrap.fill(said, 100)]
+            parts += [markdown_table(lines), textwrap.fill(said, 100)]
         return parts
 
     return Result("convergence", rows, [], lambda folder: draw(found, folder / "convergence.png"), tables=tables)
@@ -223,9 +209,6 @@ def experiment(duration: float | None, progress, quick: bool = False, over: Over
 
 def draw(found: list[Family], path: Path) -> Path:
     """Difference over elements or step of every family. RuntimeError where matplotlib is missing."""
-    from cable_sim_ros.plots.canvas import canvas
-    from cable_sim_ros.plots.run import BLUE, ORANGE
-
     with canvas(
         path,
         (14.0, 8.0),
@@ -242,8 +225,7 @@ def draw(found: list[Family], path: Path) -> Path:
             names = [name.removeprefix("steps of ").removesuffix(" of the line") for name in family.curves]
             names = [name.replace(" elements on the rope", "").replace(" elements", "") for name in names]
             axis.set_xticks(range(len(off)), names[:-1], fontsize="small")
-            axis.set_yscale("log")
-            axis.set_title(family.name)
+            axis.set(yscale="log", title=family.name)
             axis.legend(fontsize="small")
         axes[-1].set_visible(False)
     return path

@@ -23,7 +23,9 @@ from cable_sim_ros.physics.drag_laws import DragLaw, element_rows
 from cable_sim_ros.physics.fairing import dressed
 from cable_sim_ros.physics.section import Section
 from cable_sim_ros.physics.water import Water
+from cable_sim_ros.plots.canvas import canvas
 from cable_sim_ros.sim.layout import layout_of
+from cable_sim_ros.terminal import markdown_table
 
 from . import Comparison, Result
 
@@ -247,9 +249,9 @@ def printed_tables() -> list[str]:
     return [
         "Critical angle [deg] of a long straight cable by total drag factor, `w cos h = G q C_N f_n(h)`:\n"
         "10 mm, 0.389 kg/m, 1026 kg/m3, 1.2e-3 Pa s, 2.2 m/s:",
-        _table(["model", *(f"{g:g}" for g in FACTORS)], angles),
+        markdown_table([["model", *(f"{g:g}" for g in FACTORS)], *angles]),
         "Loading functions; eta in deg, $f_t$ below 0 counts as zero:",
-        _table(["eta", *(name for name, _, _ in LOADINGS)], functions),
+        markdown_table([["eta", *(name for name, _, _ in LOADINGS)], *functions]),
     ]
 
 
@@ -262,16 +264,10 @@ def page_tables() -> list[str]:
     changes = [[c["choice"], *(f"{x:+.1f}" for name, x in c.items() if name != "choice")] for c in choices]
     return [
         "What does not agree with the print, and why:",
-        _table(["figure", "printed", "ours", "why"], differences),
+        markdown_table([["figure", "printed", "ours", "why"], *differences]),
         "What another law of the bare part changes in the static shape of `full_scale`:",
-        _table(["law", *list(choices[0])[1:]], changes),
+        markdown_table([["law", *list(choices[0])[1:]], *changes]),
     ]
-
-
-def _table(head: list[str], rows: list[list[str]]) -> str:
-    """Markdown."""
-    first, *others = ("| " + " | ".join(row) + " |" for row in (head, *rows))
-    return "\n".join([first, "|---" * len(head) + "|", *others])
 
 
 DASHES = "-", (0, (6, 2)), (0, (1, 1)), "-.", (0, (8, 2, 1, 2, 1, 2))  # told apart without colours
@@ -279,8 +275,6 @@ DASHES = "-", (0, (6, 2)), (0, (1, 1)), "-.", (0, (8, 2, 1, 2, 1, 2))  # told ap
 
 def draw(path: Path) -> Path:
     """C_N over Re of the laws, and f_n over the angle."""
-    from cable_sim_ros.plots.canvas import canvas
-
     re, eta = np.logspace(-1.0, 6.0, 700), np.linspace(0.0, 90.0, 181)
     with canvas(path, (14.0, 6.5), "Drag laws of a cable", "laws and their sources: docs/drag.md") as figure:
         left, right = figure.subplots(1, 2)

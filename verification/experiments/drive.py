@@ -8,35 +8,21 @@ body. Balance of the bare drum: M a = T less what holds it.
 
 from __future__ import annotations
 
-import warnings
 from math import cos, pi, sin, sqrt
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from cable_sim_ros.io.scenes.load import SceneWarning, load_scene, override
+from cable_sim_ros.plots.canvas import canvas
 from cable_sim_ros.runs import offline
 from cable_sim_ros.sim.inputs import ShipMotion, WinchCommand
 from cable_sim_ros.sim.live_parameters import set_live
 from cable_sim_ros.sim.scene import Scene
 
+from ..shipped import quiet, scene_with, started
 from . import Comparison, Result
-from .drum import (
-    BODY,
-    EA,
-    GRAVITY,
-    MU,
-    WEIGHT,
-    WRAP,
-    amplitude_at,
-    closed,
-    hanging,
-    impedance,
-    started,
-    stepped,
-    swing_of,
-)
+from .drum import BODY, EA, GRAVITY, MU, WEIGHT, WRAP, amplitude_at, closed, hanging, impedance, stepped, swing_of
 
 TICK, FINE, FINEST = 0.01, 0.00125, 0.0003125  # s
 NUDGE = 0.004  # of the tension, that a free drum is pulled more with: the cable is as good as linear
@@ -264,8 +250,7 @@ def deep(**values: Any) -> Scene:
 
 def heaved(scene: Scene, seconds: float, heave=(HEAVE, WAVE), changes=()) -> np.recarray:
     """Tick outputs of so many seconds under a heave."""
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", SceneWarning)
+    with quiet():
         return offline.run(scene, heave=heave, duration=seconds, step="fixed", changes=changes).frames
 
 
@@ -323,19 +308,9 @@ def delay_rows(delays=DELAYS) -> list[Comparison]:
 
 def render_row() -> Comparison:
     """The tow of full_scale under heave, its drum pays out above the set pull."""
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", SceneWarning)
-        scene = override(
-            load_scene("full_scale"),
-            {
-                "drive.model": "motor",
-                "drive.inertia": 50.0 * 0.305**2,
-                "drive.curve_speed": [0.0, 6.0],
-                "drive.curve_pull": [2e4, 1e4],
-                "drive.mode": "render",
-                "drive.set_pull": SET_PULL,
-            },
-        )
+    drive = {"model": "motor", "inertia": 50.0 * 0.305**2, "mode": "render", "set_pull": SET_PULL}
+    drive |= {"curve_speed": [0.0, 6.0], "curve_pull": [2e4, 1e4]}
+    scene = scene_with("full_scale", {f"drive.{key}": value for key, value in drive.items()})
     frames = heaved(scene, 20.0, (2.0, 5.0))
     name, late = "render, full_scale, heave of 2 m in 5 s, largest tension", frames.tension_drum[800:]
     return _row(name, "N", late.max(), SET_PULL, 0.02, "drive.set_pull")
@@ -363,23 +338,17 @@ def experiment(duration: float | None, progress=lambda *_: None, quick: bool = F
         progress(what, k, len(parts))
         rows += make()
 
-    def plot(folder: Path) -> Path:
-        return picture(folder)
-
-    return Result("drive", rows, [], plot)
+    return Result("drive", rows, [], picture)
 
 
 def picture(folder: Path) -> Path:
     """Tension at the drum as its brake sets under load, by steps."""
-    from cable_sim_ros.plots.canvas import canvas
-
     path, ticks = folder / "drive.png", (TICK, 0.5 * TICK, FINEST)
     with canvas(path, (10.0, 6.0), source="experiment drive of `cable-sim validate`") as figure:
         axis = figure.subplots()
         for tick, run in zip(ticks, stops("brake sets under load", ticks, 200.0)):
             axis.plot(tick * np.arange(1, len(run) + 1), 1e-3 * run.tension_drum, label=f"{1e3 * tick:g} ms")
-        axis.set_xlabel("time since the stop [s]")
-        axis.set_ylabel("tension at the drum [kN]")
-        axis.set_title("Emergency stop: drum of 200 kg, 6 m of cable, 2.5 t")
+        axis.set(title="Emergency stop: drum of 200 kg, 6 m of cable, 2.5 t")
+        axis.set(xlabel="time since the stop [s]", ylabel="tension at the drum [kN]")
         axis.legend()
     return path

@@ -7,17 +7,17 @@ steps turn w into another frequency and lose energy, by w h alone: `stepped` has
 
 from __future__ import annotations
 
-import warnings
 from math import cos, hypot, log, pi, sin, sqrt
 from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.optimize import brentq, least_squares
 
-from cable_sim_ros.io.scenes.load import SceneWarning, scene_from_dict
+from cable_sim_ros.io.scenes.load import scene_from_dict
 from cable_sim_ros.physics.integrate import Solver
 from cable_sim_ros.sim.scene import Scene
-from cable_sim_ros.sim.simulator import Simulator
+
+from ..shipped import quiet
 
 EA, MU, BODY, GRAVITY = 6.786e6, 0.389, 2500.0, 9.81  # cable of full_scale; kg
 WEIGHT = BODY * GRAVITY
@@ -68,16 +68,8 @@ def hanging(mass: float, outboard: float, *, inboard: float = 2.0, tick: float =
         for part in way:
             block = block.setdefault(part, {})
         block[last] = value
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", SceneWarning)
+    with quiet():
         return scene_from_dict(data, "drum")
-
-
-def started(scene: Scene) -> Simulator:
-    """Its simulator after the static start, the drum held by its motor."""
-    sim = Simulator(scene)
-    sim.start()
-    return sim
 
 
 class Swing(NamedTuple):

@@ -8,22 +8,23 @@ Tables 4 to 7. Turbulence is a sum of sinusoids in time: one seed is the same wa
 
 from __future__ import annotations
 
-import warnings
 from math import hypot
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from cable_sim_ros.io.scenes.load import SceneWarning, load_scene, override
 from cable_sim_ros.io.scenes.resources import share_folder
+from cable_sim_ros.plots.canvas import canvas
+from cable_sim_ros.plots.run import BLUE, FAINT, ORANGE
 from cable_sim_ros.runs.make_bags import read_csv
 from cable_sim_ros.runs.summary import ellipsoid_volume
 from cable_sim_ros.sim.inputs import ShipMotion
 from cable_sim_ros.sim.scene import Scene
 from cable_sim_ros.sim.simulator import Simulator
 
-from . import Comparison, Result
+from ..shipped import scene_with, started
+from . import Comparison, Result, unjudged
 from .flume_line import EI, RANGE_EI, SOURCE, bend_rows, bent, parameter_rows, photograph
 from .turbulence import AXES, CENTRE, DEVIATION, LINE, STILL, TIME, TIME_SCALE
 from .workers import Over, here
@@ -116,16 +117,7 @@ def scene_of(algorithm: str, seed: int | None, choice: Choice) -> Scene:
             TIME: choice.time_scale,
             "water.ramp": 5.0,
         }
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", SceneWarning)
-        return override(load_scene("flume"), values)
-
-
-def started(scene: Scene) -> Simulator:
-    """A scene at its static start."""
-    sim = Simulator(scene)
-    sim.start()
-    return sim
+    return scene_with("flume", values)
 
 
 def moved(sim: Simulator, seconds: float, choice: Choice | None) -> np.recarray:
@@ -172,54 +164,33 @@ def case_rows(found: dict[str, list[Trace]]) -> list[Comparison]:
         means[case] = float(values[:, 0].mean())
         names = ("ellipsoid volume", *(f"standard deviation along {axis}" for axis in AXES))
         for k, name in enumerate(names):
-            rows.append(
-                Comparison(
-                    f"{case}: {name}",
-                    "cm" if k else "cm^3",
-                    float(values[:, k].mean()),
-                    measured[k],
-                    max(abs(his[k] - measured[k]), ROUNDING),
-                    source,
-                    why,
-                    his[k],
-                )
-            )
+            unit, ours, allowed = "cm" if k else "cm^3", float(values[:, k].mean()), abs(his[k] - measured[k])
+            allowed = max(allowed, ROUNDING)
+            rows.append(Comparison(f"{case}: {name}", unit, ours, measured[k], allowed, source, why, his[k]))
         deviation = float(values[:, 0].std(ddof=1)) if len(traces) > 1 else 0.0
         seeds = f"{len(traces)} seeds"
-        rows.append(Comparison(f"{case}: volume, standard deviation over {seeds}", "cm^3", deviation, None, None, ""))
+        rows.append(unjudged(f"{case}: volume, standard deviation over {seeds}", "cm^3", deviation, ""))
         centre = float(np.mean([t.away for t in traces]))
         rows.append(
-            Comparison(
+            unjudged(
                 f"{case}: centroid off the one without motion",
                 "cm",
                 centre,
-                None,
-                None,
                 f"{SOURCE}.3: off the one of the case",
                 simulated=away,
             )
         )
         if case in ("simplified", "rigorous"):
             track = float(np.mean([t.track for t in traces]))
-            rows.append(Comparison(f"{case}: error of the winch's track", "mm", track, None, None, SOURCE, "", 0.42))
+            rows.append(unjudged(f"{case}: error of the winch's track", "mm", track, SOURCE, simulated=0.42))
     for case in ("simplified", "rigorous"):
         if {case, "uncompensated"} <= found.keys():
             ours, measured, his = (
                 100.0 * (1.0 - of[case] / of["uncompensated"])
                 for of in (means, *({name: row[k][0] for name, row in CASES.items()} for k in (1, 2)))
             )
-            rows.append(
-                Comparison(
-                    f"{case}: volume less than uncompensated",
-                    "%",
-                    ours,
-                    measured,
-                    abs(his - measured),
-                    f"{SOURCE}.3",
-                    MOVED,
-                    his,
-                )
-            )
+            name, allowed = f"{case}: volume less than uncompensated", abs(his - measured)
+            rows.append(Comparison(name, "%", ours, measured, allowed, f"{SOURCE}.3", MOVED, his))
     return rows
 
 
@@ -251,9 +222,6 @@ def experiment(duration: float | None, progress, quick: bool = False, over: Over
 
 def draw(found: dict[str, list[Trace]], path: Path) -> Path:
     """Paths of the four cases, volumes, bend test. RuntimeError where matplotlib is missing."""
-    from cable_sim_ros.plots.canvas import canvas
-    from cable_sim_ros.plots.run import BLUE, FAINT, ORANGE
-
     title = "Towed sphere in a flume: four cases, seen from the side"
     with canvas(path, (14.0, 8.5), title, f"scene flume; measured: {SOURCE}") as figure:
         axes = figure.subplots(2, 3).ravel()
@@ -262,11 +230,9 @@ def draw(found: dict[str, list[Trace]], path: Path) -> Path:
                 axis.plot(100 * t.path[:, 0], 100 * t.path[:, 2], color=FAINT, lw=0.3)
             axis.plot(100 * traces[0].path[:, 0], 100 * traces[0].path[:, 2], color=BLUE, lw=0.5, label="first seed")
             axis.plot(100 * CENTRE[0], 100 * CENTRE[1], "+", color=ORANGE, ms=16, mew=2, label="measured mean")
-            axis.set_xlim(-80.0, -62.0)
-            axis.set_ylim(-75.0, -62.0)
-            axis.set_title(case)
-            axis.set_xlabel("x from the winch [cm]")
-            axis.set_ylabel("z [cm]")
+            axis.set(
+                xlim=(-80.0, -62.0), ylim=(-75.0, -62.0), title=case, xlabel="x from the winch [cm]", ylabel="z [cm]"
+            )
         axes[0].legend(loc="lower right")
         bars, bend = axes[4:]
         place = np.arange(len(found))
@@ -278,14 +244,12 @@ def draw(found: dict[str, list[Trace]], path: Path) -> Path:
             bars.bar(place + 0.27 * (k - 1), height, 0.25, color=colour, label=name)
         bars.set_yscale("log")
         bars.set_xticks(place, list(found), fontsize="small", rotation=20)
-        bars.set_ylim(1.0, 3000.0)  # room for the names
-        bars.set_title("ellipsoid volume [cm³]")
+        bars.set(ylim=(1.0, 3000.0), title="ellipsoid volume [cm³]")  # room for the names
         bars.legend(loc="upper left")
         points = 1e3 * photograph(EI, 0)
         for ei, style in ((RANGE_EI[0], ":"), (EI, "-"), (RANGE_EI[1], ":")):
             bend.plot(*(1e3 * bent(ei)).T, color=BLUE, ls=style, label=f"EI {1e6 * ei:.2f}e-6 N m²")
         bend.plot(*points.T, "o", ms=3, color=ORANGE, label="points, made")
-        bend.set_title("bend test [mm]")
-        bend.set_xlim(0.0, 75.0)  # room for the names
+        bend.set(title="bend test [mm]", xlim=(0.0, 75.0))  # room for the names
         bend.legend(loc="lower right", fontsize="small")
     return path

@@ -6,19 +6,20 @@ the sum of squares is the one that he found.
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Callable
 from math import hypot, pi, sqrt
 
 import numpy as np
 
-from cable_sim_ros.io.scenes.load import SceneWarning, load_scene, override
-from cable_sim_ros.sim.rig.rig import Rig, cable_of
+from cable_sim_ros.io.scenes.load import load_scene, override
+from cable_sim_ros.sim.rig.rig import Rig
 
+from ..cables import uniform
 from ..cases.modes import transverse
-from . import Comparison
+from ..shipped import scene_with
+from . import Comparison, unjudged
 from .turbulence import CENTRE, LINE
-from .viv_tow import land
+from .viv_tow import Landing, land
 
 LENGTH, MASS, LINE_MASS, DIAMETER, EI = 0.0464, 1.33e-3, 0.2e-3, 0.45e-3, 2.82e-6
 TOW, GRAVITY, MODULUS = 1.01, 9.81, 1.40e9
@@ -47,18 +48,10 @@ def golden(cost: Callable[[float], float], low: float, high: float, width: float
 
 def bent(bending: float, elements: int = 20) -> np.ndarray:
     """Nodes [elements + 1, 2] x, z [m] of the clamped line with the sphere at its end."""
-    rig = Rig(
-        cable_of(
-            [{"length": LENGTH, "elements": elements}],
-            mass_per_length=LINE_MASS,
-            axial_stiffness=1e7 * bending / LENGTH**2,
-            bending_stiffness=bending,
-            compression_share=1.0,
-        ),
-        held={0: "rg"},
-        tension=(MASS + LINE_MASS * LENGTH) * GRAVITY,
-        bodies={elements: MASS},
+    cable = uniform(
+        LENGTH, elements, LINE_MASS, 1e7 * bending / LENGTH**2, bending_stiffness=bending, compression_share=1.0
     )
+    rig = Rig(cable, held={0: "rg"}, tension=(MASS + LINE_MASS * LENGTH) * GRAVITY, bodies={elements: MASS})
     rig.straight((0.0, 0.0, 0.0), (1.0, 0.0, 0.0))
     rig.settle()
     return rig.state.q[:, [0, 2]].copy()
@@ -89,19 +82,11 @@ def bend_rows(seeds: int = 5) -> list[Comparison]:
     found = [stiffness_of(photograph(EI, seed)) for seed in range(seeds)]
     exact = stiffness_of(photograph(EI, 0, 0.0))
     worst = max(found, key=lambda ei: abs(ei - EI))
+    unit, missing = "1e-6 N m^2", "points of the photograph are not printed"
     return [
         Comparison("EI / I of the bend test", "GPa", EI / SECOND_MOMENT * 1e-9, 1.40, 0.005, SOURCE),
-        Comparison(
-            "EI from exact points of our own line", "1e-6 N m^2", 1e6 * exact, 1e6 * EI, 0.005, "golden section"
-        ),
-        Comparison(
-            f"EI, worst of {seeds} sets of points with his scatter",
-            "1e-6 N m^2",
-            1e6 * worst,
-            1e6 * EI,
-            None,
-            "points of the photograph are not printed",
-        ),
+        Comparison("EI from exact points of our own line", unit, 1e6 * exact, 1e6 * EI, 0.005, "golden section"),
+        Comparison(f"EI, worst of {seeds} sets of points with his scatter", unit, 1e6 * worst, 1e6 * EI, None, missing),
     ]
 
 
@@ -111,17 +96,8 @@ def damping_per_c(elements: int = 24) -> tuple[float, float]:
     Of his (55), which resists the rate of the gradient, and of the product's damping, which resists the rate of strain
     and curvature (c EI/EA).
     """
-    rig = Rig(
-        cable_of(
-            [{"length": TOW, "elements": elements}],
-            mass_per_length=LINE_MASS,
-            axial_stiffness=MODULUS * 0.25 * pi * DIAMETER**2,
-            bending_stiffness=EI,
-        ),
-        held={0: "rg"},
-        tension=(MASS + LINE_MASS * TOW) * GRAVITY,
-        bodies={elements: MASS},
-    )
+    cable = uniform(TOW, elements, LINE_MASS, MODULUS * 0.25 * pi * DIAMETER**2, bending_stiffness=EI)
+    rig = Rig(cable, held={0: "rg"}, tension=(MASS + LINE_MASS * TOW) * GRAVITY, bodies={elements: MASS})
     rig.straight((0.0, 0.0, 0.0), (0.0, 0.0, -1.0))
     rig.settle()
     omega, shapes, weights = transverse(rig)
@@ -143,36 +119,27 @@ def parameter_rows() -> list[Comparison]:
     of_55, ours = damping_per_c()
     base = load_scene("flume")
 
-    def away(factor: float) -> float:
-        at = land(override(base, {f"{LINE}.drag_amplification": factor}))
+    def off_centre(at: Landing) -> float:
         return hypot(at.x - CENTRE[0], at.z - CENTRE[1])
 
-    tuned = golden(away, *RANGE_G, 2e-3)
+    def away(factor: float) -> float:
+        return off_centre(land(override(base, {f"{LINE}.drag_amplification": factor})))
+
+    tuned, his = golden(away, *RANGE_G, 2e-3), f"{SOURCE}.1: his tuned one leaves 5.0"
     strum = {"viv.law": "govardhan_williamson", "viv.damping_ratio": 0.061}
     plain = {f"{LINE}.drag_amplification": 1.0, f"{LINE}.drag_law": "driscoll_nahon"}
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", SceneWarning)  # Reynolds numbers below those of the law: said on its page
-        computed = land(override(base, plain | strum))
+    computed = land(scene_with(base, plain | strum))  # Reynolds numbers below those of the law: said on its page
     return [
         Comparison("damping ratio of the first mode over c, (55)", "1/(N s)", of_55, 112.72, 0.1127, f"{SOURCE}.1"),
         Comparison("c for the damping ratio of 0.061", "1e-4 N s", 610.0 / of_55, 5.4, 0.05, f"{SOURCE}.1"),
-        Comparison(
+        unjudged(
             "the same mode over c, damping of strain and curvature",
             "1/(N s)",
             ours,
-            None,
-            None,
             "the product: a swing without bending is not damped",
         ),
         Comparison("drag factor tuned to the centroid, golden section", "1", tuned, 1.737, None, f"{SOURCE}.1: tuned"),
         Comparison("what the tuned factor leaves of the place", "mm", 1e3 * away(tuned), 0.0, 5.0, f"{SOURCE}.1"),
-        Comparison("drag factor computed, damping 0.061", "1", computed.factor, None, None, "strumming"),
-        Comparison(
-            "what the computed factor leaves of the place",
-            "mm",
-            1e3 * hypot(computed.x - CENTRE[0], computed.z - CENTRE[1]),
-            0.0,
-            5.0,
-            f"{SOURCE}.1: his tuned one leaves 5.0",
-        ),
+        unjudged("drag factor computed, damping 0.061", "1", computed.factor, "strumming"),
+        Comparison("what the computed factor leaves of the place", "mm", 1e3 * off_centre(computed), 0.0, 5.0, his),
     ]

@@ -9,21 +9,23 @@ others stand for it, so that ratios can be compared, forces hardly.
 
 from __future__ import annotations
 
-import warnings
 from math import degrees
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from cable_sim_ros.io.scenes.load import SceneWarning, load_scene, override
+from cable_sim_ros.io.scenes.load import override
 from cable_sim_ros.physics.tick_output import CONTACT_COLUMNS
+from cable_sim_ros.plots.canvas import canvas
+from cable_sim_ros.plots.run import BLUE, FAINT, ORANGE
 from cable_sim_ros.runs import offline
 from cable_sim_ros.runs.summary import after_start
 from cable_sim_ros.sim.scene import Scene
 from cable_sim_ros.sim.simulator import Simulator
 
-from . import Comparison, Result
+from ..shipped import quiet, scene_with, started
+from . import Comparison, Result, unjudged
 
 SOURCE = "Westin (2018) 5"
 BARE, FAIRED, SHEAVE = (f"cable.sections.{name}" for name in ("bare", "faired", "sheave"))
@@ -60,18 +62,9 @@ class Load(NamedTuple):
     arc: float
 
 
-def quiet(scene: str | Scene, values: dict[str, Any]) -> Scene:
-    """A scene with other values, without its warnings: they are said here."""
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", SceneWarning)
-        return override(load_scene(scene) if isinstance(scene, str) else scene, values)
-
-
 def still(values: dict[str, Any]) -> Simulator:
     """His static tow with other values."""
-    sim = Simulator(quiet("full_scale_westin", values))
-    sim.start()
-    return sim
+    return started(scene_with("full_scale_westin", values))
 
 
 def pressed(elements: int) -> Load:
@@ -91,7 +84,7 @@ def running(elements: dict[str, int] | None = None, tick: float | None = None) -
 
     elements: of sections, None: made from accuracy; tick: s, None: the scene's.
     """
-    data = quiet("full_scale_westin", {}).model_dump()
+    data = scene_with("full_scale_westin", {}).model_dump()
     sections = data["cable"]["sections"]
     data["cable"]["sections"] = {
         "bare": {**sections["bare"], "length": 345.0, "elements": None},
@@ -102,15 +95,13 @@ def running(elements: dict[str, int] | None = None, tick: float | None = None) -
         data["mesh"] = {"sections": {name: {"elements": n} for name, n in elements.items()}}
     if tick:
         data["solver"] |= {"tick": tick}
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", SceneWarning)
+    with quiet():
         return Scene.model_validate(data)
 
 
 def towed(motion: str, law: str, seconds: float) -> offline.Run:
     """His tow under one motion with one set-point."""
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", SceneWarning)
+    with quiet():
         if motion == "NBP1406":
             return offline.run(running(), "nbp1406", duration=seconds, algorithm=law)
         scene = override(running(), {f"water.waves.{key}": value for key, value in SEA.items()})
@@ -136,44 +127,27 @@ def static_rows(found: list[tuple[str, Simulator]], loads: dict[int, Load]) -> l
     rows = []
     for name, sim in found:
         tuned, frame = name == "factor 3.54", sim.frame
+        depth, allowed, angle, tension = (108.0, 0.5, 74.0, 3710.0) if tuned else (None,) * 4
+        source = f"{SOURCE}.2: known, the factor tuned to it" if tuned else f"{SOURCE}.2: not legible"
+        why = "his 0.11 in (60a), fresh water, six of twenty elements faired" if tuned else ""
         rows += [
-            Comparison(
-                f"{name}: depth",
-                "m",
-                -float(frame.body_position[2]),
-                108.0 if tuned else None,
-                0.5 if tuned else None,
-                f"{SOURCE}.2: known, the factor tuned to it" if tuned else f"{SOURCE}.2: not legible",
-                "his 0.11 in (60a), fresh water, six of twenty elements faired" if tuned else "",
-                108.0 if tuned else None,
+            Comparison(f"{name}: depth", "m", -float(frame.body_position[2]), depth, allowed, source, why, depth),
+            unjudged(
+                f"{name}: departure angle", "deg", degrees(float(frame.departure_angle)), f"{SOURCE}.2", "", angle
             ),
-            Comparison(
-                f"{name}: departure angle",
-                "deg",
-                degrees(float(frame.departure_angle)),
-                None,
-                None,
-                f"{SOURCE}.2",
-                "",
-                74.0 if tuned else None,
-            ),
-            Comparison(
-                f"{name}: tension", "N", float(frame.tension), None, None, f"{SOURCE}.5", "", 3710.0 if tuned else None
-            ),
+            unjudged(f"{name}: tension", "N", float(frame.tension), f"{SOURCE}.5", "", tension),
         ]
     finest = loads[max(loads)]
     for elements, load in loads.items():
         name = f"sheave, {elements} elements"
-        rows.append(Comparison(f"{name}: resultant", "N", load.resultant, None, None, "static"))
-        rows.append(Comparison(f"{name}: largest line load", "kN/m", float(load.load.max()), None, None, "static"))
-        rows.append(Comparison(f"{name}: arc in contact", "deg", load.arc, None, None, "static"))
+        rows.append(unjudged(f"{name}: resultant", "N", load.resultant, "static"))
+        rows.append(unjudged(f"{name}: largest line load", "kN/m", float(load.load.max()), "static"))
+        rows.append(unjudged(f"{name}: arc in contact", "deg", load.arc, "static"))
         if load is not finest:
             at = np.interp(finest.angle, load.angle, load.load, 0.0, 0.0)
             apart = 100.0 * float(np.abs(at - finest.load).max() / finest.load.max())
             his = "he finds it converged" if elements == 40 else ""
-            rows.append(
-                Comparison(f"{name}: largest difference", "% of largest", apart, None, None, f"{SOURCE}.4", his)
-            )
+            rows.append(unjudged(f"{name}: largest difference", "% of largest", apart, f"{SOURCE}.4", his))
     return rows
 
 
@@ -183,7 +157,7 @@ def moving_rows(found: dict[tuple[str, str], tuple[float, ...]]) -> list[Compari
     for (motion, law), values in found.items():
         for k, (what, unit) in enumerate(QUANTITIES):
             name = f"{motion}, {LAWS[law]}: {what}"
-            rows.append(Comparison(name, unit, values[k], None, None, f"{SOURCE}.5", OTHER_SEA, HIS[law][k]))
+            rows.append(unjudged(name, unit, values[k], f"{SOURCE}.5", OTHER_SEA, HIS[law][k]))
     for motion in dict.fromkeys(motion for motion, _ in found):
         for law in [law for law in LAWS if law != "hold" and (motion, law) in found]:
             for k, what in ((1, "deviation of the tension"), (2, "ellipsoid volume"), (5, "deviation of the contact")):
@@ -191,7 +165,7 @@ def moving_rows(found: dict[tuple[str, str], tuple[float, ...]]) -> list[Compari
                 of, from_ = HIS[law][k], HIS["hold"][k]
                 his = None if of is None or from_ is None else 100.0 * (1.0 - of / from_)
                 name = f"{motion}, {LAWS[law]}: less {what}"
-                rows.append(Comparison(name, "%", ours, None, None, f"{SOURCE}.5", OTHER_SEA, his))
+                rows.append(unjudged(name, "%", ours, f"{SOURCE}.5", OTHER_SEA, his))
     return rows
 
 
@@ -215,9 +189,6 @@ def experiment(duration: float | None, progress, quick: bool = False) -> Result:
 
 def draw(profiles, loads: dict[int, Load], runs: dict, path: Path) -> Path:
     """Profiles, line load by mesh, towbody and tension. RuntimeError where matplotlib is missing."""
-    from cable_sim_ros.plots.canvas import canvas
-    from cable_sim_ros.plots.run import BLUE, FAINT, ORANGE
-
     with canvas(path, (14.0, 9.0), "Tow at full scale", "scene full_scale_westin; motion NBP1406") as figure:
         profile, load, body, tension = figure.subplots(2, 2).ravel()
         for (name, sim), style in zip(profiles, ("-", ":"), strict=True):
@@ -229,12 +200,8 @@ def draw(profiles, loads: dict[int, Load], runs: dict, path: Path) -> Path:
         shades = np.linspace(0.25, 1.0, len(loads))
         for (elements, one), shade in zip(loads.items(), shades, strict=True):
             load.plot(one.angle, one.load, color=BLUE, alpha=shade, marker=".", ms=3, label=f"{elements}")
-        load.set(
-            xlabel="angle from the vertical [deg]",
-            ylabel="line load [kN/m]",
-            title="sheave at rest, elements",
-            xlim=(-30.0, 50.0),
-        )
+        load.set(title="sheave at rest, elements", xlim=(-30.0, 50.0))
+        load.set(xlabel="angle from the vertical [deg]", ylabel="line load [kN/m]")
         load.legend(loc="upper right")
         for law, colour in (("hold", FAINT), ("simplified_sheave", BLUE)):
             run = runs["NBP1406", law]

@@ -7,21 +7,22 @@ exact pressure sensor would; they lay the towbody against the course made good. 
 from __future__ import annotations
 
 import time
-import warnings
 from math import asin, cos, pi
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from cable_sim_ros.io.scenes.load import SceneWarning, load_scene, override
+from cable_sim_ros.io.scenes.load import load_scene, override
 from cable_sim_ros.sim.scene import Scene
+from cable_sim_ros.terminal import markdown_table
 from cable_sim_ros.tools.layback.by_log import simulated
 from cable_sim_ros.tools.layback.laid import WAYS, Laid, laid, samples_of
 from cable_sim_ros.tools.layback.ranges import Ranges
 from cable_sim_ros.tools.layback.tow_log import STEP, TowLog
 
-from . import Comparison, Result
+from ..shipped import quiet
+from . import Result, unjudged
 
 WRONG = 0.2  # of the drag
 DRAG_ALONE = Ranges(drag=WRONG, speed=0.0, current=0.0, current_turn_deg=0.0)
@@ -116,13 +117,12 @@ def experiment(duration: float | None, progress: Any = lambda *_: None, quick: b
     found, all_of = [], [(tow, scene, name) for tow, scene in tows().items() for name in SITUATIONS]
     if quick:
         all_of = [one for one in all_of if one[2] == QUICK_SITUATION][:1]
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", SceneWarning)
+    with quiet():
         for k, (tow, scene, name) in enumerate(all_of):
             progress(f"{tow}, {name}", k, len(all_of))
             found.append(study(tow, scene, name))
     rows = [
-        Comparison(f"{one.tow}, {one.situation}: {way}, {what}", "m", value, None, None, "simulated tow")
+        unjudged(f"{one.tow}, {one.situation}: {way}, {what}", "m", value, "simulated tow")
         for one in found
         for way, pair in {**one.ways, f"drag {100 * WRONG:+g} %": one.wrong}.items()
         for what, value in zip(("mean", "largest"), pair, strict=True)
@@ -145,15 +145,14 @@ def markdown(found: list[Studied]) -> list[str]:
     parts = []
     for tow in dict.fromkeys(one.tow for one in found):
         mine = [one for one in found if one.tow == tow]
-        lines = ["| way | " + " | ".join(one.situation for one in mine) + " |", "|---" * (len(mine) + 1) + "|"]
+        lines = [["way", *(one.situation for one in mine)]]
         names = [*WAYS, *(name for one in mine for name in one.ways if name not in WAYS)]
         for name in dict.fromkeys(names):
-            cells = [_pair(one.ways[name]) if name in one.ways else "" for one in mine]
-            lines.append(f"| `{name}` | " + " | ".join(cells) + " |")
-        lines.append(f"| simulated, drag {100 * WRONG:+g} % | " + " | ".join(_pair(one.wrong) for one in mine) + " |")
-        lines.append("| its interval | " + " | ".join(f"{one.interval:.1f}" for one in mine) + " |")
+            lines.append([f"`{name}`", *(_pair(one.ways[name]) if name in one.ways else "" for one in mine)])
+        lines.append([f"simulated, drag {100 * WRONG:+g} %", *(_pair(one.wrong) for one in mine)])
+        lines.append(["its interval", *(f"{one.interval:.1f}" for one in mine)])
         parts.append(f"{tow}, `side_scan`: mean / largest distance from the simulated towbody, m")
-        parts.append("\n".join(lines))
+        parts.append(markdown_table(lines))
     return parts
 
 

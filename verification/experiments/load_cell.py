@@ -92,6 +92,5 @@ def _plot(folder: Path, half: tuple[np.ndarray, np.ndarray], cell: LoadCell, mot
         upper.set_ylabel("force [N]")
         upper.legend(loc="upper left", bbox_to_anchor=(0.0, -0.02), ncols=2)
         lower.plot(t, force - ours, lw=1.2)
-        lower.set_ylabel("left [N]")
-        lower.set_xlabel("time from 2014-08-01T00:00 UTC [s]")
+        lower.set(ylabel="left [N]", xlabel="time from 2014-08-01T00:00 UTC [s]")
     return path

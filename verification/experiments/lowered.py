@@ -8,19 +8,21 @@ cable of steel, far from resonance, and follows the sheave whatever the length; 
 
 from __future__ import annotations
 
-import warnings
 from math import exp, log
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
-from cable_sim_ros.io.scenes.load import SceneWarning, load_scene, override
+from cable_sim_ros.io.scenes.load import load_scene, override
 from cable_sim_ros.io.scenes.resources import share_folder
+from cable_sim_ros.plots.canvas import canvas
+from cable_sim_ros.plots.run import BLUE, FAINT, ORANGE
 from cable_sim_ros.runs import offline
 from cable_sim_ros.runs.make_bags import read_csv
 
-from . import Comparison, Result
+from ..shipped import quiet
+from . import Comparison, Result, unjudged
 
 RECORD, SOURCE = "meteor_ctd_2hz.csv", "RV Meteor, 2011-04-01"
 BAND, WINDOW = (0.05, 0.3), 150.0  # Hz, s
@@ -74,8 +76,7 @@ def growth(found: list[Window]) -> tuple[float, float]:
 
 def gain(length: float, seconds: float, stiffness: float = 1.0) -> float:
     """Swing of the body's vertical speed over that of the sheave, with that length [m] of cable out."""
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", SceneWarning)
+    with quiet():
         base = load_scene("lowered_ctd")
         values = {"winch.scope": length, "cable.axial_stiffness": base.cable.axial_stiffness * stiffness}
         scene = override(base, {"winch.most_scope": None} | values)
@@ -104,29 +105,21 @@ def experiment(duration: float | None, progress, quick: bool = False) -> Result:
     soft = {length: gain(length, seconds, SOFT) for length in lengths}
     swings = np.array([w.swing for w in found])
     rows = [
-        Comparison("windows of constant winch speed", "1", float(len(found)), None, None, SOURCE),
-        Comparison("swing of the depth rate, mean of the windows", "m/s", float(swings.mean()), None, None, SOURCE),
-        Comparison("the same, its spread over the windows", "m/s", float(swings.std(ddof=1)), None, None, SOURCE),
+        unjudged("windows of constant winch speed", "1", float(len(found)), SOURCE),
+        unjudged("swing of the depth rate, mean of the windows", "m/s", float(swings.mean()), SOURCE),
+        unjudged("the same, its spread over the windows", "m/s", float(swings.std(ddof=1)), SOURCE),
         Comparison(
             "growth of the swing with cable out", "1/km", slope(gains), measured, half, f"{SOURCE}: 95 % interval"
         ),
         Comparison("the same, at 1000 m over at 0 m", "1", exp(slope(gains)), exp(measured), None, SOURCE),
-        *(
-            Comparison(f"gain, {length:g} m out", "1", value, None, None, "lowered_ctd")
-            for length, value in gains.items()
-        ),
-        Comparison(
-            "growth with an axial stiffness of a tenth", "1/km", slope(soft), None, None, "what the record would refute"
-        ),
+        *(unjudged(f"gain, {length:g} m out", "1", value, "lowered_ctd") for length, value in gains.items()),
+        unjudged("growth with an axial stiffness of a tenth", "1/km", slope(soft), "what the record would refute"),
     ]
     return Result("lowered", rows, [], lambda folder: draw(found, gains, soft, folder / "lowered.png"))
 
 
 def draw(found: list[Window], gains: dict[float, float], soft: dict[float, float], path: Path) -> Path:
     """Swing of the windows over depth, with the model's growth through their mean. RuntimeError without matplotlib."""
-    from cable_sim_ros.plots.canvas import canvas
-    from cable_sim_ros.plots.run import BLUE, FAINT, ORANGE
-
     title = "Swing of the depth rate of a lowered CTD, 0.05 to 0.3 Hz"
     with canvas(path, (9.0, 5.5), title, f"record: {SOURCE}; scene lowered_ctd") as figure:
         axis = figure.subplots()

@@ -14,12 +14,14 @@ from typing import NamedTuple
 import numpy as np
 
 from cable_sim_ros.physics.integrate import Solver
-from cable_sim_ros.physics.state import STRUT
-from cable_sim_ros.sim.rig.rig import HALVED, Rig, cable_of
+from cable_sim_ros.plots.canvas import canvas
+from cable_sim_ros.plots.run import BLUE, FAINT, ORANGE
+from cable_sim_ros.sim.rig.rig import HALVED, Rig
+from cable_sim_ros.terminal import markdown_table
 
 from ..bend import drum
-from . import Comparison, Result
-from .pulley import DAMPING, DENSITY, DIAMETER, MODULUS, SECOND_MOMENT
+from . import Comparison, Result, unjudged
+from .pulley import DIAMETER, MODULUS, SECOND_MOMENT, rigid_load, rope_of
 
 RADIUS, ROPE = 0.0318 + 0.5 * DIAMETER, 1.32  # m, of the centreline; from the cell to the load
 MASS, INERTIA, CENTRE = 4.749, 0.0855, 0.0685  # kg, L_PI and L_PG [m]
@@ -107,18 +109,7 @@ def carried(place: np.ndarray, turn: tuple[np.ndarray, np.ndarray, np.ndarray]) 
 def build(choice: Choice) -> Rig:
     """Rope and load at rest over the pulley of a level arm."""
     pull, ea = MASS * GRAVITY, MODULUS * choice.modulus * 0.25 * pi * DIAMETER**2
-    sections = [{"length": ROPE, "elements": choice.elements}, {"length": INERTIA, "elements": 1}]
-    cable = cable_of(
-        sections,
-        mass_per_length=DENSITY,
-        axial_stiffness=ea,
-        bending_stiffness=MODULUS * choice.modulus * SECOND_MOMENT,
-        axial_damping=DAMPING,
-        diameter=DIAMETER,
-    )
-    fraction, strut = CENTRE / INERTIA, np.zeros((), STRUT)
-    strut["node"], strut["length"], strut["stiffness"] = choice.elements, INERTIA, 1e6
-    strut["aa"], strut["ab"], strut["bb"] = 2.0 * MASS * (1.0 - fraction), MASS * (fraction - 1.0), MASS
+    cable = rope_of([(ROPE, choice.elements), (INERTIA, 1)], ea, MODULUS * choice.modulus * SECOND_MOMENT)
     surface = drum(RADIUS, pull, 0.3, choice.penetration)
     surface["centre"] = surface["body"] = (PULLEY[0], 0.0, PULLEY[1])
     rig = Rig(
@@ -126,7 +117,7 @@ def build(choice: Choice) -> Rig:
         held={0: "r", -1: "g"},
         tension=pull,
         surfaces=[surface],
-        struts=[strut],
+        struts=[rigid_load(choice.elements, MASS, INERTIA, CENTRE)],
         solver=Solver(),
         mass_damping=choice.mass_damping,
     )
@@ -197,10 +188,11 @@ def experiment(duration: float | None, progress, quick: bool = False) -> Result:
     by_high = float(np.interp(MEASURED[1], high, family))
     progress("amplitude from one end", len(FAMILY), total)
     one, other = rock(by_low, seconds), rock(by_high, seconds)
-    middle = 0.5 * sum(MEASURED)
+    middle, why = 0.5 * sum(MEASURED), "no amplitude moves it: over a period the load falls as far as it rises"
+    his = DEVIATION, f"{SOURCE}: his standard deviation", why
     rows = [
-        Comparison("amplitude that gives the smallest tension", "deg", by_low, None, None, "not printed"),
-        Comparison("amplitude that gives the largest tension", "deg", by_high, None, None, "not printed"),
+        unjudged("amplitude that gives the smallest tension", "deg", by_low, "not printed"),
+        unjudged("amplitude that gives the largest tension", "deg", by_high, "not printed"),
         Comparison(
             "largest tension, amplitude from the smallest", "N", one.ends[1], MEASURED[1], LARGEST_ERROR, SOURCE
         ),
@@ -208,16 +200,8 @@ def experiment(duration: float | None, progress, quick: bool = False) -> Result:
             "smallest tension, amplitude from the largest", "N", other.ends[0], MEASURED[0], LARGEST_ERROR, SOURCE
         ),
         *(
-            Comparison(
-                f"middle of the range, {name}",
-                "N",
-                0.5 * sum(run.ends),
-                middle,
-                DEVIATION,
-                f"{SOURCE}: his standard deviation",
-                "no amplitude moves it: over a period the load falls as far as it rises",
-            )
-            for name, run in (("amplitude from the smallest", one), ("amplitude from the largest", other))
+            Comparison(f"middle of the range, amplitude from the {end}", "N", 0.5 * sum(run.ends), middle, *his)
+            for end, run in (("smallest", one), ("largest", other))
         ),
     ]
     choices = []
@@ -233,18 +217,15 @@ def experiment(duration: float | None, progress, quick: bool = False) -> Result:
     def tables() -> list[str]:
         from .table import markdown
 
-        lines = ["| amplitude [deg] | smallest [N] | largest [N] | middle [N] |", "|---|---|---|---|"]
-        lines += [f"| {a:g} | {p:.2f} | {q:.2f} | {0.5 * (p + q):.2f} |" for a, p, q in zip(family, low, high)]
-        return [markdown(result), "Family over the amplitude, measured 36.9 to 51.5 N:", "\n".join(lines)]
+        lines = [("amplitude [deg]", "smallest [N]", "largest [N]", "middle [N]")]
+        lines += [(f"{a:g}", f"{p:.2f}", f"{q:.2f}", f"{0.5 * (p + q):.2f}") for a, p, q in zip(family, low, high)]
+        return [markdown(result), "Family over the amplitude, measured 36.9 to 51.5 N:", markdown_table(lines)]
 
     return result._replace(tables=tables)
 
 
 def draw(run: Rocking, amplitudes: tuple[float, ...], low: np.ndarray, high: np.ndarray, folder: Path) -> Path:
     """Range over amplitude, and the tension of one run. RuntimeError where matplotlib is missing."""
-    from cable_sim_ros.plots.canvas import canvas
-    from cable_sim_ros.plots.run import BLUE, FAINT, ORANGE
-
     path = folder / "moving_pulley.png"
     with canvas(path, (11.0, 6.0), "Rope over a pulley on a rocking arm", f"measured range: {SOURCE}") as figure:
         family, course = figure.subplots(1, 2)
@@ -252,12 +233,10 @@ def draw(run: Rocking, amplitudes: tuple[float, ...], low: np.ndarray, high: np.
         family.plot(amplitudes, 0.5 * (low + high), color=BLUE, label="simulated, middle")
         family.set_xlabel("amplitude of the arm [deg]")
         course.plot(run.time, run.tension, color=BLUE)
-        course.set_xlabel("time [s]")
-        course.set_title(f"one run, {0.5 * np.ptp(run.angle):.1f} deg")
+        course.set(xlabel="time [s]", title=f"one run, {0.5 * np.ptp(run.angle):.1f} deg")
         family.set_title("family over the amplitude")
         for axis in (family, course):
-            axis.set_ylabel("tension at the cell [N]")
-            axis.set_ylim(30.0, 72.0)  # room for the names
+            axis.set(ylabel="tension at the cell [N]", ylim=(30.0, 72.0))  # room for the names
             for k, value in enumerate(MEASURED):
                 axis.axhline(value, color=ORANGE, ls="--", lw=1.2, label=None if k else "measured range")
             axis.axhline(0.5 * sum(MEASURED), color=ORANGE, ls=":", lw=1.2, label="measured, middle")

@@ -14,12 +14,15 @@ from typing import NamedTuple
 
 import numpy as np
 
+from cable_sim_ros.physics.cable_assembly import Cable
 from cable_sim_ros.physics.integrate import Solver
 from cable_sim_ros.physics.state import STRUT
+from cable_sim_ros.plots.canvas import canvas
+from cable_sim_ros.plots.run import BLUE, FAINT, ORANGE
 from cable_sim_ros.sim.rig.rig import Rig, cable_of
 
 from ..bend import drum
-from . import Comparison, Result
+from . import Comparison, Result, unjudged
 
 RADIUS, DIAMETER, DENSITY, MODULUS, SECOND_MOMENT, DAMPING = 0.0462, 0.00884, 0.059, 2.0e9, 4.0e-14, 1e-3
 ROPE = 0.44  # m, from the top of the pulley to the load
@@ -62,6 +65,26 @@ class Swing(NamedTuple):
     energy: np.ndarray  # J, kinetic and potential of the load, from the start
 
 
+def rope_of(sections: list[tuple[float, int]], stiffness: float, bending: float) -> Cable:
+    """The rope: length [m] and elements of its sections, EA [N] and EI [N m^2]."""
+    return cable_of(
+        [{"length": length, "elements": n} for length, n in sections],
+        mass_per_length=DENSITY,
+        axial_stiffness=stiffness,
+        bending_stiffness=bending,
+        axial_damping=DAMPING,
+        diameter=DIAMETER,
+    )
+
+
+def rigid_load(node: int, mass: float, inertia: float, centre: float, stiffness: float = 1e6) -> np.ndarray:
+    """(138)-(139), a STRUT from this node on: mass [kg], L_PI and L_PG [m], stiffness [N]."""
+    fraction, strut = centre / inertia, np.zeros((), STRUT)
+    strut["node"], strut["length"], strut["stiffness"] = node, inertia, stiffness
+    strut["aa"], strut["ab"], strut["bb"] = 2.0 * mass * (1.0 - fraction), mass * (fraction - 1.0), mass
+    return strut
+
+
 def build(number: int, choice: Choice) -> Rig:
     """The rope with its load at rest, load held."""
     mass, inertia, gravity_centre, wrap = CONFIGURATIONS[number]
@@ -71,25 +94,11 @@ def build(number: int, choice: Choice) -> Rig:
     rope = max(round(ROPE / choice.element), 4)
     lead = max(round(choice.lead / choice.element), 1)
     ea, ei = MODULUS * area, MODULUS * SECOND_MOMENT * choice.bending
-    cable = cable_of(
-        [
-            {"length": choice.lead, "elements": lead},
-            {"length": ROPE, "elements": rope},
-            {"length": inertia, "elements": 1},
-        ],
-        mass_per_length=DENSITY,
-        axial_stiffness=ea,
-        bending_stiffness=ei,
-        axial_damping=DAMPING,
-        diameter=DIAMETER,
-    )
-    fraction = gravity_centre / inertia
+    sections = [(choice.lead, lead), (ROPE, rope), (inertia, 1)]
     load = lead + rope  # its first point; the last element only carries the unknowns of the second
-    strut = np.zeros((), STRUT)
-    strut["node"], strut["length"], strut["stiffness"] = load, inertia, choice.stiffness
-    strut["aa"], strut["ab"], strut["bb"] = 2.0 * mass * (1.0 - fraction), mass * (fraction - 1.0), mass
+    strut, fraction = rigid_load(load, mass, inertia, gravity_centre, choice.stiffness), gravity_centre / inertia
     rig = Rig(
-        cable,
+        rope_of(sections, ea, ei),
         held={0: "r", -1: "g"},
         tension=pull,
         surfaces=[drum(radius, pull, choice.contact_damping, choice.penetration)],
@@ -188,9 +197,7 @@ def loss_shown(seconds: float = SECONDS) -> float:
 def lossy(seconds: float = SECONDS) -> list[Comparison]:
     """The loss that the largest wrap of configuration 1 shows, and every other measured figure judged with it."""
     loss, rows = loss_shown(seconds), []
-    rows.append(
-        Comparison("with loss: damping of all motion", "1/s", loss, None, None, "chosen: largest wrap, configuration 1")
-    )
+    rows.append(unjudged("with loss: damping of all motion", "1/s", loss, "chosen: largest wrap, configuration 1"))
     for n, measured in MEASURED.items():
         got = ranges(swing(n, seconds, Choice(loss=loss)))
         for what, pair in measured.items():
@@ -213,42 +220,27 @@ def experiment(duration: float | None, progress, quick: bool = False) -> Result:
         got = ranges(swings[n])
         for what, unit in (("wrap", "deg"), ("tension", "N"), ("raw tension", "N")):
             for k, end in enumerate(("smallest", "largest")):
-                measured = MEASURED.get(n, {}).get(what)
-                rows.append(
-                    Comparison(
-                        f"configuration {n}, {end} {what}",
-                        unit,
-                        got[what][k],
-                        measured[k] if measured else None,
-                        ALLOWED.get(n, {}).get(what),
-                        SOURCE,
-                    )
-                )
+                measured = MEASURED.get(n, {}).get(what, (None, None))[k]
+                name, allowed = f"configuration {n}, {end} {what}", ALLOWED.get(n, {}).get(what)
+                rows.append(Comparison(name, unit, got[what][k], measured, allowed, SOURCE))
     progress("loss that one figure shows", 3, 3 + len(OTHERWISE))
     rows += [] if quick else lossy()
     base = ranges(swings[1])
     for i, (name, change) in enumerate(() if quick else OTHERWISE.items()):
         progress(name, 3 + i, 3 + len(OTHERWISE))
         other = ranges(swing(1, duration, Choice()._replace(**change)))
-        choices.append(
-            {
-                "choice": name,
-                **{
-                    f"{end} {what}": other[what][k] - base[what][k]
-                    for what in ("wrap", "tension")
-                    for k, end in enumerate(("smallest", "largest"))
-                },
-            }
-        )
+        changed = {
+            f"{end} {what}": other[what][k] - base[what][k]
+            for what in ("wrap", "tension")
+            for k, end in enumerate(("smallest", "largest"))
+        }
+        choices.append({"choice": name} | changed)
     chosen = "configuration 1, chosen otherwise: what changes"
     return Result("pulley", rows, choices, lambda folder: draw(swings, folder / "pulley.png"), chosen)
 
 
 def draw(swings: dict[int, Swing], path: Path) -> Path:
     """Wrap angle and tension over time with the measured ranges. RuntimeError where matplotlib is missing."""
-    from cable_sim_ros.plots.canvas import canvas
-    from cable_sim_ros.plots.run import BLUE, FAINT, ORANGE
-
     title = "Load that swings on a rope over a fixed pulley"
     with canvas(path, (14.0, 10.0), title, f"measured ranges: {SOURCE}") as figure:
         for column, (n, s) in zip(figure.subplots(3, 2), swings.items(), strict=True):
@@ -261,10 +253,8 @@ def draw(swings: dict[int, Swing], path: Path) -> Path:
                 for k, value in enumerate(MEASURED.get(n, {}).get(what, ())):
                     axis.axhline(value, color=ORANGE, ls="--", lw=1.2, label=None if k else "measured range")
                 name = "wrap angle" if what == "wrap" else "tension at the pin"
-                axis.set_title(f"Configuration {n}: {name}")
-                axis.set_ylabel(f"{what} [{unit}]")
-                axis.set_xlim(0.0, s.time[-1])
-                axis.set_xlabel("time [s]" if n == 3 else "")
+                axis.set(title=f"Configuration {n}: {name}", ylabel=f"{what} [{unit}]")
+                axis.set(xlim=(0.0, s.time[-1]), xlabel="time [s]" if n == 3 else "")
         names = {}
         for axis in figure.axes:
             names |= {label: line for line, label in zip(*axis.get_legend_handles_labels(), strict=True)}

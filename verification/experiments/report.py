@@ -12,22 +12,7 @@ from cable_sim_ros.tools.report.subject import typed
 from cable_sim_ros.tools.report.write import write_page
 
 from . import KEPT, MISSED, OPEN, Result, verdict_of
-from .table import text
-
-HEAD = (
-    "figure",
-    "unit",
-    "measured",
-    "source's simulation",
-    "ours",
-    "difference",
-    "allowed",
-    "verdict",
-    "who says so",
-    "why apart",
-)
-NUMBERS = (2, 3, 4, 5, 6)
-THEIRS = 3  # column of HEAD
+from .table import NUMBERS, choices, columns
 
 
 def write_report(results: Sequence[Result], path: Path, command: Sequence[str] = ()) -> Path:
@@ -80,24 +65,10 @@ def _overview(results: Sequence[Result]) -> Table:
 
 def _section(result: Result) -> Section:
     """Picture, table and choices of an experiment."""
-    rows, bad = [], []
-    for k, row in enumerate(result.rows):
-        state = verdict_of(row)
-        if state == MISSED:
-            bad.append(k)
-        apart = None if row.measured is None else row.ours - row.measured
-        theirs = text(row.simulated, row)
-        cells = (text(row.measured, row), theirs, text(row.ours, row), text(apart), text(row.allowed))
-        rows.append((row.name, unit(row.unit), *cells, state if state != OPEN else "-", row.source, row.why))
-    head = HEAD
-    with_theirs = any(row.simulated is not None for row in result.rows)
-    kept = [
-        k
-        for k in range(len(head))  # no column without a word
-        if (with_theirs if k == THEIRS else k in NUMBERS or any(row[k] for row in rows))
-    ]
-    head, rows = tuple(head[k] for k in kept), [tuple(row[k] for k in kept) for row in rows]
-    right = [k for k, of in enumerate(kept) if of in NUMBERS]
+    head, cells = columns(result, difference=True)
+    rows = [(name, unit(of), *rest) for name, of, *rest in cells]
+    right = [k for k, name in enumerate(head) if name in NUMBERS]
+    bad = [k for k, row in enumerate(result.rows) if verdict_of(row) == MISSED]
     found = Section(result.experiment, f"Experiment {result.experiment}")
     if result.shortened:
         found.parts.append(Text([f"Shortened by --quick: {result.shortened}."]))
@@ -107,12 +78,7 @@ def _section(result: Result) -> Section:
             found.parts.append(Picture(drawn.read_bytes(), f"Picture of the experiment {result.experiment}"))
     found.parts.append(Table("Measured beside ours", head, rows, right=right, bad=bad))
     if result.choices:
-        names = [name for name in result.choices[0] if name != "choice"]
-        lines = [(str(one["choice"]), *(_cell(one.get(name)) for name in names)) for one in result.choices]
+        names, *lines = choices(result)
         title = f"{result.chosen[0].upper()}{result.chosen[1:]}"
-        found.parts.append(Table(title, ("choice", *names), lines, right=range(1, 1 + len(names))))
+        found.parts.append(Table(title, names, lines, right=range(1, len(names))))
     return found
-
-
-def _cell(value: object) -> str:
-    return text(float(value)) if isinstance(value, (int, float)) else "-" if value is None else str(value)

@@ -21,6 +21,7 @@ from cable_sim_ros.physics.link_loads import integrals
 from cable_sim_ros.physics.section import CableModel
 from cable_sim_ros.physics.towbody import Towbody
 from cable_sim_ros.physics.water import Water
+from cable_sim_ros.plots.canvas import canvas
 from cable_sim_ros.sim.rig.rig import Rig, cable_of
 
 from . import Comparison, Result
@@ -205,17 +206,11 @@ def _rows(progress) -> tuple[list[Comparison], Chain, Chain]:
 def experiment(duration: float | None, progress=lambda *_: None) -> Result:
     """All of it; ``duration`` has no effect, the references say how long each case lasts."""
     rows, links, smooth = _rows(progress)
-
-    def plot(folder: Path) -> Path:
-        return picture(links, smooth, folder)
-
-    return Result("segments", rows, [], plot)
+    return Result("segments", rows, [], lambda folder: picture(links, smooth, folder))
 
 
 def picture(links: Chain, smooth: Chain, folder: Path) -> Path:
     """R2: the chain and the smooth cable as they fall."""
-    from cable_sim_ros.plots.canvas import canvas
-
     path = folder / "segments.png"
     with canvas(path, (10.0, 7.0), source="experiment segments of `cable-sim validate`") as figure:
         axis = figure.subplots()
@@ -225,8 +220,7 @@ def picture(links: Chain, smooth: Chain, folder: Path) -> Path:
             x, z = smooth.places[smooth.at(t)].T
             axis.plot(x, z, "--", color=f"C{k}", lw=1.0)
         axis.set_aspect("equal")
-        axis.set_xlabel("x [m]")
-        axis.set_ylabel("z [m]")
-        axis.set_title("R2: ten links (solid) and a smooth cable (dashed), released level in still water")
+        axis.set(title="R2: ten links (solid) and a smooth cable (dashed), released level in still water")
+        axis.set(xlabel="x [m]", ylabel="z [m]")
         axis.legend()
     return path

@@ -7,14 +7,12 @@ from collections.abc import Iterable
 from math import ceil, isfinite, log10
 from typing import Any
 
-from rich.table import Table
-
-from cable_sim_ros.terminal import plain_console
+from cable_sim_ros.terminal import markdown_table, print_table
 
 from . import KEPT, MISSED, OPEN, Comparison, Result, module_of, verdict_of
 
-COLUMNS = ("figure", "unit", "measured", "their simulation", "ours", "allowed", "verdict", "who", "why apart")
-NUMBERS = ("measured", "their simulation", "ours", "allowed")  # measured: or printed, of a computation
+NUMBERS = ("measured", "their simulation", "ours", "difference", "allowed")  # measured: or printed, of a computation
+COLUMNS = ("figure", "unit", *NUMBERS, "verdict", "who", "why apart")
 
 
 def as_data(result: Result) -> dict[str, Any]:
@@ -36,8 +34,11 @@ def text(x: float | None, row: Comparison | None = None) -> str:
     return f"{x:.{max(4, ceil(log10(max(abs(x), row.allowed) / row.allowed)) + 2)}g}"
 
 
-def _columns(result: Result) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
-    """Heads and cells of the comparison; the source's simulation, verdicts and reasons only where there are any."""
+def columns(result: Result, difference: bool = False) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
+    """Heads and cells of the comparison; the source's simulation, verdicts and reasons only where there are any.
+
+    difference: also how far ours is off the measured one.
+    """
     rows = [
         (
             r.name,
@@ -45,6 +46,7 @@ def _columns(result: Result) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
             text(r.measured, r),
             text(r.simulated, r),
             text(r.ours, r),
+            text(None if r.measured is None else r.ours - r.measured),
             text(r.allowed),
             "-" if verdict_of(r) == OPEN else verdict_of(r),
             r.source,
@@ -53,6 +55,7 @@ def _columns(result: Result) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
         for r in result.rows
     ]
     optional = {
+        "difference": difference,
         "their simulation": any(r.simulated is not None for r in result.rows),
         "verdict": any(verdict_of(r) != OPEN for r in result.rows),
         "why apart": any(r.why for r in result.rows),
@@ -61,30 +64,22 @@ def _columns(result: Result) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
     return tuple(COLUMNS[k] for k in kept), [tuple(row[k] for k in kept) for row in rows]
 
 
-def _choices(result: Result) -> tuple[str, ...]:
-    """What is reported of each choice."""
-    return tuple(name for name in result.choices[0] if name != "choice") if result.choices else ()
+def choices(result: Result) -> list[tuple[str, ...]]:
+    """A line a choice, the first is the head."""
+    names = [name for name in result.choices[0] if name != "choice"]
+    return [
+        ("chosen otherwise", *names),
+        *((c["choice"], *(f"{c[name]:+.2f}" for name in names)) for c in result.choices),
+    ]
 
 
 def markdown(result: Result) -> str:
     """Both tables for the documentation."""
-    heads, rows = _columns(result)
-    lines = [
-        "| " + " | ".join(heads) + " |",
-        "|---" * len(heads) + "|",
-        *("| " + " | ".join(row) + " |" for row in rows),
-    ]
+    heads, rows = columns(result)
+    parts = [markdown_table([heads, *rows])]
     if result.choices:
-        names = _choices(result)
-        lines += [
-            "",
-            f"{result.chosen[0].upper()}{result.chosen[1:]}:",
-            "",
-            "| chosen otherwise | " + " | ".join(names) + " |",
-            "|---" * (1 + len(names)) + "|",
-        ]
-        lines += ["| " + " | ".join((c["choice"], *(f"{c[k]:+.2f}" for k in names))) + " |" for c in result.choices]
-    return "\n".join(lines)
+        parts += [f"{result.chosen[0].upper()}{result.chosen[1:]}:", markdown_table(choices(result))]
+    return "\n\n".join(parts)
 
 
 MEANT = """`measured` is what the source measured or printed, `their simulation` what its own model gave,
@@ -99,7 +94,7 @@ def page(results: Iterable[Result]) -> str:
     for result in results:
         parts += _heading(result)
         parts += result.tables() if result.tables else [markdown(result)]
-    return "\n\n".join(parts) + "\n"
+    return "\n\n".join(parts)
 
 
 def digest(results: Iterable[Result]) -> str:
@@ -122,7 +117,7 @@ def digest(results: Iterable[Result]) -> str:
             if rows:
                 parts.append(markdown(result._replace(rows=rows, choices=[])))
         parts += result.shown() if result.shown else []
-    return "\n\n".join(parts) + "\n"
+    return "\n\n".join(parts)
 
 
 WORDS = {KEPT: "within what is allowed", MISSED: "missed", OPEN: "not judged"}
@@ -148,29 +143,15 @@ def _nearest(result: Result) -> list[str]:
             cells += [r.name, r.unit, text(r.measured, r), text(r.ours, r), text(r.allowed)]
         else:
             cells += ["-"] * 5
-        lines.append("| " + " | ".join(cells) + " |")
-    if not lines:
-        return []
-    return ["\n".join(["| " + " | ".join(NEAREST) + " |", "|---" * len(NEAREST) + "|", *lines])]
+        lines.append(cells)
+    return [markdown_table([NEAREST, *lines])] if lines else []
 
 
 def print_result(result: Result) -> None:
     """Comparison and choices."""
-    console = plain_console(120)
-    heads, rows = _columns(result)
+    heads, rows = columns(result)
     title = f"{result.experiment}, shortened: {result.shortened}" if result.shortened else result.experiment
-    table = Table(title=title, title_justify="left")
-    for name in heads:
-        table.add_column(name, justify="right" if name in NUMBERS else "left")
-    for row in rows:
-        table.add_row(*row)
-    console.print(table)
-    if not result.choices:
-        return
-    other = Table(title=result.chosen, title_justify="left")
-    other.add_column("choice")
-    for name in _choices(result):
-        other.add_column(name, justify="right")
-    for c in result.choices:
-        other.add_row(c["choice"], *(f"{c[name]:+.2f}" for name in _choices(result)))
-    console.print(other)
+    print_table(title, heads, rows, left={*heads} - {*NUMBERS})
+    if result.choices:
+        head, *lines = choices(result)
+        print_table(result.chosen, head, lines, left=head[:1])

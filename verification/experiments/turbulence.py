@@ -7,24 +7,24 @@ the table of choices shows what it decides. As in the thesis all the water moves
 
 from __future__ import annotations
 
-import warnings
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
-from cable_sim_ros.io.scenes.load import SceneWarning, load_scene, override
+from cable_sim_ros.plots.canvas import canvas
+from cable_sim_ros.plots.run import BLUE, ORANGE
 from cable_sim_ros.runs.summary import ellipsoid_volume
-from cable_sim_ros.sim.simulator import Simulator
 
-from . import Comparison, Result
+from ..shipped import scene_with, started
+from . import Comparison, Result, unjudged
 
 DEVIATION = [0.0300, 0.0262, 0.0152]  # m/s, 4.3
 TIME_SCALE = 0.05  # s, see OTHERWISE
 SECONDS, QUICK_SECONDS, SETTLING = 300.0, 40.0, 20.0
 QUICK = f"{QUICK_SECONDS:g} s of {SECONDS:g} s, no choice made otherwise"
 AXES = ("X_E", "Y_E", "Z_E")
-MEASURED, HIS, CALNAN = (1.19, 0.78, 0.13), (1.56, 1.23, 0.07), (1.43, 0.43, 0.05)  # cm
+MEASURED, HIS = (1.19, 0.78, 0.13), (1.56, 1.23, 0.07)  # cm
 VOLUME = 4.82, 7.76  # cm^3, measured and his
 CENTRE = (-0.708, -0.685)  # m, from the top of the winch
 SOURCE = "Westin (2018) Table 4"
@@ -56,12 +56,9 @@ class Swarm(NamedTuple):
 
 def drift(seconds: float, changes: dict) -> Swarm:
     """The sphere in the turbulent stream for ``seconds`` after the settling."""
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", SceneWarning)
-        values = {"water.turbulence.deviation": DEVIATION, TIME: TIME_SCALE, "water.ramp": 5.0, **changes}
-        scene = override(load_scene("flume"), values)
-    sim = Simulator(scene)
-    sim.start()
+    values = {"water.turbulence.deviation": DEVIATION, TIME: TIME_SCALE, "water.ramp": 5.0, **changes}
+    scene = scene_with("flume", values)
+    sim = started(scene)
     tick, frames = scene.solver.tick, []
     for _ in range(max(round((SETTLING + seconds) / (500 * tick)), 1)):
         frames.append(sim.run(500).copy())
@@ -87,7 +84,7 @@ def experiment(duration: float | None, progress, quick: bool = False) -> Result:
     rows.append(Comparison("ellipsoid volume", "cm^3", base.volume, VOLUME[0], allowed, SOURCE, STILL))
     for name, k, place in (("x", 0, CENTRE[0]), ("z", 2, CENTRE[1])):
         rows.append(Comparison(f"mean place {name}", "m", float(base.path[:, k].mean()), place, 0.0048, SOURCE))
-    rows.append(Comparison("standard deviation of the tension", "mN", base.tension, None, None, "not printed"))
+    rows.append(unjudged("standard deviation of the tension", "mN", base.tension, "not printed"))
     for i, (name, change) in enumerate(() if quick else OTHERWISE.items()):
         progress(name, 1 + i, 1 + len(OTHERWISE))
         other = drift(seconds, change)
@@ -98,9 +95,6 @@ def experiment(duration: float | None, progress, quick: bool = False) -> Result:
 
 def draw(swarm: Swarm, path: Path) -> Path:
     """The path of the sphere from the side and from behind. RuntimeError where matplotlib is missing."""
-    from cable_sim_ros.plots.canvas import canvas
-    from cable_sim_ros.plots.run import BLUE, ORANGE
-
     with canvas(
         path,
         (11.0, 5.5),
@@ -111,7 +105,6 @@ def draw(swarm: Swarm, path: Path) -> Path:
             axis.plot(swarm.path[:, k], swarm.path[:, 2], color=BLUE, lw=0.4, label="simulated")
             axis.plot(CENTRE[0] if k == 0 else -0.008, CENTRE[1], "+", color=ORANGE, ms=14, label="measured mean")
             axis.set_aspect("equal", "datalim")
-            axis.set_xlabel(f"{name} [m]")
-            axis.set_ylabel("z [m]")
+            axis.set(xlabel=f"{name} [m]", ylabel="z [m]")
             axis.legend(loc="lower right")
     return path

@@ -12,6 +12,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from cable_sim_ros.plots.canvas import canvas
+from cable_sim_ros.plots.run import BLUE, INK, ORANGE, WATER
 from cable_sim_ros.tools.spans.in_frequency import sensitivity
 from cable_sim_ros.tools.spans.in_frequency.files import changed, load_span
 from cable_sim_ros.tools.spans.in_frequency.green import green
@@ -20,7 +22,7 @@ from cable_sim_ros.tools.spans.in_frequency.modes import frequencies
 from cable_sim_ros.tools.spans.in_frequency.response import Vibration, vibration
 from cable_sim_ros.tools.spans.in_frequency.span import Reading, Span
 
-from . import Comparison, Result
+from . import Comparison, Result, unjudged
 from .table import markdown
 
 INCH, FOOT_PER_POUND, PSI = 0.0254, 0.3048 / 4.4482216152605, 6894.757293168
@@ -127,12 +129,8 @@ def _rms(case: Case, span: Span, printed: Vibration, fine: Vibration) -> list[Co
         rows.append(row(f"reading {reading.value}, a fit", other, FITTED))
     if case.figure == "5.16":
         low = vibration(changed(as_printed(case), response={"place": 0.125 * span.cable.length}))
-        rows.append(
-            Comparison(
-                f"fig. {case.figure}, rms displacement at 0.125 of the length, printed ratios, source's grid", "mm",
-                1e3 * low.place_rms_displacement, None, None, SOURCE, RISER_LIFT,
-            )
-        )  # fmt: skip
+        name = f"fig. {case.figure}, rms displacement at 0.125 of the length, printed ratios, source's grid"
+        rows.append(unjudged(name, "mm", 1e3 * low.place_rms_displacement, SOURCE, RISER_LIFT))
     return rows
 
 
@@ -143,12 +141,8 @@ def _green() -> list[Comparison]:
         line = Line(load_span(case.file))
         middle, omega = 0.5 * line.length, 2.0 * pi * f
         ours = float(abs(green(line, middle, middle, omega, 2.0 * 0.068 * omega)))
-        rows.append(
-            Comparison(
-                f"fig. {case.figure}, Green's function at the middle, {f} Hz", "mm/N", 1e3 * ours,
-                1e3 * printed * FOOT_PER_POUND, 1e3 * printed * FOOT_PER_POUND * 0.006, f"{SOURCE} p. 36",
-            )
-        )  # fmt: skip
+        name, want = f"fig. {case.figure}, Green's function at the middle, {f} Hz", 1e3 * printed * FOOT_PER_POUND
+        rows.append(Comparison(name, "mm/N", 1e3 * ours, want, want * 0.006, f"{SOURCE} p. 36"))
     return rows
 
 
@@ -158,19 +152,12 @@ def _stiffness() -> list[Comparison]:
     second_moment = pi / 64.0 * ((9.625 * INCH) ** 4 - (8.375 * INCH) ** 4)
     stiff = changed(span, cable={"bending_stiffness": 29e6 * PSI * second_moment})
     ratio = frequencies(Line(stiff), 16)[15] / frequencies(Line(span), 16)[15]
-    return [
-        Comparison(
-            "fig. 5.16, bending stiffness (E = 29e6 psi) on mode 16", "%", 100.0 * float(ratio - 1.0), 8.0, 1.0,
-            f"{SOURCE} p. 55, (5.21)",
-        )
-    ]  # fmt: skip
+    name, change = "fig. 5.16, bending stiffness (E = 29e6 psi) on mode 16", 100.0 * float(ratio - 1.0)
+    return [Comparison(name, "%", change, 8.0, 1.0, f"{SOURCE} p. 55, (5.21)")]
 
 
 def draw(shown: list[tuple[Case, Vibration, Vibration]], path: Path) -> Path:
     """Displacement spectra at the printed places, with the rms. RuntimeError where matplotlib is missing."""
-    from cable_sim_ros.plots.canvas import canvas
-    from cable_sim_ros.plots.run import BLUE, INK, ORANGE, WATER
-
     with canvas(
         path,
         (14.0, 9.5),
@@ -191,16 +178,14 @@ def draw(shown: list[tuple[Case, Vibration, Vibration]], path: Path) -> Path:
                 label="source's grid",
             )  # fmt: skip
             seen = np.flatnonzero(fine.displacement_spectrum * 1e6 > 1e-5 * top)
-            axis.set_xlim(0.0, fine.frequency[seen[-1]])
-            axis.set_ylim(1e-5 * top, 10.0 * top)
+            axis.set(xlim=(0.0, fine.frequency[seen[-1]]), ylim=(1e-5 * top, 10.0 * top))
             printed = "not at hand" if case.rms is None else f"{1e3 * case.rms:.2f} mm"
             grids = [f"{1e3 * result.place_rms_displacement:.2f} mm" for result in (coarse, fine)]
             axis.text(
                 0.985, 0.96, f"rms printed: {printed}\nours, source's grid: {grids[0]}\nours, converged: {grids[1]}",
                 transform=axis.transAxes, ha="right", va="top", linespacing=1.4, size=11, color=INK, zorder=5,
             )  # fmt: skip
-            axis.set_title(f"fig. {case.figure}: displacement at {fine.place / fine.arc[-1]:g} of the length")
-            axis.set_xlabel("frequency [Hz]")
-            axis.set_ylabel("density [mm$^2$/Hz]")
+            axis.set(title=f"fig. {case.figure}: displacement at {fine.place / fine.arc[-1]:g} of the length")
+            axis.set(xlabel="frequency [Hz]", ylabel="density [mm$^2$/Hz]")
         figure.legend(*panels[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=4)
     return path

@@ -8,21 +8,20 @@ places are those of the product's static start, rates of the water across the ca
 from __future__ import annotations
 
 import tempfile
-import warnings
 from math import degrees, hypot, pi, sqrt
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from cable_sim_ros.io.scenes.load import SceneWarning, load_scene, override
 from cable_sim_ros.physics.tick_output import STRUM_COLUMNS
 from cable_sim_ros.physics.viv_amplification import amplification, amplitude
+from cable_sim_ros.plots.strumming import draw_strum
 from cable_sim_ros.sim.scene import Scene
-from cable_sim_ros.sim.simulator import Simulator
 from cable_sim_ros.sim.tables.viv_tables import _plain, strum_rules, strum_sections
 
-from . import Comparison, Result
+from ..shipped import quiet, scene_with, started
+from . import Comparison, Result, unjudged
 
 LAW = "govardhan_williamson"
 FLUME = {"viv.law": LAW, "viv.damping_ratio": 0.02, "cable.sections.line.drag_amplification": 1.0,
@@ -68,17 +67,9 @@ class Landing(NamedTuple):
     table: np.ndarray  # [nodes, STRUM_COLUMNS]
 
 
-def scene_of(name: str, changes: dict[str, Any]) -> Scene:
-    """A shipped scene with other numbers."""
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", SceneWarning)  # what they warn of is what is shown here
-        return override(load_scene(name), changes)
-
-
 def land(scene: Scene) -> Landing:
     """Where a tow comes to rest."""
-    sim = Simulator(scene)
-    sim.start()
+    sim = started(scene)
     frame, table = sim.frame, sim.strum
     place, sheave = frame.body_position, frame.sheave_position
     top = float(sheave[2]) + scene.sheave.radius
@@ -178,19 +169,17 @@ def miss(landing: Landing) -> float:
 
 def flume_rows(progress) -> list[Comparison]:
     """What the flume says."""
-    rows = [
-        Comparison("flume: factor at 0.25 m/s, damping 0.02", "1", factor_at(scene_of("flume", FLUME), 0, 0.25), 1.536,
-                   0.005, "formulas by hand", ""),
-    ]  # fmt: skip
+    ours = factor_at(scene_with("flume", FLUME), 0, 0.25)
+    rows = [Comparison("flume: factor at 0.25 m/s, damping 0.02", "1", ours, 1.536, 0.005, "formulas by hand")]
     factor = "tuned by hand to 1.737 with 0.11; with 0.011 that is 1.527"
     for zeta, text in DAMPINGS.items():
-        scene = scene_of("flume", FLUME | {"viv.damping_ratio": zeta})
+        scene = scene_with("flume", FLUME | {"viv.damping_ratio": zeta})
         found, name = land(scene), f"flume, damping {zeta:g}"
         rows.append(Comparison(f"{name}: x", "m", found.x, MEASURED[0], 0.013, THESIS, text))
         rows.append(Comparison(f"{name}: z", "m", found.z, MEASURED[1], 0.013, THESIS, ""))
         rows.append(Comparison(f"{name}: miss", "mm", miss(found), None, 13.0, THESIS, "theory: 3 to 13 mm"))
         rows.append(Comparison(f"{name}: mean factor", "1", found.factor, 1.737, None, "Westin (2018) 4.3.1", factor))
-        found = land(scene_of("flume", FLUME | POINT | {"viv.damping_ratio": zeta}))
+        found = land(scene_with("flume", FLUME | POINT | {"viv.damping_ratio": zeta}))
         for axis, ours, printed in zip("xz", (found.x, found.z), STATIC_PLACES[zeta], strict=True):
             rest = "sheave of 5 mm, the least" if axis == "x" else ""
             rows.append(Comparison(f"{name}, limp, from a point: {axis}", "m", ours, printed, 0.002, STATICS, rest))
@@ -208,16 +197,14 @@ def _against(name: str, found: Landing, printed: tuple[float, float, float], why
 
 def full_rows(progress) -> list[Comparison]:
     """What the tow at full scale says."""
-    scene = scene_of("full_scale", FULL)
-    rows = [
-        Comparison("full scale: factor at 0.75 m/s, damping 0.01", "1", factor_at(scene, 0, 0.75), 2.09, 0.005,
-                   "formulas by hand", ""),
-    ]  # fmt: skip
+    scene = scene_with("full_scale", FULL)
+    ours = factor_at(scene, 0, 0.75)
+    rows = [Comparison("full scale: factor at 0.75 m/s, damping 0.01", "1", ours, 2.09, 0.005, "formulas by hand")]
     for times, (across, both) in RIBBONS.items():
         tow = FULL | FRESH | {"cable.sections.faired.drag_amplification": times}
-        found, name = land(scene_of("full_scale", tow)), f"full scale, ribbon drag times {times:g}"
+        found, name = land(scene_with("full_scale", tow)), f"full scale, ribbon drag times {times:g}"
         rows += _against(name, found, across, "the wing as there, 722 N")
-        hand = land(scene_of("full_scale", tow | {"viv.law": "off", BARE: found.factor, f"{BARE}_of": "both"}))
+        hand = land(scene_with("full_scale", tow | {"viv.law": "off", BARE: found.factor, f"{BARE}_of": "both"}))
         rows += _against(f"{name}, mean factor by hand, along too", hand, both, "the factor on both, as there")
     found = land(scene)
     rows.append(Comparison("full scale as shipped: depth", "m", found.depth, THESIS_DEPTH, None, "Westin (2018) 5.2",
@@ -232,7 +219,7 @@ def full_rows(progress) -> list[Comparison]:
     ):
         values = found.table[strumming, COLUMN[column]]
         for end, value in (("lowest", values.min()), ("highest", values.max())):
-            rows.append(Comparison(f"full scale, {end} {what}", unit, float(value), None, None, STATICS, text))
+            rows.append(unjudged(f"full scale, {end} {what}", unit, float(value), STATICS, text))
     return rows
 
 
@@ -250,19 +237,14 @@ def experiment(duration: float | None, progress, quick: bool = False) -> Result:
         (("flume", FLUME, OTHERWISE_FLUME), ("full_scale", FULL, OTHERWISE_FULL))
     ):
         progress(f"{name}, other choices", 2 + k, 4)
-        first = land(scene_of(name, base))
+        first = land(scene_with(name, base))
         unit = 1e3 if name == "flume" else 1.0
-        for what, change in () if quick else changes.items():
-            found = land(scene_of(name, base | change))
-            choices.append(
-                {
-                    "choice": f"{name}: {what}",
-                    "x": unit * (found.x - first.x),
-                    "z": unit * (found.z - first.z),
-                    "computed factor": found.factor - first.factor,
-                    "tension": unit * (found.tension - first.tension),
-                }
-            )
+        for what, values in () if quick else changes.items():
+            found = land(scene_with(name, base | values))
+            change = {"x": unit * (found.x - first.x), "z": unit * (found.z - first.z)}
+            change |= {"computed factor": found.factor - first.factor}
+            change |= {"tension": unit * (found.tension - first.tension)}
+            choices.append({"choice": f"{name}: {what}"} | change)
     chosen = "chosen otherwise: what changes; flume in mm and mN, full scale in m and N"
     shown = (QUICK_SECONDS if quick else SECONDS) if duration is None else duration
     return Result("viv_tow", rows, choices, lambda folder: draw(folder / "strumming.png", shown), chosen)
@@ -270,11 +252,9 @@ def experiment(duration: float | None, progress, quick: bool = False) -> Result:
 
 def draw(path: Path, duration: float) -> Path:
     """Strumming along the tow at full scale in a heave of 1 m, 8 s. RuntimeError where matplotlib is missing."""
-    from cable_sim_ros.plots.strumming import draw_strum
     from cable_sim_ros.runs import offline
 
     path.parent.mkdir(parents=True, exist_ok=True)
-    with tempfile.TemporaryDirectory() as folder, warnings.catch_warnings():
-        warnings.simplefilter("ignore", SceneWarning)
-        run = offline.run(scene_of("full_scale", FULL), heave=(1.0, 8.0), duration=duration, out=folder)
+    with tempfile.TemporaryDirectory() as folder, quiet():
+        run = offline.run(scene_with("full_scale", FULL), heave=(1.0, 8.0), duration=duration, out=folder)
         return draw_strum(run.bag, path, title="full_scale, law of Govardhan & Williamson, damping ratio 0.01")

@@ -13,11 +13,13 @@ from typing import NamedTuple
 import numpy as np
 
 from cable_sim_ros.physics.wake_oscillator import SATURATION, Wake, WakeLaw, WakePhase
+from cable_sim_ros.plots.canvas import canvas
+from cable_sim_ros.plots.run import BLUE, FAINT, ORANGE
 from cable_sim_ros.tools.spans.in_time.wake_run import SpanRow, held_frequency, run_span
 from cable_sim_ros.tools.spans.load import load_span
 from cable_sim_ros.tools.spans.span_file import Span, SpanCase, SpanEnds, SpanFluid, mass_in_fluid, natural_frequency
 
-from . import Comparison, Result
+from . import Comparison, Result, unjudged
 
 SOURCE = "Westin (2018) Table A3"
 TITLE = "How the wake oscillator locks in: frequency and amplitude over the speed of the wind or stream"
@@ -69,22 +71,14 @@ def modes(span: Span, case: SpanCase, a2: float) -> tuple[float, float]:
     along it, from odd modes up to 39; damping as the line's."""
     own, wake, density = span.cable, span.wake, span.fluid.density
     mass = mass_in_fluid(span)
-    q, om, first = (
-        2.0 / np.sqrt(3.0 * a2),
-        2.0 * pi * held_frequency(span, case),
-        2.0 * pi * natural_frequency(span, case),
-    )
+    q, om = 2.0 / np.sqrt(3.0 * a2), 2.0 * pi * held_frequency(span, case)
+    first = 2.0 * pi * natural_frequency(span, case)
     pressure = 0.25 * density * case.wind**2 * own.diameter
     n = np.arange(1, 40, 2)
     k = n * pi / case.length
     natural = k * np.sqrt((case.tension + own.bending_stiffness * k * k) / mass)
-    drag = (
-        0.5
-        * density
-        * own.diameter
-        * case.wind
-        * (1.1 + 4.0 / np.sqrt(density * case.wind * own.diameter / span.fluid.viscosity))
-    )
+    coefficient = 1.1 + 4.0 / np.sqrt(density * case.wind * own.diameter / span.fluid.viscosity)
+    drag = 0.5 * density * own.diameter * case.wind * coefficient
     sign = (-1.0) ** ((n - 1) // 2)
     out = []
     for force, w, extra in (
@@ -144,15 +138,14 @@ def experiment(duration: float | None, progress, quick: bool = False) -> Result:
     progress("lock-in", count - 1, count)
     found_locks = locks(span)
     water = found_locks[0]
+    low = "known to be low in water: the lift does not grow with the amplitude as measured"
+    locked = water.ratio[water.locked]
+    who = "Govardhan & Williamson 2006, docs/strumming.md"
     rows += [
-        Comparison("water: largest amplitude", "d", float(water.amplitude.max()), 1.03, None,
-                   "Govardhan & Williamson 2006, docs/strumming.md", "known to be low in water: the lift does not grow "
-                   "with the amplitude as measured"),
-        Comparison("water: first speed of lock-in, over resonance", "1", float(water.ratio[water.locked].min()), None,
-                   None, "docs/wake.md", ""),
-        Comparison("water: last speed of lock-in, over resonance", "1", float(water.ratio[water.locked].max()), None,
-                   None, "docs/wake.md", ""),
-    ]  # fmt: skip
+        Comparison("water: largest amplitude", "d", float(water.amplitude.max()), 1.03, None, who, low),
+        unjudged("water: first speed of lock-in, over resonance", "1", float(locked.min()), "docs/wake.md"),
+        unjudged("water: last speed of lock-in, over resonance", "1", float(locked.max()), "docs/wake.md"),
+    ]
     heading = "chosen otherwise: what the peaks change by, 1e-6 m"
     return Result("wake", rows, choices, lambda folder: draw(found_locks, folder / "wake.png"), heading)
 
@@ -185,12 +178,9 @@ def against_modes(span: Span) -> list[Comparison]:
             strict=True,
         ):
             value *= 1e6
-            rows.append(
-                Comparison(
-                    f"case_1 pinned, {law.value}: {what}", "1e-6 m", 1e6 * ours, value, ALLOWED_MODES * value,
-                    "sum of modes of the same equations", "sag, and the wake that the motion drives",
-                )
-            )  # fmt: skip
+            name, why = f"case_1 pinned, {law.value}: {what}", "sag, and the wake that the motion drives"
+            source = "sum of modes of the same equations"
+            rows.append(Comparison(name, "1e-6 m", 1e6 * ours, value, ALLOWED_MODES * value, source, why))
     return rows
 
 
@@ -221,9 +211,6 @@ def _difference(found: dict[str, SpanRow], base: dict[str, SpanRow]) -> dict[str
 
 def draw(found: list[Lock], path: Path) -> Path:
     """Frequency of the wake and amplitude over the speed. RuntimeError where matplotlib is missing."""
-    from cable_sim_ros.plots.canvas import canvas
-    from cable_sim_ros.plots.run import BLUE, FAINT, ORANGE
-
     with canvas(path, (14.0, 8.0), TITLE, "experiment wake of `cable-sim validate`") as figure:
         grid = figure.subplots(2, len(found), sharex="col", squeeze=False)
         for (over, under), report in zip(grid.T, found, strict=True):
@@ -233,8 +220,7 @@ def draw(found: list[Lock], path: Path) -> Path:
             over.set_title(report.name)
             over.legend(loc="upper left")
             under.plot(report.ratio, 1e3 * report.amplitude, color=ORANGE, lw=1.8, marker="o", ms=4)
-            under.set_ylim(0.0, 1.08e3 * report.amplitude.max())
-            under.set_xlabel("speed over that of resonance")
+            under.set(ylim=(0.0, 1.08e3 * report.amplitude.max()), xlabel="speed over that of resonance")
         grid[0, 0].set_ylabel("frequency / natural")
         grid[1, 0].set_ylabel("amplitude [d/1000]")
     return path

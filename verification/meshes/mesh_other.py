@@ -17,8 +17,11 @@ from cable_sim_ros.sim.layout import layout_of
 from cable_sim_ros.sim.mesh.mesh_kinds import FeedMesh
 from cable_sim_ros.sim.scene import Scene
 from cable_sim_ros.sim.simulator import Simulator
+from cable_sim_ros.terminal import markdown_table
 
 from .mesh_other_tows import Tow, other_tows
+from .mesh_promise import markdown as promised_table
+from .mesh_promise import promises
 
 SECONDS, SKIP = 60.0, 20.0  # of a run, and what of it is left out of mean and deviation
 EVERY = 0.1  # s between tick outputs
@@ -119,30 +122,34 @@ def others(seconds: float = SECONDS, progress: Progress = silent) -> list[Got]:
     return found
 
 
-def page(first: str, second: str) -> str:
-    """docs/mesh_tables.md: both tables, under what they are."""
-    return (
+def study(repeats: None, progress: Progress) -> tuple[dict, str]:
+    """Both kinds of tows as data, and docs/mesh_tables.md."""
+    first, second = promises(), others(progress=progress)
+    text = (
         "# Is the promise of the mesh kept?\n\n"
         "Made by `cable-sim bench --mesh --out DIR` as `DIR/mesh.md`; do not edit. Conditions and\n"
         "misses: [mesh](mesh.md#is-the-promise-kept).\n\n"
-        f"## Tows of one cable, one towbody\n\n{first}\n\n## Other tows\n\n{second}"
+        f"## Tows of one cable, one towbody\n\n{promised_table(first)}\n\n## Other tows\n\n{markdown(second)}"
     )
+    return {"tows": [row._asdict() for row in first], "other_tows": [row._asdict() for row in second]}, text
 
 
 def markdown(rows: list[Got]) -> str:
     """The second table of docs/mesh_tables.md."""
+    head = "tow | scope [m] | elements | promised: tension [%] / place [mm] | static"
+    head += " | fixed 10 ms: mean / deviation [%] / place [mm] | chosen steps | deviation over mean [%] | kept"
     lines = [
-        "| tow | scope [m] | elements | promised: tension [%] / place [mm] | static | fixed 10 ms: mean / deviation "
-        "[%] / place [mm] | chosen steps | deviation over mean [%] | kept |",
-        "|---|---|---|---|---|---|---|---|---|",
-    ]
-    for r in rows:
-        kept = "yes" if r.kept else f"**no** {r.problem}".strip()
-        lines.append(
-            f"| `{r.tow}` | {r.scope:.4g} | {r.elements} | {100 * r.tension_promised:.2g} "
-            f"/ {1e3 * r.position_promised:.2g} | {100 * r.tension_static:.1g} / {1e3 * r.position_static:.1g} "
-            f"| {100 * r.tension_mean:.1g} / {100 * r.tension_deviation:.2g} / {1e3 * r.position:.2g} "
-            f"| {100 * r.chosen_mean:.1g} / {100 * r.chosen_deviation:.2g} / {1e3 * r.chosen_position:.2g} "
-            f"| {100 * r.deviation_of_mean:.2g} | {kept} |"
+        (
+            f"`{r.tow}`",
+            f"{r.scope:.4g}",
+            str(r.elements),
+            f"{100 * r.tension_promised:.2g} / {1e3 * r.position_promised:.2g}",
+            f"{100 * r.tension_static:.1g} / {1e3 * r.position_static:.1g}",
+            f"{100 * r.tension_mean:.1g} / {100 * r.tension_deviation:.2g} / {1e3 * r.position:.2g}",
+            f"{100 * r.chosen_mean:.1g} / {100 * r.chosen_deviation:.2g} / {1e3 * r.chosen_position:.2g}",
+            f"{100 * r.deviation_of_mean:.2g}",
+            "yes" if r.kept else f"**no** {r.problem}".strip(),
         )
-    return "\n".join(lines)
+        for r in rows
+    ]
+    return markdown_table([head.split(" | "), *lines])

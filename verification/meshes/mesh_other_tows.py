@@ -7,14 +7,13 @@ from typing import Any, NamedTuple
 
 from cable_sim_ros.sim.scene import Scene
 
-from .mesh_tows import FISH, armoured, one, tow
+from .mesh_tows import BALL, FISH, THREAD, armoured, one, tow
 
 G = {"drag_amplification": 2.37}
 FAIRED = {"drag_law": "ribbon", **G}
 SIDE_SCAN = {"mass": 50.0, "net_weight": 357.0, "added_mass": (0.7, 13.6, 13.6), "drag_area": (0.015, 0.2, 0.2)}
 SLED = {"mass": 300.0, "net_weight": 1500.0, "drag_area": (0.5, 1.0, 1.0)}
 CTD = {"mass": 400.0, "net_weight": 2200.0, "added_mass": (450.0, 450.0, 550.0), "drag_area": (2.2, 2.2, 1.36)}
-LEAD = {"mass": 2000.0, "net_weight": 17000.0, "drag_area": (0.5, 1.5, 1.5)}
 HYBRID = {**armoured(0.02), "bending_stiffness": 60.0, "bending_damping": 0.1}
 
 
@@ -56,11 +55,6 @@ def other_tows() -> list[Tow]:
         "tether": {"length": 60.0, "diameter": 0.014, "mass_per_length": 0.2, "axial_stiffness": 1.2e6,
                    "bending_stiffness": 4.0},
     }  # fmt: skip
-    thread = {
-        "diameter": 0.45e-3, "mass_per_length": 0.2e-3, "axial_stiffness": 223.0, "bending_stiffness": 2.82e-6,
-        "axial_damping": 5.4e-4, "bending_damping": 6.8e-12,
-    }  # fmt: skip
-    ball = {"mass": 1.33e-3, "net_weight": 7.777e-3, "drag_area": (3.69e-5,) * 3}
     scan: dict[str, Any] = {"speed": 2.06, "body": SIDE_SCAN, "sheave": 0.3}
     return [
         Tow(tow("light_depressor", full, 450.0, speed=2.2,
@@ -85,7 +79,7 @@ def other_tows() -> list[Tow]:
         Tow(tow("string_of_floats", {f"part_{i}": {"length": 60.0} for i in range(5)}, 260.0, speed=1.2, body=FISH,
                 bodies={f"float_{i}": clump(-60.0, f"part_{i}") for i in range(2, 4)}), (1.0, 6.0), None),
         Tow(tow("beads_in_a_flume", {"upper": {"length": 1.9, "termination_mass": 1e-3}, "lower": {"length": 0.6}}, 1.5,
-                speed=0.2, cable=thread, body=ball, sheave=0.02), (0.015, 4.0), None),
+                speed=0.2, cable=THREAD, body=BALL, sheave=0.02), (0.015, 4.0), None),
         Tow(tow("dragged_sled", one(300.0), 250.0, speed=0.5, cable=armoured(0.014), sheave=0.4, body=SLED,
                 seabed={"depth": 60.0}), (0.5, 8.0), None),
         Tow(tow("clump_over_the_ground", two, 180.0, speed=1.0, body=SIDE_SCAN, bodies={"clump": clump(900.0, "upper")},

@@ -7,6 +7,7 @@ from typing import NamedTuple
 from cable_sim_ros.runs.mesh import at_scope, check, heave_of, kept
 from cable_sim_ros.sim.layout import layout_of
 from cable_sim_ros.sim.scene import Scene
+from cable_sim_ros.terminal import markdown_table
 
 from .mesh_tows import tows
 
@@ -67,18 +68,21 @@ def promises(seconds: float = 60.0) -> list[Row]:
 
 def markdown(rows: list[Row]) -> str:
     """The first table of docs/mesh_tables.md."""
-    lines = [
-        "| tow | scope [m] | heave [m] | elements | step [ms] | promised: tension [%] / place [mm] | static | "
-        "heave: mean / deviation [%] / place [mm] | kept |",
-        "|---|---|---|---|---|---|---|---|---|",
-    ]
+    head = "tow | scope [m] | heave [m] | elements | step [ms] | promised: tension [%] / place [mm] | static"
+    head += " | heave: mean / deviation [%] / place [mm] | kept"
     heaves = {scene.name: heave_of(scene)[0] for scene in tows()}
-    for r in rows:
-        lines.append(
-            f"| `{r.scene}` | {r.scope:.4g} | {heaves[r.scene]:.2g} | {r.elements} | {1e3 * r.tick:g} "
-            f"| {100 * r.tension_promised:.2g} / {1e3 * r.position_promised:.2g} "
-            f"| {100 * r.tension_static:.1g} / {1e3 * r.position_static:.1g} "
-            f"| {100 * r.tension_mean:.1g} / {100 * r.tension_deviation:.1g} / {1e3 * r.position_heave:.1g} "
-            f"| {'yes' if r.kept else '**no**' + (': ' + r.note if r.note else '')} |"
+    lines = [
+        (
+            f"`{r.scene}`",
+            f"{r.scope:.4g}",
+            f"{heaves[r.scene]:.2g}",
+            str(r.elements),
+            f"{1e3 * r.tick:g}",
+            f"{100 * r.tension_promised:.2g} / {1e3 * r.position_promised:.2g}",
+            f"{100 * r.tension_static:.1g} / {1e3 * r.position_static:.1g}",
+            f"{100 * r.tension_mean:.1g} / {100 * r.tension_deviation:.1g} / {1e3 * r.position_heave:.1g}",
+            "yes" if r.kept else "**no**" + (f": {r.note}" if r.note else ""),
         )
-    return "\n".join(lines)
+        for r in rows
+    ]
+    return markdown_table([head.split(" | "), *lines])

@@ -14,6 +14,15 @@ ARMOURED = {  # Westin (2018) Table 8, scaled by diameter where another is given
     "axial_damping": 310.0,
     "bending_damping": 6.4e-5,
 }
+THREAD = {  # of a flume, with its ball
+    "diameter": 0.45e-3,
+    "mass_per_length": 0.2e-3,
+    "axial_stiffness": 223.0,
+    "bending_stiffness": 2.82e-6,
+    "axial_damping": 5.4e-4,
+    "bending_damping": 6.8e-12,
+}
+BALL = {"mass": 1.33e-3, "net_weight": 7.777e-3, "drag_area": (3.69e-5,) * 3}
 FISH = {"mass": 250.0, "net_weight": 445.0, "drag_area": (0.0641, 0.9, 1.485), "lift_area": -0.298}
 
 
@@ -78,11 +87,6 @@ def tows() -> list[Scene]:
     """The tows of the table in docs/mesh.md."""
     g = {"drag_amplification": 2.37, **BOTH}
     faired = {"drag_law": "ribbon", **g}
-    thread = {
-        "diameter": 0.45e-3, "mass_per_length": 0.2e-3, "axial_stiffness": 223.0, "bending_stiffness": 2.82e-6,
-        "axial_damping": 5.4e-4, "bending_damping": 6.8e-12,
-    }  # fmt: skip
-    ball = {"mass": 1.33e-3, "net_weight": 7.777e-3, "drag_area": (3.69e-5, 3.69e-5, 3.69e-5)}
     rope = {"diameter": 0.02, "mass_per_length": 0.35, "axial_stiffness": 2.0e6, "axial_damping": 200.0}
     umbilical = {**armoured(0.03), "bending_stiffness": 2000.0, "bending_damping": 20.0}
     lead = {"mass": 2000.0, "net_weight": 17000.0, "drag_area": (0.5, 1.5, 1.5)}
@@ -92,8 +96,8 @@ def tows() -> list[Scene]:
     chain = {**armoured(0.01), "bending_stiffness": 0.0, "bending_damping": 0.0}
     rods = {**armoured(0.01), "bending_stiffness": 100.0, "bending_damping": 1e-2}
     return [
-        tow("flume_10m", one(10.0), 8.0, speed=0.5, cable=thread, body=ball, sheave=0.02),
-        tow("flume_10m_slow", one(10.0), 8.0, speed=0.15, cable=thread, body=ball, sheave=0.02),
+        tow("flume_10m", one(10.0), 8.0, speed=0.5, cable=THREAD, body=BALL, sheave=0.02),
+        tow("flume_10m_slow", one(10.0), 8.0, speed=0.15, cable=THREAD, body=BALL, sheave=0.02),
         tow("tank_30m", one(30.0), 20.0, speed=1.0, cable=armoured(0.004), body=light, sheave=0.1),
         tow("harbour_60m", one(60.0), 40.0, speed=1.5, body=side_scan),
         tow("side_scan_200m", one(250.0, drag_amplification=1.8), 200.0, speed=2.06, body=side_scan, sheave=0.3),

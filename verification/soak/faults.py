@@ -17,8 +17,8 @@ import numpy as np
 from cable_sim_ros.ros.topics import message_class
 
 from ..stress.verdict import IS, Found, Metric, stress
-from .pace import SETTLED, counters, grown, missed_fraction
-from .rig import Rig, percentile, rig, until
+from .pace import counters, grown, missed_fraction, since
+from .rig import SETTLED, Rig, percentile, rig, sailing, until
 
 SOON = 0.1  # s from a time-out to its status on the wire
 
@@ -39,9 +39,7 @@ def stopped(quick: bool) -> Found:
     """Each stop during motion at 50 Hz; what was sent meanwhile waits in the queues."""
     lengths = (0.1, 1.0) if quick else (0.1, 0.2, 0.5, 1.0, 2.0, 5.0)
     metrics, resumed = [], []
-    with rig() as it:
-        it.sail()
-        time.sleep(SETTLED)
+    with sailing() as it:
         for seconds in lengths:
             os.kill(it.pid, signal.SIGSTOP)
             time.sleep(seconds)
@@ -78,28 +76,24 @@ def stepped(quick: bool) -> Found:
         source = Path(__file__).with_name("clock_shim.c")
         subprocess.run([compiler, "-shared", "-fPIC", "-O1", "-o", str(library), str(source)], check=True)
         shift.write_bytes(struct.pack("<q", 0))
-        with rig(None, {"LD_PRELOAD": str(library), "CLOCK_SHIM": str(shift)}) as it:
-            it.sail()
-            time.sleep(SETTLED)
+        with sailing(extra={"LD_PRELOAD": str(library), "CLOCK_SHIM": str(shift)}) as it:
             before, ahead = counters(it, time.monotonic()), 0.0
             for step in steps:
                 ahead += step
                 with shift.open("r+b") as page:  # in place: the node has it mapped
                     page.write(struct.pack("<q", round(ahead * 1e9)))
                 time.sleep(1.0 if quick else 10.0)
-            after = counters(it, time.monotonic())
+            counts = since(it, before)
             final = it.finish()
-    counts = {name: after[name] - before[name] for name in after}
-    return Found(
-        [
-            Metric("ticks missed", missed_fraction(counts), "", 1e-2),
-            Metric("clock jumps", counts["clock_jumps"], "", 0.0, IS),
-            Metric("messages refused", sum(final["dropped"].values()), "", 0, IS),
-            Metric("refused by cause", str(final["dropped"])),
-            Metric("steps seen", final["wall_clock_steps"], "", len(steps), IS),
-            Metric("samples taken in after, p99", final["sample_age_p99_ms"], "ms", 20.0),
-        ]
-    )
+    metrics = [
+        Metric("ticks missed", missed_fraction(counts), "", 1e-2),
+        Metric("clock jumps", counts["clock_jumps"], "", 0.0, IS),
+        Metric("messages refused", sum(final["dropped"].values()), "", 0, IS),
+        Metric("refused by cause", str(final["dropped"])),
+        Metric("steps seen", final["wall_clock_steps"], "", len(steps), IS),
+        Metric("samples taken in after, p99", final["sample_age_p99_ms"], "ms", 20.0),
+    ]
+    return Found(metrics)
 
 
 @stress("IMU and odometry at 500 Hz each, and a flood of service calls", "sample age p99 <= 20 ms, missed <= 1 %")
@@ -137,17 +131,15 @@ def too_big(quick: bool) -> Found:
         time.sleep(5.0 if quick else 60.0)
         status = it.probe.tasks("loop", time.monotonic() - 2.0)[-1]
         final = it.finish()
-    return Found(
-        [
-            Metric("said after the first tick", at - begun, "s", 1.0),
-            Metric("state", status.values["state"], "", "overloaded", IS),
-            Metric("real-time factor", float(status.values["real_time_factor"]), "", 0.97),
-            Metric("static starts", final["resets"], "", 0, IS),
-            Metric("taken to the present", final["skips_ahead"]),
-            Metric("ticks", final["ticks"]),
-        ],
-        [status.message],
-    )
+    metrics = [
+        Metric("said after the first tick", at - begun, "s", 1.0),
+        Metric("state", status.values["state"], "", "overloaded", IS),
+        Metric("real-time factor", float(status.values["real_time_factor"]), "", 0.97),
+        Metric("static starts", final["resets"], "", 0, IS),
+        Metric("taken to the present", final["skips_ahead"]),
+        Metric("ticks", final["ticks"]),
+    ]
+    return Found(metrics, [status.message])
 
 
 @stress("an input falls silent", f"its status on the wire within {SOON:g} s of its time-out (0.5 s)")
@@ -168,10 +160,8 @@ def silent(quick: bool) -> Found:
             last = received[-1][0]
             late.append(first_status(it, "inputs", 2, last, 5.0) - last - 0.5)
         it.finish()
-    return Found(
-        [
-            Metric("after the time-out, p50", percentile(late, 50), "s"),
-            Metric("after the time-out, longest", max(late), "s", SOON),
-        ],
-        [f"{len(late)} times"],
-    )
+    metrics = [
+        Metric("after the time-out, p50", percentile(late, 50), "s"),
+        Metric("after the time-out, longest", max(late), "s", SOON),
+    ]
+    return Found(metrics, [f"{len(late)} times"])

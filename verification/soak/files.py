@@ -5,12 +5,12 @@ from __future__ import annotations
 import random
 import re
 import time
-import warnings
 from pathlib import Path
 
-from cable_sim_ros.io.scenes.load import SceneError, SceneWarning, scene_from_text
+from cable_sim_ros.io.scenes.load import SceneError, scene_from_text
 from cable_sim_ros.io.scenes.resources import find_scene, shipped_scenes
 
+from ..shipped import quiet
 from ..stress.verdict import IS, Found, Metric, stress
 
 CANARIES = {  # name -> YAML text
@@ -85,8 +85,7 @@ def judge(text: str) -> tuple[str, float]:
     """("scene", "refused" or the type of what broke, seconds): what the loader makes of a text."""
     begun = time.perf_counter()
     try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", SceneWarning)
+        with quiet():
             scene_from_text(text, "fuzzed.yaml")
         found = "scene"
     except SceneError as error:
@@ -111,13 +110,11 @@ def files(quick: bool) -> Found:
         classes[found] = classes.get(found, 0) + 1
         if found not in ("scene", "refused"):
             broken.append(f"{name}: {found}")
-    return Found(
-        [
-            Metric("files", len(texts)),
-            Metric("that are scenes", classes.get("scene", 0)),
-            Metric("refused with a text", classes.get("refused", 0)),
-            Metric("that broke the loader", len(broken), "", 0, IS),
-            Metric("longest time for a file", longest, "s", 2.0),
-        ],
-        broken[:20] + (["shortened from 10 000"] if quick else []),
-    )
+    metrics = [
+        Metric("files", len(texts)),
+        Metric("that are scenes", classes.get("scene", 0)),
+        Metric("refused with a text", classes.get("refused", 0)),
+        Metric("that broke the loader", len(broken), "", 0, IS),
+        Metric("longest time for a file", longest, "s", 2.0),
+    ]
+    return Found(metrics, broken[:20] + (["shortened from 10 000"] if quick else []))

@@ -8,16 +8,16 @@ import time
 
 from cable_sim_ros.ros.topics import message_class
 
-from ..stress.verdict import IS, MIN, Found, Metric, stress
-from .pace import SETTLED, grown, missed_fraction
-from .rig import Rig, percentile, rig, until
+from ..stress.verdict import IS, MIN, Found, Metric, holds, stress
+from .pace import grown, missed_fraction
+from .rig import Rig, percentile, rig, sailing, until
 
 PORT, PER_DOMAIN = 7400, 250  # DDSI-RTPS 9.6.2: 7400 + 250 domain + offset
 
 
 def _kept_on(it: Rig, counts: dict[str, float]) -> list[Metric]:
     return [
-        Metric("the node still runs", it.node.code is None, "", True, IS),
+        holds("the node still runs", it.node.code is None),
         Metric("ticks missed", missed_fraction(counts), "", 1e-2),
         Metric("static starts", counts["resets"], "", 0.0, IS),
     ]
@@ -27,23 +27,19 @@ def _kept_on(it: Rig, counts: dict[str, float]) -> list[Metric]:
 def giants(quick: bool) -> Found:
     """Whatever is longer than 64 kB is refused before it is decoded or recorded."""
     size, seconds = (2_000_000, 5.0) if quick else (20_000_000, 30.0)
-    with rig() as it:
-        it.sail()
-        time.sleep(SETTLED)
+    with sailing() as it:
         before = it.resident()
         it.start("flood", "cable_sim_ros.ros.load.flood", "giants", "--bytes", str(size), "--seconds", str(seconds))
         counts = grown(it, seconds + 3.0)
         metrics = _kept_on(it, counts)
         memory = it.resident() - before
         final = it.finish()
-    return Found(
-        [
-            *metrics,
-            Metric("giants refused", final["dropped"].get("size", 0), "", 1, MIN),
-            Metric("memory gained, in giants", memory * 1e6 / size, "", 20.0),
-        ],
-        ["the middleware keeps buffers as long as the longest message that it has seen"],
-    )
+    metrics = [
+        *metrics,
+        Metric("giants refused", final["dropped"].get("size", 0), "", 1, MIN),
+        Metric("memory gained, in giants", memory * 1e6 / size, "", 20.0),
+    ]
+    return Found(metrics, ["the middleware keeps buffers as long as the longest message that it has seen"])
 
 
 @stress("discovery, nothing set", "this host only, and said at the start; a sender on this host is heard")
@@ -54,16 +50,14 @@ def discovery(quick: bool) -> Found:
         it.state("running", within=30.0)
         said = "discovery: this host only" in it.node.text
         it.finish()
-    return Found([Metric("said at the start", said, "", True, IS), Metric("heard on this host", True, "", True, IS)])
+    return Found([holds("said at the start", said), holds("heard on this host", True)])
 
 
 @stress("scans: junk to every DDS port of the domain", "the node runs on, missed <= 1 %")
 def scans(quick: bool) -> Found:
     """Random datagrams, half of them with the header of RTPS, to UDP and connections to TCP."""
     draw, count = random.Random(6), 2000 if quick else 200_000
-    with rig() as it:
-        it.sail()
-        time.sleep(SETTLED)
+    with sailing() as it:
         base = PORT + PER_DOMAIN * it.domain
         with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as out:
             for k in range(count):
@@ -84,9 +78,7 @@ def scans(quick: bool) -> Found:
 def floods(quick: bool) -> Found:
     """Bytes that are no message, as fast as one process sends them, on imu/data, odom and winch/command."""
     seconds = 5.0 if quick else 60.0
-    with rig() as it:
-        it.sail()
-        time.sleep(SETTLED)
+    with sailing() as it:
         mark = it.mark()
         for what in ("topics", "services"):
             child = it.start("flood", "cable_sim_ros.ros.load.flood", what, "--seconds", str(seconds))
@@ -97,14 +89,15 @@ def floods(quick: bool) -> Found:
         time.sleep(3.0)
         level = it.probe.tasks("inputs")[-1].level
         final = it.finish()
+    metrics = [
+        *metrics,
+        Metric("age of the motion of a tick, p50", 1e3 * percentile(frames["motion_age"], 50), "ms"),
+        Metric("age of the motion of a tick, p99", 1e3 * percentile(frames["motion_age"], 99), "ms", 1500.0),
+        Metric("level of the inputs two seconds later", level, "", 0),
+        Metric("junk refused", final["dropped"].get("size", 0), "", 1, MIN),
+    ]
     return Found(
-        [
-            *metrics,
-            Metric("age of the motion of a tick, p50", 1e3 * percentile(frames["motion_age"], 50), "ms"),
-            Metric("age of the motion of a tick, p99", 1e3 * percentile(frames["motion_age"], 99), "ms", 1500.0),
-            Metric("level of the inputs two seconds later", level, "", 0),
-            Metric("junk refused", final["dropped"].get("size", 0), "", 1, MIN),
-        ],
+        metrics,
         ["who may send to a topic can squeeze out what others send: only the policy of config/sros2 prevents that"],
     )
 
@@ -132,13 +125,12 @@ def foreign(quick: bool) -> Found:
             twin.close()
         text = it.node.text
         it.finish()
-    return Found(
-        [
-            Metric("foreign publisher said after", spoofed, "s", 4.0),
-            Metric("second node of the name said after", twins, "s", 4.0),
-            Metric("lines in the log for the publisher", text.count("towbody/pose is also published by"), "", 1, IS),
-        ]
-    )
+    metrics = [
+        Metric("foreign publisher said after", spoofed, "s", 4.0),
+        Metric("second node of the name said after", twins, "s", 4.0),
+        Metric("lines in the log for the publisher", text.count("towbody/pose is also published by"), "", 1, IS),
+    ]
+    return Found(metrics)
 
 
 @stress("SROS2 policy", "names every topic and service that the node has, and no other")

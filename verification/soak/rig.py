@@ -20,6 +20,7 @@ from cable_sim_ros.ros.child import Process
 from cable_sim_ros.ros.play.live import STOP, environment, failed, read_state
 
 READY_WITHIN = 300.0  # s; compiling everything from nothing takes minutes on a slow machine
+SETTLED = 3.0  # s after the start that are not judged
 NODE = [sys.executable, "-m", "cable_sim_ros.ros.node"]
 
 
@@ -82,11 +83,6 @@ class Rig:
         self.state("running", "overloaded", within=60.0)
         until(lambda: self.probe.received["sim/health"], 10.0, "the first tick")
 
-    def moor(self) -> None:
-        """End the sensors."""
-        assert self.sensors is not None
-        self.sensors.stop(STOP)
-
     def mark(self) -> int:
         """Number of the next tick output, for `probe.frames`."""
         return len(self.probe.received["sim/health"])
@@ -95,11 +91,6 @@ class Rig:
         """Memory of the node in use [MB]."""
         pages = int(Path(f"/proc/{self.pid}/statm").read_text().split()[1])
         return pages * os.sysconf("SC_PAGE_SIZE") * 1e-6
-
-    def cpu(self) -> float:
-        """CPU time of the node [s]."""
-        fields = Path(f"/proc/{self.pid}/stat").read_text().rpartition(")")[2].split()
-        return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
 
     def finish(self) -> dict:
         """Stop everything; the node's final figures."""
@@ -138,6 +129,15 @@ def rig(command: list[str] | None = None, extra: dict[str, str] | None = None, *
             yield it
         finally:
             it.close()
+
+
+@contextmanager
+def sailing(*, settled: float = SETTLED, **how) -> Iterator[Rig]:
+    """The same under way, ``settled`` [s] after its first tick."""
+    with rig(**how) as it:
+        it.sail()
+        time.sleep(settled)
+        yield it
 
 
 def percentile(values, rank: float) -> float:

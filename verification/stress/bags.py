@@ -1,17 +1,14 @@
-"""Bags of known messages for the stress of reading and recording, and processes of their own to do it in."""
+"""Bags of known messages for the stress of reading and recording."""
 
 from __future__ import annotations
 
 import struct
-from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from cable_sim_ros.io.bags.bag import BagError, BagWriter, Damage, Message, read_bag
 from cable_sim_ros.io.bags.mcap_file import HEAD, McapFile
-from cable_sim_ros.processes import ForkServer
 
 IMU, TOPIC = "sensor_msgs/msg/Imu", "/tow_sim/imu/data"
 SIZE = 348  # bytes of an Imu
@@ -100,34 +97,6 @@ def giants(folder: Path) -> dict[str, Path]:
             if k in (99, 100):
                 writer.flush()
     return made
-
-
-def start_apart(function: Callable, *args) -> tuple[Any, Any]:
-    """A process that runs function(pipe, *args), and the end of the pipe to receive from."""
-    context = ForkServer()
-    context.set_forkserver_preload([__name__, function.__module__])
-    here, there = context.Pipe(duplex=False)
-    child = context.Process(target=function, args=(there, *args), daemon=True)
-    child.start()
-    there.close()
-    return child, here
-
-
-def apart(function: Callable, *args, timeout: float = 120.0) -> Any:
-    """Result of a function of a module in a process of its own; TimeoutError where there is none in time."""
-    child, pipe = start_apart(_answer, function, *args)
-    try:
-        if not pipe.poll(timeout):
-            raise TimeoutError(f"{function.__name__} has not ended within {timeout:g} s")
-        return pipe.recv()
-    finally:
-        child.kill()
-        child.join()
-        pipe.close()
-
-
-def _answer(pipe, function: Callable, *args) -> None:
-    pipe.send(function(*args))
 
 
 def max_memory() -> float:

@@ -19,8 +19,9 @@ from cable_sim_ros.io.recordings.recorder import Recorder, RecorderStats
 from cable_sim_ros.io.recordings.recording_place import MAX_NAME, Names, name_problem, root_problem
 from cable_sim_ros.io.recordings.recovery import recover
 
-from .bags import IMU, TOPIC, apart, imu, read, start_apart
-from .verdict import IS, MAX, Found, Metric, stress
+from .apart import apart, start_apart
+from .bags import IMU, TOPIC, imu, read
+from .verdict import IS, MAX, Found, Metric, holds, stress
 
 RATE = 1100.0  # messages/s of a node at 100 Hz that records all its topics
 ROOMS = (20_000, 60_000, 200_000)  # bytes
@@ -40,7 +41,7 @@ def bad_disk(quick: bool) -> Found:
             lost_count = count - stats.written - stats.dropped - stats.waiting
             metrics += [
                 Metric(f"{what}: accepted - written - dropped", lost_count, "", 0, IS),
-                Metric(f"{what}: reason given", bool(stats.error) or kind == "slow", "", True, IS),
+                holds(f"{what}: reason given", bool(stats.error) or kind == "slow"),
                 Metric(f"{what}: recovered - written", _recovered(path) - stats.written, "", 0, IS),
                 Metric(f"{what}: written", stats.written),
             ]
@@ -132,15 +133,14 @@ def killed(quick: bool) -> Found:
                 max_lost = max(max_lost, lost)
                 if delay < 1.0:
                     max_lost_early = max(max_lost_early, lost / delay)
-    return Found(
-        [
-            Metric("killed", number),
-            Metric("bags not readable after recover", unreadable, "", 0, MAX),
-            Metric("recovered without a word on the loss", unsaid, "", 0, MAX),
-            Metric("most lost", max_lost, "s", 1.25, MAX),  # a second, and the poll of a loaded machine
-            Metric("most lost of a bag below 1 s, over its length", max_lost_early, "", 1.0, MAX),
-        ]
-    )
+    metrics = [
+        Metric("killed", number),
+        Metric("bags not readable after recover", unreadable, "", 0, MAX),
+        Metric("recovered without a word on the loss", unsaid, "", 0, MAX),
+        Metric("most lost", max_lost, "s", 1.25, MAX),  # a second, and the poll of a loaded machine
+        Metric("most lost of a bag below 1 s, over its length", max_lost_early, "", 1.0, MAX),
+    ]
+    return Found(metrics)
 
 
 def _record_for_ever(pipe, path: Path) -> None:
@@ -200,16 +200,15 @@ def accounting(quick: bool) -> Found:
         stats, accepted, kept = apart(_record_fast, path, seconds)
         messages, damage, error = read(path)
     numbers = [int.from_bytes(m.data[4:12], "little") for m in messages]
-    return Found(
-        [
-            Metric("accepted - written - dropped", accepted - stats.written - stats.dropped, "", 0, IS),
-            Metric("in the bag - written", len(messages) - stats.written, "", 0, IS),
-            Metric("dropped of those to be kept", stats.kept_dropped, "", 0, IS),
-            Metric("missing of those to be kept", kept - sum(k % 50 == 0 for k in numbers), "", 0, IS),
-            Metric("damaged", bool(damage) or bool(error), "", False, IS),
-            Metric("dropped over accepted", stats.dropped / accepted),
-        ]
-    )
+    metrics = [
+        Metric("accepted - written - dropped", accepted - stats.written - stats.dropped, "", 0, IS),
+        Metric("in the bag - written", len(messages) - stats.written, "", 0, IS),
+        Metric("dropped of those to be kept", stats.kept_dropped, "", 0, IS),
+        Metric("missing of those to be kept", kept - sum(k % 50 == 0 for k in numbers), "", 0, IS),
+        Metric("damaged", bool(damage) or bool(error), "", False, IS),
+        Metric("dropped over accepted", stats.dropped / accepted),
+    ]
+    return Found(metrics)
 
 
 def _record_fast(path: Path, seconds: float) -> tuple[RecorderStats, int, int]:
@@ -263,16 +262,14 @@ def names(quick: bool) -> Found:
         opened = len(os.listdir("/proc/self/fd")) - files + threading.active_count() - threads
         found = [path.name for path in root.iterdir()]
         outside = [path.name for path in Path(scratch).iterdir() if path != root]
-    return Found(
-        [
-            Metric("names taken that are none", len(taken), "", 0, MAX),
-            Metric("refusals without key, rule and remedy", len(unsaid), "", 0, MAX),
-            Metric("names refused that are some", len(refused), "", 0, MAX),
-            Metric("made outside of the root", len(outside), "", 0, MAX),
-            Metric("longest name made", max(map(len, found)), "characters", MAX_NAME, MAX),
-            Metric("recordings missing of those made", 2 * toggles - len(found), "", 0, IS),
-            Metric("time of a recording begun and ended", spent / toggles / 2, "s", 0.2, MAX),
-            Metric("files and threads left open", opened, "", 0, MAX),
-        ],
-        [repr(n) for n in taken + refused + unsaid],
-    )
+    metrics = [
+        Metric("names taken that are none", len(taken), "", 0, MAX),
+        Metric("refusals without key, rule and remedy", len(unsaid), "", 0, MAX),
+        Metric("names refused that are some", len(refused), "", 0, MAX),
+        Metric("made outside of the root", len(outside), "", 0, MAX),
+        Metric("longest name made", max(map(len, found)), "characters", MAX_NAME, MAX),
+        Metric("recordings missing of those made", 2 * toggles - len(found), "", 0, IS),
+        Metric("time of a recording begun and ended", spent / toggles / 2, "s", 0.2, MAX),
+        Metric("files and threads left open", opened, "", 0, MAX),
+    ]
+    return Found(metrics, [repr(n) for n in taken + refused + unsaid])

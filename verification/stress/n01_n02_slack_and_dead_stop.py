@@ -5,13 +5,14 @@ from __future__ import annotations
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from cable_sim_ros.sim.rig.rig import FOLDING, WHIPPING, Rig, cable_of
+from cable_sim_ros.sim.rig.rig import FOLDING, WHIPPING, Rig
 
+from ..cables import uniform
 from ..cases import Fidelity, run_case
 from ..cases.family import Case, Output
 from ..cases.slack import bowed
 from ..cases.statics import hanging_shape
-from .verdict import MIN, WITHIN, Found, Metric, stress
+from .verdict import MIN, WITHIN, Found, Metric, relative, stress
 
 GRAVITY = 9.81
 DROP = {
@@ -47,17 +48,8 @@ def min_of_drop(elements: int, step: float) -> float:
     """Least element tension of the dropped mass, from its fall over the snap to the next one, over T0."""
     p = DROP
     length, weight = p["tether_length_m"], p["end_mass_kg"] * GRAVITY
-    rig = Rig(
-        cable_of(
-            [{"length": length, "elements": elements}],
-            mass_per_length=p["tether_mass_per_length_kg_m"],
-            axial_stiffness=p["EA_N"],
-            compression_share=FOLDING,
-        ),
-        held={0: "r"},
-        tension=weight,
-        bodies={elements: p["end_mass_kg"]},
-    )
+    cable = uniform(length, elements, p["tether_mass_per_length_kg_m"], p["EA_N"], compression_share=FOLDING)
+    rig = Rig(cable, held={0: "r"}, tension=weight, bodies={elements: p["end_mass_kg"]})
     bowed(rig, length - p["free_fall_height_m"])
     return min_along(rig, step, 2.0) / weight
 
@@ -75,17 +67,15 @@ def min_of_chain(elements: int, step: float) -> float:
     """Least element tension of the falling chain until it hangs below its support, over T0 at that support."""
     p = CHAIN
     length, weight = p["length_m"], p["mass_per_length_kg_m"] * GRAVITY * p["length_m"]
-    rig = Rig(
-        cable_of(
-            [{"length": length, "elements": elements}],
-            mass_per_length=p["mass_per_length_kg_m"],
-            axial_stiffness=1e4 * weight,
-            bending_stiffness=5e-8 * weight * length**2,
-            compression_share=FOLDING,
-        ),
-        held={0: "r", elements: "r"},
-        tension=weight,
+    cable = uniform(
+        length,
+        elements,
+        p["mass_per_length_kg_m"],
+        1e4 * weight,
+        bending_stiffness=5e-8 * weight * length**2,
+        compression_share=FOLDING,
     )
+    rig = Rig(cable, held={0: "r", elements: "r"}, tension=weight)
     rig.place(*hanging_shape(rig.arc, p["end_separation_m"], 0.0))
     rig.state.q[-1, :3] = (p["end_separation_m"], 0.0, 0.0)
     rig.settle()
@@ -169,10 +159,7 @@ def slack(quick: bool) -> Found:
     ):
         got, report = values(name, inputs, allowed, fidelity)
         metrics += [
-            Metric(
-                f"{name}, {what}", None if got[what] is None else got[what] / truth[what] - 1.0, "", tolerance, WITHIN
-            )
-            for what, tolerance in allowed.items()
+            relative(f"{name}, {what}", got[what], truth[what], tolerance) for what, tolerance in allowed.items()
         ]
         notes += report[1:]
     # the mesh and step that a real-time run would carry, and finer ones: a push that is the mesh's goes with it

@@ -8,10 +8,11 @@ from cable_sim_ros.physics.tick_output import Flag
 from cable_sim_ros.sim.simulator import SolverError
 
 from ..cases import Fidelity
+from ..shipped import started
 from .n01_n02_slack_and_dead_stop import values
 from .sheave_depth import Watch
-from .tows import Sea, held, reel, sail, started
-from .verdict import IS, WITHIN, Found, Metric, stress
+from .tows import Sea, held, reel, sail
+from .verdict import WITHIN, Found, Metric, holds, stress
 
 TURN_ABOUT = 5.0  # s
 ROLL, YAW = {"roll": (np.radians(70.0), 80.0, 0.0)}, {"yaw": (np.radians(60.0), 80.0, 0.0)}
@@ -38,14 +39,9 @@ def climb(quick: bool) -> Found:
         {heel: 0.01},
         Fidelity.REALTIME if quick else Fidelity.VERIFICATION,
     )
+    away = None if got[heel] is None else got[heel] - (90.0 - WALL)
     metrics = [
-        Metric(
-            "heel at climb-out of a slack cable against 90 deg less the half angle",
-            None if got[heel] is None else got[heel] - (90.0 - WALL),
-            "deg",
-            2.0,
-            WITHIN,
-        )
+        Metric("heel at climb-out of a slack cable against 90 deg less the half angle", away, "deg", 2.0, WITHIN)
     ]
     notes = notes[1:]
     for name, speed, sea in (
@@ -88,7 +84,7 @@ def heeled(speed: float, waves: dict, rate: float = 0.0) -> tuple[list[Metric], 
         Metric("tick outputs out of the groove without flag or event", missed, "", 0),
         Metric("events taken back", unlatched, "", 0),
         *watch.metrics(scene.cable.diameter),
-        Metric("ran to its end", not notes, "", True, IS),
+        holds("ran to its end", not notes),
     ]
     notes.append(
         "stayed in the groove"

@@ -11,8 +11,9 @@ from cable_sim_ros.physics.tick_output import Flag
 from cable_sim_ros.sim.scene import Scene
 from cable_sim_ros.sim.simulator import SolverError, StartError
 
-from .tows import finite, held, reel, started, weights
-from .verdict import IS, MIN, WITHIN, Found, Metric, stress
+from ..shipped import started
+from .tows import finite, held, reel, weights
+from .verdict import MIN, Found, Metric, holds, relative, stress
 
 FINE = 0.1  # m, elements that come over sheave and drum where the mesh is fixed to the material
 OUTBOARD, WOUND, SPAN = 12.0, 16.0, 8.04  # m; the last from drum to sheave
@@ -61,31 +62,23 @@ def _overspeed(name: str, tow: Callable[..., Scene], waits: int) -> tuple[list[M
         # not against the weights: the light fish leaves the bending at the sheave its share, EI kappa^2/2 = 9 N
         settled = started(tow(OUTBOARD + paid, WOUND - paid, **LIGHT_FISH)).frame
     except SolverError as error:
-        return [Metric(f"{name}, ran to its end", False, "", True, IS)], [f"{name}: {error}"]
+        return [holds(f"{name}, ran to its end", False)], [f"{name}: {error}"]
     maximum = float(np.abs(out.payout_rate).max() / scene.winch.max_rate)
-    swing = float(np.ptp(last.tension) / last.tension.mean())
+    swing, minimum = (
+        float(np.ptp(last.tension) / last.tension.mean()),
+        float(out.tension_body.min() / still.tension_body),
+    )
+    stopped = f"{name}, after the stop"
     return [
         Metric(f"{name}, largest rate of pay-out over winch.max_rate", maximum, "", 1.0 + 1e-9),
-        Metric(f"{name}, slack reported", bool((out.status & Flag.SLACK > 0).any()), "", True, IS),
-        Metric(
-            f"{name}, least tension at the fish over that at rest", float(out.tension_body.min() / still.tension_body)
+        holds(f"{name}, slack reported", bool((out.status & Flag.SLACK > 0).any())),
+        Metric(f"{name}, least tension at the fish over that at rest", minimum),
+        holds(f"{name}, numbers finite", all(finite(f) for f in (out, *after))),
+        relative(
+            f"{stopped}, mean tension against a start at this pay-out", last.tension.mean(), settled.tension, 0.02
         ),
-        Metric(f"{name}, numbers finite", all(finite(f) for f in (out, *after)), "", True, IS),
-        Metric(
-            f"{name}, after the stop, mean tension against a start at this pay-out",
-            float(last.tension.mean() / settled.tension - 1.0),
-            "",
-            0.02,
-            WITHIN,
-        ),
-        Metric(f"{name}, after the stop, swing of the tension", swing),
-        Metric(
-            f"{name}, after the stop, slack no longer reported",
-            not bool((last.status & Flag.SLACK).any()),
-            "",
-            True,
-            IS,
-        ),
+        Metric(f"{stopped}, swing of the tension", swing),
+        holds(f"{stopped}, slack no longer reported", not bool((last.status & Flag.SLACK).any())),
     ], [
         f"{name}: {out.payout[-1] - still.payout:.1f} m paid out, slack in {int(slack.sum())} of "
         f"{len(out)} ticks, least element tension {out.tension_least.min():.3g} N"
@@ -111,35 +104,21 @@ def winch(quick: bool) -> Found:
         minimum = float(-sim.model.settings["drum"]["min_length"][0])  # length that may be hauled in
         hauled = reel(sim, -1.0, minimum + 3.0)
         rest = reel(sim, 0.0, 20.0 if quick else 60.0)
+        left = float(15.0 + (hauled.payout[-1] - hauled.payout[0]))
         metrics += [
-            Metric(
-                "haul-in, cable left outboard of the tangent point of the sheave",
-                float(15.0 + (hauled.payout[-1] - hauled.payout[0])),
-                "m",
-            ),
-            Metric("haul-in, end reported", bool((hauled.status & Flag.DRUM_END > 0).any()), "", True, IS),
-            Metric("haul-in, numbers finite", finite(hauled) and finite(rest), "", True, IS),
-            Metric(
-                "haul-in, mean tension against the weights that hang",
-                float(rest.tension[-500:].mean() / weights(sim) - 1.0),
-                "",
-                0.02,
-                WITHIN,
+            Metric("haul-in, cable left outboard of the tangent point of the sheave", left, "m"),
+            holds("haul-in, end reported", bool((hauled.status & Flag.DRUM_END > 0).any())),
+            holds("haul-in, numbers finite", finite(hauled) and finite(rest)),
+            relative(
+                "haul-in, mean tension against the weights that hang", rest.tension[-500:].mean(), weights(sim), 0.02
             ),
         ]
         reel(sim, 1.0, minimum)
         rest = reel(sim, 0.0, 20.0 if quick else 60.0)
-        metrics.append(
-            Metric(
-                "paid out again, mean tension against the weights that hang",
-                float(rest.tension[-500:].mean() / weights(sim) - 1.0),
-                "",
-                0.02,
-                WITHIN,
-            )
-        )
+        mean = rest.tension[-500:].mean()
+        metrics.append(relative("paid out again, mean tension against the weights that hang", mean, weights(sim), 0.02))
     except SolverError as error:
-        metrics.append(Metric("haul-in ran to its end", False, "", True, IS))
+        metrics.append(holds("haul-in ran to its end", False))
         notes.append(f"haul-in: {error}")
     return Found(metrics, notes)
 
@@ -176,50 +155,31 @@ def cold(quick: bool) -> Found:
         except (SceneError, StartError) as error:
             text = str(error)
             clear = "nothing was started" in text and any(c.isdigit() for c in text)
-            metrics.append(Metric(f"{name}: the error says why", clear, "", True, IS))
+            metrics.append(holds(f"{name}: the error says why", clear))
             notes.append(f"{name}: refused: {text}")
             continue
         first, depth = sim.frame.copy(), sim.shape[-1, 2]
         if speed == 0.0 and not values and length > 4.0:
             metrics.append(
-                Metric(
-                    f"{name}: tension against the weights that hang",
-                    float(first["tension"] / weights(sim) - 1.0),
-                    "",
-                    0.02,
-                    WITHIN,
-                )
+                relative(f"{name}: tension against the weights that hang", first["tension"], weights(sim), 0.02)
             )
         scale = max(abs(float(first["tension"])), 1.0)
-        metrics.append(
-            Metric(
-                f"{name}: least element tension over that at the sheave",
-                float(first["tension_least"] / scale),
-                "",
-                -0.01,
-                MIN,
-            )
-        )
-        metrics.append(Metric(f"{name}: residual over tension", float(first["residual"] / scale), "", 1e-5))
+        minimum = float(first["tension_least"] / scale)
+        metrics += [
+            Metric(f"{name}: least element tension over that at the sheave", minimum, "", -0.01, MIN),
+            Metric(f"{name}: residual over tension", float(first["residual"] / scale), "", 1e-5),
+        ]
         try:
             frames = sim.run(round((10.0 if quick else 60.0) / sim.scene.solver.tick))
         except SolverError as error:
-            metrics.append(Metric(f"{name}: stays where it settled", False, "", True, IS))
+            metrics.append(holds(f"{name}: stays where it settled", False))
             notes.append(f"{name}: {error}")
             continue
+        drift = float(np.abs(frames.tension - first["tension"]).max() / scale)
+        sunk = float(np.abs(frames.body_position[:, 2] - depth).max() / length)
         metrics += [
-            Metric(
-                f"{name}: change of the tension when let run",
-                float(np.abs(frames.tension - first["tension"]).max() / scale),
-                "",
-                1e-3,
-            ),
-            Metric(
-                f"{name}: change of the depth over the length",
-                float(np.abs(frames.body_position[:, 2] - depth).max() / length),
-                "",
-                1e-3,
-            ),
+            Metric(f"{name}: change of the tension when let run", drift, "", 1e-3),
+            Metric(f"{name}: change of the depth over the length", sunk, "", 1e-3),
         ]
         notes.append(
             f"{name}: {first['tension']:.1f} N, body at {first['body_position'][2]:.2f} m, least element tension "

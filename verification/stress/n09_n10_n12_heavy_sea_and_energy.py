@@ -8,9 +8,10 @@ from cable_sim_ros.io.scenes.load import scene_from_dict
 from cable_sim_ros.physics.tick_output import TICK_OUTPUT, Flag
 from cable_sim_ros.sim.simulator import Simulator, SolverError
 
+from ..shipped import started
 from .sheave_depth import Watch
-from .tows import Sea, finite, held, sail, shipped, started
-from .verdict import IS, Found, Metric, stress
+from .tows import Sea, finite, held, sail, shipped
+from .verdict import Found, Metric, holds, stress
 
 SUPPLIED, LOST = "work_supplied", ("work_water", "work_contact", "dissipated")
 RESIDUAL = "energy_residual"  # J, cumulative since the start: stored + dissipated - supplied
@@ -61,7 +62,7 @@ def _heavy(depth: float, seconds: float) -> tuple[list[Metric], list[str], bool]
     name = f"groove {1e3 * depth:g} mm"
     metrics = [
         Metric(f"{name}, simulated", done, "s", seconds, ">="),
-        Metric(f"{name}, numbers finite", good, "", True, IS),
+        holds(f"{name}, numbers finite", good),
         *(f._replace(name=f"{name}, {f.name}") for f in watch.metrics(scene.cable.diameter)),
     ]
     if fraction is not None:
@@ -99,7 +100,7 @@ def steps(quick: bool) -> Found:
             report = _trace(shipped(solver__tick=0.01 * factor), sea, seconds, settle)
         except SolverError as error:
             flagged = "NEWTON_FAILED" in str(error)
-            metrics.append(Metric(f"step x{factor}, refused with a flag", flagged, "", True, IS))
+            metrics.append(holds(f"step x{factor}, refused with a flag", flagged))
             notes.append(f"step x{factor}: {error}")
             continue
         shift = reference["tension"].mean()
@@ -110,16 +111,11 @@ def steps(quick: bool) -> Found:
         if factor == 1:
             shipped_error = error
         flagged = report["halved"] > 0
-        for name, _ in (("tension", ""), ("body", "m")):
+        for name in ("tension", "body"):
             ratio = float(error[name] / shipped_error[name])
-            metrics.append(
-                Metric(
-                    f"step x{factor}, largest error of {name} over that of the shipped step",
-                    ratio,
-                    "",
-                    None if factor == 1 or (flagged and ratio > 2.0) else 2.0,
-                )
-            )
+            limit = None if factor == 1 or (flagged and ratio > 2.0) else 2.0
+            what = f"step x{factor}, largest error of {name} over that of the shipped step"
+            metrics.append(Metric(what, ratio, "", limit))
         notes.append(
             f"step x{factor}: largest error of the tension {100 * error['tension']:.3g} %, of the body "
             f"{1e3 * error['body']:.3g} mm; {report['halved']} of {report['ticks']} ticks sub-stepped"
@@ -146,8 +142,8 @@ def _trace(scene, sea: dict, seconds: float, settle: float) -> dict:
     }
 
 
-def swinging(tick: float) -> Simulator:
-    """A bare, undamped cable pinned on the drum, far above the water, pulled aside by 30 degrees."""
+def bare(tick: float) -> Simulator:
+    """A bare, undamped cable that hangs from the drum, pinned there far above the water; its surfaces do not press."""
     sim = Simulator(
         scene_from_dict(
             {
@@ -169,6 +165,12 @@ def swinging(tick: float) -> Simulator:
     )
     sim.state.surfaces["stiffness"][:] = 0.0
     sim.start()
+    return sim
+
+
+def swinging(tick: float) -> Simulator:
+    """The same pulled aside by 30 degrees."""
+    sim = bare(tick)
     down = np.array((-0.5, 0.0, -np.sqrt(0.75)))
     sim.state.q[:, :3] = sim.state.q[0, :3] + sim.state.arc[:, None] * down
     sim.state.q[:, 3:] = down
@@ -206,9 +208,6 @@ def energy(quick: bool) -> Found:
             frames = sail(sim, sea, 10.0)
             first = frames[0].copy() if first is None else first
             work, done = work + turned_over(frames), done + 10.0
-        metrics.append(
-            Metric(
-                f"tow in a sea, {name}, energy residual over work", residual_fraction(first, frames[-1], work), "", 1e-3
-            )
-        )
+        fraction = residual_fraction(first, frames[-1], work)
+        metrics.append(Metric(f"tow in a sea, {name}, energy residual over work", fraction, "", 1e-3))
     return Found(metrics, notes)

@@ -9,11 +9,13 @@ import numpy as np
 from cable_sim_ros.physics.drag_laws import DragLaw
 from cable_sim_ros.physics.inputs import push_command
 from cable_sim_ros.physics.water import Water
-from cable_sim_ros.sim.rig.rig import Rig, cable_of
+from cable_sim_ros.sim.rig.rig import Rig
 from cable_sim_ros.sim.simulator import Simulator
 
-from .tows import Sea, sail, shipped, started
-from .verdict import IS, MAX, WITHIN, Found, Metric, stress
+from ..cables import uniform
+from ..shipped import started
+from .tows import Sea, sail, shipped
+from .verdict import MAX, MIN, WITHIN, Found, Metric, holds, relative, stress
 
 TURN, FAR = 2.4, (1e5, -1e5)  # rad, m
 HAULED = -3.5  # m/s; 200 m in a minute
@@ -59,20 +61,16 @@ def repeat(quick: bool) -> Found:
         float(np.abs(again[name] - straight[name]).max() / max(np.abs(straight[name]).max(), 1e-300))
         for name in ("tension", "body_position", "payout", "strain_energy")
     )
+    strayed = float(abs(other.tension[-1] - straight.tension[-1]))
+    metrics = [
+        Metric("runs that differ, of three", len(bits) - 1, "", 0),
+        Metric("largest relative difference after save, file and resume", worst, "", 1e-12),
+        holds("resumed run bit-identical", again.tobytes() == straight.tobytes()),
+        holds("run beside its fork bit-identical", beside.tobytes() == straight.tobytes()),
+        Metric("difference of the fork's own tension", strayed, "N", 0.01, MIN),
+    ]
     return Found(
-        [
-            Metric("runs that differ, of three", len(bits) - 1, "", 0),
-            Metric("largest relative difference after save, file and resume", worst, "", 1e-12),
-            Metric("resumed run bit-identical", again.tobytes() == straight.tobytes(), "", True, IS),
-            Metric("run beside its fork bit-identical", beside.tobytes() == straight.tobytes(), "", True, IS),
-            Metric(
-                "difference of the fork's own tension",
-                float(abs(other.tension[-1] - straight.tension[-1])),
-                "N",
-                0.01,
-                ">=",
-            ),
-        ],
+        metrics,
         [f"{seconds:g} s of the shipped scene in a swell, {abs(np.ptp(straight.payout) * 2.0):.0f} m hauled in"],
     )
 
@@ -130,16 +128,8 @@ def waterline(quick: bool) -> Found:
     """Straight elements, steep, flat and curved, lowered through the surface in a current."""
     metrics = []
     for name, slope, bow in (("steep", 0.6, 0.0), ("flat", 0.05, 0.0), ("curved", 0.3, 0.25)):
-        rig = Rig(
-            cable_of(
-                [{"length": 2.0, "elements": 1, "drag_law": DragLaw.DRISCOLL_NAHON}],
-                mass_per_length=0.389,
-                axial_stiffness=1e6,
-            ),
-            held={},
-            tension=100.0,
-            water=Water(current=(-2.2, 0.0)),
-        )
+        cable = uniform(2.0, 1, 0.389, 1e6, {"drag_law": DragLaw.DRISCOLL_NAHON})
+        rig = Rig(cable, held={}, tension=100.0, water=Water(current=(-2.2, 0.0)))
         rig.straight((0.0, 0.0, 0.0), (-np.sqrt(1.0 - slope**2), 0.0, -slope))
         q = rig.state.q
         q[0, 5] += bow
@@ -165,20 +155,8 @@ def spin(quick: bool) -> Found:
     turns = 20 if quick else 100
     metrics, notes = [], []
     for step, judged in ((0.002, True), (0.01, False)):
-        rig = Rig(
-            cable_of(
-                [{"length": length, "elements": 8}],
-                mass_per_length=mu,
-                axial_stiffness=ea,
-                bending_stiffness=1.4,
-                axial_damping=1e5,
-                bending_damping=0.1,
-            ),
-            held={0: "r"},
-            tension=tip * omega**2 * length,
-            gravity=0.0,
-            bodies={-1: tip},
-        )
+        cable = uniform(length, 8, mu, ea, bending_stiffness=1.4, axial_damping=1e5, bending_damping=0.1)
+        rig = Rig(cable, held={0: "r"}, tension=tip * omega**2 * length, gravity=0.0, bodies={-1: tip})
         s = rig.arc
         tension = tip * omega**2 * length + 0.5 * mu * omega**2 * (length**2 - s**2)
         stretch = 1.0 + tension / ea
@@ -195,24 +173,11 @@ def spin(quick: bool) -> Found:
         r, v = report.q[:, -1, :3], report.v[:, -1, :3]
         rate = (r[:, 0] * v[:, 1] - r[:, 1] * v[:, 0]) / (r[:, 0] ** 2 + r[:, 1] ** 2)
         kept = rate[-len(rate) // turns :].mean() / omega - 1.0
-        metrics.append(
-            Metric(
-                f"change of the spin after {turns} turns, {1e3 * step:g} ms",
-                float(kept),
-                "",
-                1e-3 if judged else None,
-                WITHIN,
-            )
-        )
-        metrics.append(
-            Metric(
-                f"hub tension against m w^2 L + mu w^2 L^2/2, {1e3 * step:g} ms",
-                float(np.linalg.norm(report.reaction[-1, 0, :3]) / tension[0] - 1.0),
-                "",
-                3e-3 if judged else None,
-                WITHIN,
-            )
-        )
+        hub, ms = np.linalg.norm(report.reaction[-1, 0, :3]), f"{1e3 * step:g} ms"
+        metrics += [
+            Metric(f"change of the spin after {turns} turns, {ms}", float(kept), "", 1e-3 if judged else None, WITHIN),
+            relative(f"hub tension against m w^2 L + mu w^2 L^2/2, {ms}", hub, tension[0], 3e-3 if judged else None),
+        ]
     notes.append(
         "axial damping 1e5 N s (shipped 310), bending damping 0.1 N m^2 s (shipped 6.4e-5), rho_inf as shipped"
     )

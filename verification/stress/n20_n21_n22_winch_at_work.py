@@ -7,12 +7,13 @@ import numpy as np
 from cable_sim_ros.sim.scene import Scene
 from cable_sim_ros.sim.simulator import Simulator, SolverError
 
+from ..shipped import started
 from .n03_load_reversals import TOWED, Thrown
 from .n04_n18_climbing_and_pressing import ROLL, YAW, heeled
 from .n09_n10_n12_heavy_sea_and_energy import residual_fraction, turned_over
 from .sheave_depth import Watch
-from .tows import finite, held, reel, started
-from .verdict import IS, MIN, WITHIN, Found, Metric, stress
+from .tows import finite, held, reel
+from .verdict import MIN, WITHIN, Found, Metric, holds, stress
 
 # EA [N], scope [m], net weight of the body [N], acceleration of the winch [m/s^2], when the wave is looked at [s]: the
 # front is longer than an element, the reflection from the body comes after 0.21 s and 0.46 s
@@ -125,7 +126,7 @@ def working(quick: bool) -> Found:
             Metric(f"{way}, least detachments of a throw", min(tow.detachments, default=0), "", 1, MIN),
             Metric(f"{way}, most changes of the flag within 20 ms of one", max(tow.flag, default=0), "", 2),
             *(f._replace(name=f"{way}, {f.name}") for f in tow.watch.metrics(tow.sim.scene.cable.diameter)),
-            Metric(f"{way}, back on the sheave after every throw", tow.returned, "", True, IS),
+            holds(f"{way}, back on the sheave after every throw", tow.returned),
         ]
         notes.append(f"{way}: {len(tow.detachments)} throws at {TOWED:g} m/s, {sum(tow.detachments)} detachments")
     for name, speed, waves in (
@@ -204,7 +205,7 @@ def joint(quick: bool) -> Found:
                     Metric(f"{name}, {way}, body against a direct start", metres, "m", allowed[1]),
                 ]
         except SolverError as error:
-            metrics.append(Metric(f"{name}, ran to its end", False, "", True, IS))
+            metrics.append(holds(f"{name}, ran to its end", False))
             notes.append(f"{name}: {error}")
             continue
         metrics += [
@@ -214,7 +215,7 @@ def joint(quick: bool) -> Found:
                 "N",
                 float(STEPS[name]),
             ),
-            Metric(f"{name}, numbers finite", good, "", True, IS),
+            holds(f"{name}, numbers finite", good),
             *(f._replace(name=f"{name}, {f.name}") for f in watch.metrics(scene.cable.diameter)),
             Metric(f"{name}, energy residual over work", residual_fraction(first, sim.frame, work), "", 1e-3),
         ]

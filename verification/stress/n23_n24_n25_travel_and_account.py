@@ -9,10 +9,11 @@ from cable_sim_ros.physics.tick_output import Flag
 from cable_sim_ros.sim.scene import Scene
 from cable_sim_ros.sim.simulator import Simulator
 
+from ..shipped import started
 from .n09_n10_n12_heavy_sea_and_energy import residual_fraction, turned_over
 from .n20_n21_n22_winch_at_work import against
-from .tows import HELD, Sea, finite, held, reel, sail, shipped, started
-from .verdict import IS, WITHIN, Found, Metric, stress
+from .tows import HELD, Sea, finite, held, reel, sail, shipped
+from .verdict import Found, Metric, holds, relative, stress
 
 SWELL = {"heave": (1.5, 8.0, 0.0), "pitch": (0.04, 7.0, 1.0), "roll": (0.15, 9.0, 0.5)}
 PATIENT = {"winch__command_timeout": 3600.0}
@@ -52,7 +53,7 @@ class Account:
         """What is judged; residual: limit of the energy residual over the work."""
         fraction = residual_fraction(self.first, self.sim.frame, self.work)
         return [
-            Metric(f"{name}, numbers finite", self.good, "", True, IS),
+            holds(f"{name}, numbers finite", self.good),
             Metric(f"{name}, energy residual over work", fraction, "", residual),
             Metric(f"{name}, mass in mesh and drum against the whole", self.mass, "", 1e-9),
             Metric(f"{name}, cable off the drum and on it against the whole", self.kept, "", 1e-9),
@@ -120,12 +121,8 @@ def last_metre(quick: bool) -> Found:
         hauled = account.look(reel(sim, -2.0, way / 2.0 + 2.0, swell))
         rest = account.look(reel(sim, -2.0, 60.0, swell))
         metrics += [
-            Metric(
-                f"{name}, flag DRUM_END while the rate stays commanded",
-                bool(((rest.status & Flag.DRUM_END) > 0).all()),
-                "",
-                True,
-                IS,
+            holds(
+                f"{name}, flag DRUM_END while the rate stays commanded", bool(((rest.status & Flag.DRUM_END) > 0).all())
             ),
             Metric(f"{name}, pay-out below the stop", float(max(minimum - hauled.payout.min(), 0.0)), "m", 1e-9),
             Metric(f"{name}, scope that is left", float(rest.scope[-1]), "m"),
@@ -138,18 +135,12 @@ def last_metre(quick: bool) -> Found:
             fixed = started(material_fixed(float(rest.scope[-1]))).frame
             mean = float(rest.tension[-1000:].mean())
             metrics.append(
-                Metric(
-                    f"{name}, tension against a mesh fixed to the material",
-                    mean / float(fixed.tension) - 1.0,
-                    "",
-                    0.01,
-                    WITHIN,
-                )
+                relative(f"{name}, tension against a mesh fixed to the material", mean, float(fixed.tension), 0.01)
             )
         account.look(reel(sim, 2.0, way / 2.0, swell))
         again = account.look(reel(sim, 0.0, 60.0 if quick else 3000.0, swell))
         metrics += [
-            Metric(f"{name}, flag gone when paying out", not bool((again.status & Flag.DRUM_END).any()), "", True, IS),
+            holds(f"{name}, flag gone when paying out", not bool((again.status & Flag.DRUM_END).any())),
             *account.metrics(name, 1e-3),
         ]
         if not sea:

@@ -3,23 +3,21 @@
 from __future__ import annotations
 
 import re
-import warnings
 from collections import Counter
-from collections.abc import Callable
-from multiprocessing import Pipe
 from typing import NamedTuple
 
 import numpy as np
 
-from cable_sim_ros.io.scenes.load import SceneError, SceneWarning, scene_from_dict
+from cable_sim_ros.io.scenes.load import SceneError, scene_from_dict
 from cable_sim_ros.physics.tick_output import Flag
-from cable_sim_ros.processes import Forked
 from cable_sim_ros.sim.scene import Scene
 from cable_sim_ros.sim.simulator import Simulator, SolverError, StartError
 
+from ..shipped import quiet, started
+from .apart import DiedError, apart
 from .n27_starts import wrong_rest
 from .random_scenes import draw, drawn_sea, drawn_winch
-from .tows import Sea, finite, held, reel, sail, started
+from .tows import Sea, finite, held, reel, sail
 from .verdict import Found, Metric, stress
 
 SEED, SCENES, QUICK = 11, 170, 12
@@ -49,8 +47,7 @@ def scene_of(number: int, seed: int = SEED) -> tuple[Scene, dict, list[float]]:
     """Scene, sea and rates of the winch of one number. Raises SceneError."""
     rng = np.random.default_rng((seed, number))
     data, sea, rates = draw(rng), drawn_sea(rng), drawn_winch(rng)
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", SceneWarning)
+    with quiet():
         return scene_from_dict(data, f"random scene {number}"), sea, rates
 
 
@@ -111,27 +108,21 @@ def sailed(number: int, seconds: float, seed: int = SEED) -> End:
     return end if halt is None else end._replace(what=halt.what, text=halt.text)
 
 
-def bounded(work: Callable[[], End], bound: float = BOUND) -> End:
-    """What ``work`` returns, in a child process: one that dies is a crash, one that lasts longer than ``bound`` [s] of
-    wall time a hang."""
-    here, there = Pipe(False)
-
-    def child() -> None:
-        try:
-            there.send(work())
-        except Exception as error:  # it is what is looked for
-            there.send(End(CRASH, f"{type(error).__name__}: {error}"))
-
-    process = Forked(target=child, daemon=True)
-    process.start()
-    there.close()
+def ended(number: int, seconds: float) -> End:
+    """How a scene ends in a process of its own: one that dies or raises is a crash, one that lasts too long a hang."""
     try:
-        end = here.recv() if here.poll(bound) else End(HANG, f"not done after {bound:g} s")
-    except EOFError:
-        end = End(CRASH, "the process died")
-    process.kill()
-    process.join()
-    return end
+        return apart(_sailed, number, seconds, timeout=BOUND, copy=True)
+    except TimeoutError as error:
+        return End(HANG, str(error))
+    except DiedError as error:
+        return End(CRASH, str(error))
+
+
+def _sailed(number: int, seconds: float) -> End:
+    try:
+        return sailed(number, seconds)
+    except Exception as error:  # it is what is looked for
+        return End(CRASH, f"{type(error).__name__}: {error}")
 
 
 @stress("170 random scenes in a random sea", "0 crash, hang, not finite, false rest; every refusal names its cause")
@@ -139,7 +130,7 @@ def scenes(quick: bool) -> Found:
     """Each scene started, held still for two seconds, then through its sea."""
     count, seconds = (QUICK, QUICK_SEA) if quick else (SCENES, SEA)
     started(held()).run(1)  # the kernels are there before the first fork
-    ends = [bounded(lambda n=n: sailed(n, seconds)) for n in range(count)]
+    ends = [ended(n, seconds) for n in range(count)]
     counts = Counter(end.what for end in ends)
     flags = Counter(flag.name for end in ends for flag in Flag if flag and end.flags & flag)
     deep = [end.deepest for end in ends if end.deepest > 0.5]

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import warnings
-
 import numpy as np
 
-from cable_sim_ros.io.scenes.load import SceneWarning, load_scene, override
 from cable_sim_ros.physics.inputs import EPOCH, MOTION_COLUMNS, SOURCE, push_command, push_motion
 from cable_sim_ros.sim.scene import Scene
 from cable_sim_ros.sim.simulator import Simulator
+
+from ..shipped import scene_with
 
 RATE = 50.0  # Hz of the motion samples; between them the ship moves on cubics of position and rate
 CHUNK = 10.0  # s of motion pushed at a time: the ring of inputs holds 1024 samples
@@ -20,10 +19,7 @@ HELD = {"setpoint__algorithm": "hold", "solver__tick": 0.02}
 
 def shipped(name: str = "full_scale", **values) -> Scene:
     """A shipped scene with other values, ``__`` in a key standing for the dot."""
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", SceneWarning)  # a stress scene is doubtful by intent
-        scene = load_scene(name)
-        return override(scene, {key.replace("__", "."): value for key, value in values.items()})
+    return scene_with(name, {key.replace("__", "."): value for key, value in values.items()})
 
 
 def held(name: str = "full_scale", **values) -> Scene:
@@ -105,13 +101,6 @@ def sail(sim: Simulator, sea: Sea | None, seconds: float, rate: float = RATE, ke
         parts.append(frames if keep is None else keep(frames))
         left -= count
     return np.concatenate(parts).view(np.recarray) if keep is None else parts
-
-
-def started(scene: Scene, **how) -> Simulator:
-    """A started tow."""
-    sim = Simulator(scene)
-    sim.start(**how)
-    return sim
 
 
 def finite(frames: np.ndarray) -> bool:

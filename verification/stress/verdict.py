@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable
+from importlib import import_module
 from typing import NamedTuple
 
 MAX, MIN, WITHIN, IS = "<=", ">=", "within", "=="
@@ -42,6 +43,16 @@ class Metric(NamedTuple):
             return as_text(self.limit)
         sign = {MAX: "<= ", MIN: ">= ", WITHIN: "+-"}[self.how]
         return f"{sign}{as_text(self.limit)}{' ' + self.unit if self.unit else ''}"
+
+
+def holds(name: str, value) -> Metric:
+    """What is to be true."""
+    return Metric(name, value, "", True, IS)
+
+
+def relative(name: str, value, want, limit: float | None) -> Metric:
+    """How far a value is off what it should be, of that; of None, no value, likewise None."""
+    return Metric(name, None if value is None else float(value / want - 1.0), "", limit, WITHIN)
 
 
 def as_text(value) -> str:
@@ -96,7 +107,7 @@ class Found(NamedTuple):
 
 
 class Stress(NamedTuple):
-    """A stress test; its number stands in the table of `lab.stress`."""
+    """A stress test; its number stands in the Tests of its folder."""
 
     stimulus: str
     criterion: str
@@ -122,3 +133,24 @@ def run_test(id: str, test: Stress, quick: bool = False) -> Verdict:
         notes.append(f"not measurable yet: {found.missing}")
         passed = None if all(verdicts) else False
     return Verdict(id, test.stimulus, test.criterion, found.metrics, passed, notes, time.process_time() - begin)
+
+
+class Tests(NamedTuple):
+    """The tests of a package: by id the module and the name of each, which is loaded as it is run."""
+
+    package: str
+    named: dict[str, str]
+
+    def load(self, id: str) -> Stress:
+        """A test by its id. Raises KeyError."""
+        module, _, name = self.named[id].partition(".")
+        return getattr(import_module(f"{self.package}.{module}"), name)
+
+    def run(self, ids: tuple[str, ...], quick: bool, progress: Callable = lambda *_: None) -> list[Verdict]:
+        """Run the chosen tests (all where none are named), in their own order."""
+        chosen = {id: self.load(id) for id in self.named if not ids or id in ids}
+        verdicts = []
+        for i, (id, test) in enumerate(chosen.items()):
+            progress(f"{id} {test.stimulus}", i, len(chosen))
+            verdicts.append(run_test(id, test, quick))
+        return verdicts

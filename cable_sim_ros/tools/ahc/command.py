@@ -13,7 +13,7 @@ from ...cli.progress import progress_bar
 from ...cli.report_option import report_option, said, typed
 from ...errors import CODE_FAILED, CODE_OK
 from ...files import read_text, write_text
-from ...terminal import plain_console, say
+from ...terminal import markdown_table, print_table, say
 
 
 @click.command()
@@ -152,23 +152,24 @@ def run(entrants, only, quick, processes):
 def written(done, out):
     """The files of a result in the folder, where there is one."""
     from .picture import draw
-    from .tables import by_class, cells_markdown, markdown
+    from .tables import by_class, cells_markdown
 
     if out is None:
         return []
     rows = done["rows"]
     write_text(out / "ahc.json", json_of(done) + "\n")
-    write_text(out / "ahc.md", f"{markdown(by_class(rows))}\n\n{cells_markdown(rows)}\n")
+    write_text(out / "ahc.md", f"{markdown_table(by_class(rows))}\n\n{cells_markdown(rows)}\n")
     files = [("table", out / "ahc.md"), ("figures", out / "ahc.json")]
     return files + drawn(lambda: draw(rows, out / "ahc.png", done["benchmark"]))
 
 
 def tell(done):
     """The table on the terminal, and the cells that an entrant did not run."""
-    from .tables import skipped, terminal_table
+    from .tables import by_class, skipped
 
     title = f"{done['benchmark']}, cable_sim_ros {done['product']} {done['commit']}".rstrip()
-    plain_console(200).print(terminal_table(done["rows"], title))
+    head, *lines = by_class(done["rows"])
+    print_table(title, head, lines, left=head[:2], width=200)
     for line in skipped(done["rows"]):
         say(line)
 

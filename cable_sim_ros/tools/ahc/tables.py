@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
+from ...terminal import markdown_table
 from . import definition
 from .benchmark import Row
 from .entrants import AhcError
 from .figures import FIGURES, NAMES, change
-
-if TYPE_CHECKING:
-    from rich.table import Table
 
 THESIS = ("Westin (2018), other motion", "-91 %, -89 %")  # deviation of the tension, volume of the ellipsoid
 
@@ -95,25 +93,6 @@ def skipped(rows: Sequence[Row]) -> list[str]:
     return found
 
 
-def terminal_table(rows: Sequence[Row], title: str) -> Table:
-    """The table by class for a terminal."""
-    from rich.table import Table
-
-    head, *lines = by_class(rows)
-    table = Table(title=title, title_justify="left")
-    for k, name in enumerate(head):
-        table.add_column(name, justify="left" if k < 2 else "right")
-    for line in lines:
-        table.add_row(*line)
-    return table
-
-
-def markdown(lines: Sequence[tuple[str, ...]]) -> str:
-    """Lines as a table, the first its head."""
-    head, *rest = ("| " + " | ".join(line) + " |" for line in lines)
-    return "\n".join([head, "|" + "---|" * len(lines[0]), *rest])
-
-
 def matrix(rows: Sequence[Row], key: str, form: Callable[[list[Row]], str]) -> list[tuple[str, ...]]:
     """Entrants over what a key of the rows says; form: of the rows of a place in it that ran.
 
@@ -156,7 +135,8 @@ def results(rows: Sequence[Row]) -> str:
     """Two tables of a leaderboard for docs/ahc.md: scenes with an ideal winch, beside the thesis; and classes."""
     ideal = matrix([row for row in rows if row["class"] == "ideal"], "scene", _pair)
     thesis = (THESIS[0], *(THESIS[1] if name == "`full_scale`" else "-" for name in ideal[0][1:]))
-    return "\n\n".join((markdown([*ideal, thesis]), markdown(turned("class", matrix(rows, "class", _deviation)))))
+    classes = turned("class", matrix(rows, "class", _deviation))
+    return f"{markdown_table([*ideal, thesis])}\n\n{markdown_table(classes)}"
 
 
 def cells_markdown(rows: Sequence[Row]) -> str:
@@ -167,7 +147,7 @@ def cells_markdown(rows: Sequence[Row]) -> str:
         found, twin = row["figures"] or {}, row["twin"] or {}
         values = (_beside(found.get(name), twin.get(name)) for name in NAMES)
         lines.append((row["entrant"], cell, row["state"], *values))
-    return markdown(lines)
+    return markdown_table(lines)
 
 
 def _beside(value: float | None, twin: float | None) -> str:
@@ -179,7 +159,7 @@ def _beside(value: float | None, twin: float | None) -> str:
 def figures_markdown() -> str:
     """The figures as a table, for docs/ahc.md."""
     rows = [(f"`{name}`", "" if unit == "1" else unit, meaning) for name, unit, meaning in FIGURES]
-    return markdown([("figure", "unit", "meaning"), *rows])
+    return markdown_table([("figure", "unit", "meaning"), *rows])
 
 
 def made(text: str, rows: Sequence[Row]) -> str:
