@@ -113,7 +113,7 @@ def test_what_was_compiled_after_an_edit_is_kept_and_what_was_edited_back_is_sti
 
 
 def test_a_change_of_what_compiles_compiles_everything(small):
-    small.edit("physics/kernel_form.py", "ENTRY, PUBLISHED, CALLED =", "SPARE = 0\nENTRY, PUBLISHED, CALLED =")
+    small.edit("compiler/kernel_form.py", "ENTRY, PUBLISHED, CALLED =", "SPARE = 0\nENTRY, PUBLISHED, CALLED =")
     assert small.run() == (AS_IT_IS, ALL)
 
 
@@ -247,7 +247,7 @@ def test_two_processes_at_the_same_time(tmp_path):
 
 def test_what_another_process_kept_a_moment_ago_is_not_loaded_before_what_it_calls(small):
     """Machine code whose calls by symbol are not published yet would end the process."""
-    kept = "import small.physics.kernel_form as f\nf.KeptCode.lacks = lambda *a: True"
+    kept = "import small.compiler.kernel_form as f\nf.KeptCode.lacks = lambda *a: True"
     no_worker = f"{TWO_WORKERS}\ncompiling._serve = lambda *a: None"
     assert small.run(f"{no_worker}\n{kept}") == (AS_IT_IS, ["_heavier", "_heavy", "run"])
 
