@@ -61,12 +61,12 @@ class Commands(click.Group):
     def get_command(self, context: click.Context, name: str) -> click.Command | None:
         """The command of this name; one of a tool is imported now."""
         point = extensions.found(extensions.COMMANDS).get(name)
-        if name not in self.commands and point is not None:
-            try:
-                self.add_command(extensions.load(point), name)
-            except extensions.ExtensionError as error:
-                self.add_command(_broken(name, point, error))
-        return super().get_command(context, name)
+        if name in self.commands or point is None:
+            return super().get_command(context, name)
+        try:
+            return extensions.load(point)
+        except extensions.ExtensionError as error:
+            return _broken(name, point, error)
 
     def resolve_command(self, context: click.Context, args: list[str]) -> tuple:
         """As click's, with what a checkout has beside the product named where it is not installed."""

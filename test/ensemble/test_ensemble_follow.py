@@ -136,7 +136,7 @@ def test_a_recording_that_begins_under_way_is_doubtful_until_the_copies_settle(b
     monkeypatch.setattr(recording, "heard_of", lambda path, damage: iter(kept))
     monkeypatch.setattr(recording, "PIECE", 20)  # of what was heard with the gap nothing is kept
     found = call(bag, "--copies", 5, "--out", tmp_path, "--json")
-    told = json.loads(found.output)
+    told = json.loads(found.stdout)
     assert found.exit_code == told["exit_code"] == 4 and told["bands_settled"] == 0 and told["bands"] > 14
     assert sum(note.startswith("joined under way: the copies settle for") for note in told["notes"]) == 2
     with open(tmp_path / "ensemble.csv", newline="") as file:
@@ -152,7 +152,7 @@ def test_a_damaged_recording_is_followed_as_far_as_it_goes_and_said(bag, tmp_pat
     data = whole.read_bytes()
     (tmp_path / "cut" / whole.name).write_bytes(data[: len(data) // 3])
     found = call(tmp_path / "cut", "--copies", 5, "--out", tmp_path, "--json")
-    told = json.loads(found.output)
+    told = json.loads(found.stdout)
     assert found.exit_code == told["exit_code"] == 3 and 10 < told["bands"] < 60
     assert str(tmp_path / "cut") in told["notes"][-1]
 
@@ -172,7 +172,7 @@ def test_copies_that_leave_what_the_model_can_do_are_told_and_code_4(bag, tmp_pa
 
 def test_the_command_writes_table_picture_and_figures(bag, tmp_path):
     found = call(bag, "--copies", 5, "--out", tmp_path, "--json")
-    told = json.loads(found.output)
+    told = json.loads(found.stdout)
     (flag,) = told["notes"]
     assert found.exit_code == told["exit_code"] == 4, "ticks of 50 ms damp some of this tow"
     assert re.match(r"RINGING_DAMPED in \d of 5 copies and in copy 0, for up to 0\.\d+ s \(0\.\d+ %\): the time", flag)

@@ -59,7 +59,6 @@ def test_a_command_that_cannot_be_loaded_is_listed_with_its_reason_and_the_other
     assert "Cannot be loaded" in listed.stdout
     done = CliRunner().invoke(main, ["depth-of", "full_scale", "--anything"])
     assert done.exit_code == 2 and "no_such_module" in done.stderr and "Traceback" not in done.stderr
-    main.commands.pop("depth-of")
 
 
 def test_a_name_of_the_core_is_not_replaced(offered):

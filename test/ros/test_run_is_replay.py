@@ -120,7 +120,7 @@ def finish():
     again = offline.replay(bag)
     return dict(
         state=session.problem, said=said, resets=session.resets, jumps=session.clock.jumps, dropped=stats.dropped,
-        refused=session.commands.refused, motion=session.intake.refused, skipped=publisher.skipped,
+        refused=session.intake.commands.refused, motion=session.intake.refused, skipped=publisher.skipped,
         largest=again.metrics["largest_difference"], faults=again.metrics["replay_faults"],
         moved=float(abs(again.frames["payout"] - again.frames["payout"][0]).max()), ticks=len(again.frames))
 """

@@ -150,9 +150,9 @@ def test_rules_of_a_run_stand_in_its_figures_its_bag_and_its_replay(made):
 
 
 def test_the_scene_of_the_page_has_one_caution():
-    """That of waves beside a ship that moves by itself, which --rao takes back."""
+    """That of waves beside a ship that moves by itself, which --rao takes back; in the file it is accepted."""
     with pytest.warns(SceneWarning) as said:
-        load_scene("recovery_3t")
+        override(load_scene("recovery_3t"), {})
     assert len(said) == 1 and "water.waves.ship_motion = independent" in str(said[0].message)
 
 
