@@ -5,6 +5,7 @@ The core asks for a group by its name here and knows no tool; a package of its o
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import cache
 from importlib.metadata import EntryPoint, entry_points
 from importlib.util import find_spec
@@ -15,29 +16,31 @@ from .errors import CableSimError
 COMMANDS = "cable_sim.commands"  # name of the command -> click.Command
 NODE_PARTS = "cable_sim.node_parts"  # name of a group of parameters of the node -> NodePart (ros/parts.py)
 PAGES = "cable_sim.pages"  # page of `cable-sim manual` -> function that gives its text
-OF_A_CHECKOUT = "verification"  # stands beside the product, in no wheel
+CHECKOUT = "verification"  # package that stands beside the product, in no wheel
 RUN_PARTS = "cable_sim.run_parts"  # report: --report of what simulates; scores: --limits of replay -> module
 
 
-class ExtensionError(CableSimError, ImportError):
+class ExtensionError(CableSimError):
     """What an installed package offers cannot be used; the text names it, the package, why, and the remedy."""
 
 
+def _here(point: EntryPoint) -> bool:
+    return point.module.partition(".")[0] != CHECKOUT or find_spec(CHECKOUT) is not None
+
+
 @cache
-def found(group: str) -> dict[str, EntryPoint]:
-    """Entry points of a group by name. Raises ExtensionError where two packages offer one name."""
-    by_name: dict[str, EntryPoint] = {}
-    checkout = find_spec(OF_A_CHECKOUT) is not None
-    for point in entry_points(group=group):
-        if point.module.partition(".")[0] == OF_A_CHECKOUT and not checkout:
-            continue
-        other = by_name.setdefault(point.name, point)
-        if other.value != point.value:
-            raise ExtensionError(
-                f"{point.name} of {group} is offered by {package_of(other)} and by {package_of(point)}: which is meant "
-                f"is not known; nothing was started. Uninstall one of them"
-            )
+def found(group: str) -> dict[str, tuple[EntryPoint, ...]]:
+    """Entry points of a group by name, more than one where several packages offer it."""
+    by_name: dict[str, tuple[EntryPoint, ...]] = {}
+    for point in filter(_here, entry_points(group=group)):
+        if point not in by_name.get(point.name, ()):
+            by_name[point.name] = (*by_name.get(point.name, ()), point)
     return by_name
+
+
+def absent(group: str) -> set[str]:
+    """Names that a checkout offers, and no wheel."""
+    return {point.name for point in entry_points(group=group) if not _here(point)}
 
 
 def package_of(point: EntryPoint) -> str:
@@ -45,18 +48,31 @@ def package_of(point: EntryPoint) -> str:
     return "an unnamed package" if point.dist is None else f"{point.dist.name} {point.dist.version}"
 
 
-def load(point: EntryPoint) -> Any:
-    """What an entry point stands for. Raises ExtensionError with the package and the reason."""
-    try:
-        return point.load()
-    except Exception as error:
+def load(points: tuple[EntryPoint, ...], fits: Callable[[Any], str] = lambda _: "") -> Any:
+    """What one name stands for. Raises ExtensionError with the package and the reason.
+
+    fits: "" or what is wrong with what was loaded.
+    """
+    point = points[0]
+    if len(points) > 1:
         raise ExtensionError(
-            f"{point.name} of {point.group} cannot be loaded from {point.value} of {package_of(point)} ({error!r}); "
-            f"nothing was started. Repair or uninstall that package"
-        ) from error
+            f"{point.name} of {point.group} is offered by {' and by '.join(map(package_of, points))}: which is meant "
+            f"is not known; nothing was started. Uninstall one of them"
+        )
+    try:
+        made = point.load()
+        why = fits(made)
+    except Exception as error:
+        made, why = None, repr(error)
+    if why:
+        raise ExtensionError(
+            f"{point.name} of {point.group} cannot be used: {point.value} of {package_of(point)}: {why}; nothing was "
+            f"started. Repair or uninstall that package"
+        )
+    return made
 
 
 def part_of_a_run(name: str) -> Any:
     """The module of this name among RUN_PARTS, or None where none is installed."""
-    point = found(RUN_PARTS).get(name)
-    return None if point is None else load(point)
+    points = found(RUN_PARTS).get(name)
+    return None if points is None else load(points)

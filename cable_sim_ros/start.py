@@ -17,7 +17,7 @@ from pathlib import Path
 from .errors import CODE_INPUT, NEEDS_ROS, CableSimError
 from .terminal import say
 
-COMPILER = "CABLE_SIM_COMPILER"  # given, any newer numba will do: compiler/jit.py
+COMPILER, WAY = "CABLE_SIM_COMPILER", "numba"  # given, any newer numba will do: compiler/jit.py
 REQUIREMENTS = Path(__file__).with_name("requirements.txt")
 
 
@@ -55,7 +55,7 @@ def faults(find: Callable[[str], metadata.Distribution] = metadata.distribution)
     """(requirement, what is wrong with it) for each that this interpreter does not meet."""
     wrong = []
     for name, bounds in declared(REQUIREMENTS.read_text("utf-8")):
-        if name == "numba" and os.environ.get(COMPILER):
+        if name == "numba" and os.environ.get(COMPILER) == WAY:
             bounds = bounds.partition(",")[0]
         try:
             found = find(name)
@@ -83,6 +83,11 @@ def remedy(requirements: list[str]) -> str:
 @cache
 def check() -> None:
     """Raise NotInstalledError unless this interpreter has what is needed."""
+    if (way := os.environ.get(COMPILER, "")) not in ("", WAY):
+        raise NotInstalledError(
+            f"{COMPILER} = {way!r} is no way to compile; nothing was started. Give {WAY}, for compilation by "
+            f"numba.njit alone, or leave it out"
+        )
     wrong = faults()
     if wrong:
         raise NotInstalledError(

@@ -5,7 +5,6 @@ from __future__ import annotations
 import sys
 import time
 import warnings
-from importlib.metadata import EntryPoint
 from pathlib import Path
 
 import click
@@ -48,8 +47,6 @@ JSON = "cable_sim_ros.json"  # of click's context
 SHIPPED_SCENE = "full_scale"
 PASS_ON = {"ignore_unknown_options": True, "allow_extra_args": True}
 
-OF_A_CHECKOUT = ("bench", "case", "soak", "stress", "validate")
-
 
 class Commands(click.Group):
     """Group that reports an expected error in one line and leaves with its code."""
@@ -60,17 +57,19 @@ class Commands(click.Group):
 
     def get_command(self, context: click.Context, name: str) -> click.Command | None:
         """The command of this name; one of a tool is imported now."""
-        point = extensions.found(extensions.COMMANDS).get(name)
-        if name in self.commands or point is None:
+        points = extensions.found(extensions.COMMANDS).get(name)
+        if name in self.commands or points is None:
             return super().get_command(context, name)
         try:
-            return extensions.load(point)
+            return extensions.load(
+                points, lambda made: "" if isinstance(made, click.Command) else "is no click.Command"
+            )
         except extensions.ExtensionError as error:
-            return _broken(name, point, error)
+            return _broken(name, error)
 
     def resolve_command(self, context: click.Context, args: list[str]) -> tuple:
         """As click's, with what a checkout has beside the product named where it is not installed."""
-        if args and args[0] in OF_A_CHECKOUT and self.get_command(context, args[0]) is None:
+        if args and args[0] in extensions.absent(extensions.COMMANDS):
             context.fail(
                 f"No such command '{args[0]}' here: it stands in verification/, in a checkout of the project; nothing "
                 f"was run. Install one in place: pip install -e ."
@@ -103,14 +102,18 @@ class Commands(click.Group):
             context.exit(expected_errors.report(error, code, context.meta[JSON]))
 
 
-def _broken(name: str, point: EntryPoint, error: extensions.ExtensionError) -> click.Command:
-    """Stands in for a command that cannot be loaded, so that the others can be listed."""
+def _unfit(made: object) -> str:
+    return "" if isinstance(made, click.Command) else "is no click.Command"
+
+
+def _broken(name: str, error: extensions.ExtensionError) -> click.Command:
+    """Stands in for a command that cannot be used, so that the others can be listed."""
 
     def end(**_: object) -> None:
         raise error
 
-    word = f"Cannot be loaded: {extensions.package_of(point)}."
-    return click.Command(name, context_settings=PASS_ON, callback=end, short_help=word, help=f"{word} {error}")
+    settings: dict = PASS_ON | {"help_option_names": []}
+    return click.Command(name, context_settings=settings, callback=end, short_help=f"Cannot be used: {error}")
 
 
 def _warn(message: str, category: type[Warning], said: set[str], damaged: list[str]) -> None:
@@ -357,13 +360,11 @@ def manual(page, out) -> None:
     parameters: every key of a scene and of the node; fields: what a tick answers, with units, tables and topics;
     mapping_keys: keys, words and units of a mapping of a log.
     """
-    pages = {"parameters": manual_text, "fields": fields_text} | {
-        name: (lambda point=point: extensions.load(point)())
-        for name, point in extensions.found(extensions.PAGES).items()
-    }
-    if page not in pages:
-        raise click.UsageError(f"there is no page '{page}'; nothing was written. Give one of {', '.join(pages)}")
-    text = pages[page]()
+    own, others = {"parameters": manual_text, "fields": fields_text}, extensions.found(extensions.PAGES)
+    if page not in own | others:
+        names = ", ".join(own | others)
+        raise click.UsageError(f"there is no page '{page}'; nothing was written. Give one of {names}")
+    text = own[page]() if page in own else extensions.load(others[page])()
     if out is None:
         say(text, nl=False, lines=True)
     else:

@@ -2,8 +2,8 @@
 
 As it is, what is compiled is kept on disk by its content (kernel_key.py, kernel_cache.py): an edit compiles anew what
 it is part of, in whatever file, and nothing else. ``NUMBA_CACHE_DIR`` moves the folder, as usual. This way knows
-private parts of numba. With ``CABLE_SIM_COMPILER=numba`` the kernels are compiled by numba.njit alone (plain.py): an
-edit of any of them compiles all, in one process, to the same numbers.
+private parts of numba. With ``CABLE_SIM_COMPILER=numba`` (start.py) the kernels are compiled by numba.njit alone
+(plain.py): an edit of any of them compiles all, in one process, to the same numbers.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ import numpy as np
 
 from .kernel_cache import files
 
-VARIABLE, WAYS = "CABLE_SIM_COMPILER", ("", "numba")
+PLAIN = os.environ.get("CABLE_SIM_COMPILER") == "numba"
 YES, NO = np.bool_(True), np.bool_(False)  # not literals: a literal argument compiles a second version
 LANES = 16  # elements per lane loop; 8 is unrolled before the vectoriser sees it
 
@@ -31,17 +31,12 @@ def foreign_folder() -> Path:
     return files.first().parent / digest.hexdigest()[:16]
 
 
-if os.environ.get(VARIABLE, "") not in WAYS:
-    raise ImportError(
-        f"{VARIABLE} = {os.environ[VARIABLE]!r} is no way to compile; nothing was compiled. Give numba, for "
-        f"compilation by numba.njit alone, or leave it out"
-    )
 numba.config.CACHE_DIR = str(foreign_folder())
 
-if os.environ.get(VARIABLE):
+if PLAIN:
     from .plain import driver, inline, link, opaque, prepare
 else:
     from .by_symbol import driver, inline, link, opaque
     from .compiling import prepare
 
-__all__ = ["LANES", "NO", "YES", "driver", "foreign_folder", "inline", "link", "opaque", "prepare"]
+__all__ = ["LANES", "NO", "PLAIN", "YES", "driver", "foreign_folder", "inline", "link", "opaque", "prepare"]

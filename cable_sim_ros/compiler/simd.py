@@ -5,13 +5,11 @@ It looks for long loops over separate arrays; the elimination of a 6x16 block is
 
 from __future__ import annotations
 
-import os
-
 import numba
 
-from .jit import VARIABLE, inline
+from .jit import PLAIN, inline
 
-if not os.environ.get(VARIABLE):
+if not PLAIN:
     from llvmlite import ir
     from numba.core import types
     from numba.extending import intrinsic
@@ -23,14 +21,7 @@ def row_update(width: int):
 
     x and y are C-contiguous tables of float64; neither bounds nor overlap are checked.
     """
-    if numba.config.DISABLE_JIT:
-
-        def plain(x, i, a, s, y, j, b):
-            for k, f in enumerate(s):
-                x[i, a : a + width] -= f * y[j + k, b : b + width]
-
-        return plain
-    if os.environ.get(VARIABLE):
+    if PLAIN or numba.config.DISABLE_JIT:
         return _looped(width)
     vector, index = ir.VectorType(ir.DoubleType(), width), ir.IntType(32)
     blank, first = ir.Constant(vector, ir.Undefined), ir.Constant(ir.VectorType(index, width), [0] * width)

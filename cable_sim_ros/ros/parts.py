@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any, ClassVar
 
-from ..extensions import NODE_PARTS, found, load
+from ..extensions import NODE_PARTS, ExtensionError, found, load, package_of
 from ..physics.parameter import Block, quantity
 from ..sim.scene import Scene
 from .status import Status
@@ -23,8 +23,8 @@ class NodePart:
 
     @staticmethod
     def asked(block: Any) -> bool:
-        """Do these parameters ask for it at all?"""
-        raise NotImplementedError
+        """Do these parameters ask for it at all? Without a word of its own: yes, wherever it is installed."""
+        return True
 
     @staticmethod
     def problem(block: Any, scene: Scene) -> str:
@@ -45,11 +45,29 @@ class NodePart:
         """Give up what it holds."""
 
 
-PARTS: dict[str, type[NodePart]] = {name: load(point) for name, point in sorted(found(NODE_PARTS).items())}
+def unfit(part: Any) -> str:
+    """ "" or why what was loaded is no part of a node."""
+    if not (isinstance(part, type) and issubclass(part, NodePart)):
+        return "is no subclass of cable_sim_ros.ros.parts.NodePart"
+    if not (isinstance(block := getattr(part, "block", None), type) and issubclass(block, Block)):
+        return "its block is no cable_sim_ros.physics.parameter.Block"
+    return "" if isinstance(getattr(part, "doc", None), str) else "its doc is no text"
+
+
+PARTS: dict[str, type[NodePart]] = {name: load(points, unfit) for name, points in sorted(found(NODE_PARTS).items())}
 
 
 def with_parts(block: type[Block]) -> type[Block]:
-    """A Block with the parameters of the parts beside its own."""
+    """A Block with the parameters of the parts beside its own. Raises ExtensionError where a part has the name of a
+    parameter or group that there is."""
+    for name in PARTS:
+        if not name.isidentifier() or name in block.model_fields or name in Scene.model_fields:
+            packages = " and ".join(map(package_of, found(NODE_PARTS)[name]))
+            raise ExtensionError(
+                f"{name} of {NODE_PARTS}, offered by {packages}, is no name for a group of parameters, or one that "
+                f"scene or node have: its parameters could not be told apart; nothing was started. Uninstall that "
+                f"package, or have it renamed"
+            )
     fields = {name: quantity(part.block(), "", None, None, part.doc) for name, part in PARTS.items()}
     kinds = {name: part.block for name, part in PARTS.items()}
     return type(

@@ -99,3 +99,14 @@ def test_node_without_ros_says_so(tmp_path):
     done = run("-c", "import sys; from cable_sim_ros import start; sys.exit(start.node())", path=[tmp_path])
     assert done.returncode == 2 and done.stderr.count("\n") == 1
     assert done.stderr.startswith("error: the node needs ROS 2, and rclpy cannot be imported (No module named rclpy)")
+
+
+def test_a_newer_numba_is_let_in_where_the_kernels_are_compiled_by_it_alone(tmp_path):
+    distribution(tmp_path, "numba", "99.0")
+    check = ("-c", "from cable_sim_ros import start; print([name for name, _ in start.faults()])")
+    assert "numba" in run(*check, path=[tmp_path]).stdout
+    assert run(*check, path=[tmp_path], CABLE_SIM_COMPILER="numba").stdout == "[]\n"
+    command = "from cable_sim_ros.start import cable_sim; exit(cable_sim())"
+    done = run("-c", command, path=[], CABLE_SIM_COMPILER="Numba")
+    assert done.returncode == 2 and done.stderr.startswith("error: CABLE_SIM_COMPILER = 'Numba' is no way to compile")
+    assert len(done.stderr.splitlines()) == 1
