@@ -79,15 +79,13 @@ def _beside(m: dict[str, Any]) -> Iterator[Row]:
 
 
 def _unusual(m: dict[str, Any]) -> Iterator[Row]:
-    """One row for what held the winch, one for the flags, one for ticks that were missed."""
+    """One row for what held the winch, one for ticks that were missed; flags beyond their bound are in the verdict."""
     held = [f"{name} {share:.2g}" for name, _ in WINCH_LIMITS if (share := m[f"winch_{name}_share"])]
     held += [f"motor_limited {m['motor_limited_share']:.2g}"] if m["motor_limited_share"] else []
     held += [f"drum_end {m['drum_end_s']:.3g} s"] if m["drum_end_s"] else []
     held += [f"brake_slip {m['brake_slip_m']:.3g} m"] if m["brake_slip_m"] else []
     if held:
         yield Row("winch held, share of the run", ", ".join(held), unusual=True)
-    if flags := {name: count for name, count in m["flags"].items() if name != "MOTION_BLENDING"}:  # each start has it
-        yield Row("ticks with a flag", format_value(flags), unusual=True)
     if m["missed_ticks"]:
         yield Row("missed ticks", m["missed_ticks"], unusual=True)
 
@@ -109,10 +107,7 @@ def short_table(metrics: dict[str, Any], title: str) -> Table:
         table.add_column(name, justify="right", overflow="fold")
     table.add_column("unit")
     for row in rows(metrics):
-        cells = (
-            "" if value is None else value if isinstance(value, str) else format_value(value) for value in row[1:5]
-        )
-        table.add_row(f"! {row.what}" if row.unusual else row.what, *cells, row.unit)
+        table.add_row(f"! {row.what}" if row.unusual else row.what, *map(_text, row[1:5]), row.unit)
     return table
 
 

@@ -214,7 +214,7 @@ def test_printed_table_and_markdown_have_every_known_figure():
 
 def full(**other):
     """A summary in which everything is worth a row, but for what is given."""
-    metrics = {name: 1.0 for name, *_ in SUMMARY} | {"flags": {"SLACK": 3, "MOTION_BLENDING": 100}}
+    metrics = {name: 1.0 for name, *_ in SUMMARY}
     bodies = {"pod": {"depth_m": 2.0, "depth_std_m": 0.1}, "fish": {"depth_m": 2.0, "depth_std_m": 0.1}}
     metrics |= {"departure_angle_deg": 70.0, "bodies": bodies, "payout_min_m": 0.0}
     return metrics | other
@@ -224,7 +224,7 @@ def test_a_run_prints_at_most_twelve_rows_and_what_is_unusual_always():
     haul = dict.fromkeys(("tension_std_n", "body_depth_std_m", "ellipsoid_volume_m3"))
     for metrics in (full(), full(**haul), full(layback_max_m=0.0)):
         printed = rows(metrics)
-        assert 8 <= len(printed) <= 12 and [row.unusual for row in printed].count(True) == 3
+        assert 8 <= len(printed) <= 12 and [row.unusual for row in printed].count(True) == 2
         assert printed[0].what == "tension at the sheave" and printed[-1].unit == "ms"
     assert any(row.what == "scope" for row in rows(full(**haul)))
     assert not any(row.what == "layback" for row in rows(full(layback_max_m=0.0)))
@@ -232,7 +232,7 @@ def test_a_run_prints_at_most_twelve_rows_and_what_is_unusual_always():
 
 def test_what_is_not_there_has_no_row():
     still = {name: 0.0 for name, *_ in SUMMARY} | {"strum_amplification": None, "latency_p99_ms": None}
-    printed = rows(still | {"flags": {"MOTION_BLENDING": 100}, "missed_ticks": None})
+    printed = rows(still | {"missed_ticks": None})
     assert [row.what for row in printed] == [
         "tension at the sheave",
         "depth of the towbody",
