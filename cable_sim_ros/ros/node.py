@@ -250,7 +250,8 @@ class CableSimNode(LifecycleNode):
         for rank, value in zip((50, 99, 100), self.arrivals.taken.percentiles(50, 99, 100)):
             metrics[f"sample_age_p{rank}_ms"] = value
         metrics["wall_clock_steps"] = self.arrivals.steps
-        metrics |= {name: value for part in self.parts for name, value in part.metrics().items()}
+        for name, value in (item for part in self.parts for item in part.metrics().items()):
+            metrics.setdefault(name, value)  # a part says nothing of the node's own
         verdict = verdict_of_node(self.session, self.publisher, metrics)
         self.ended_badly = verdict.state == FAILED
         metrics["verdict"] = verdict.as_dict()
