@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import json
 import re
+import signal
 import subprocess
 import sys
 import time
@@ -16,6 +17,8 @@ from pathlib import Path
 import pytest
 from hypothesis import HealthCheck, settings
 
+# a shell that runs the tests in the background has it ignored, and so would all that they start
+signal.signal(signal.SIGINT, signal.default_int_handler)
 HERE = Path(__file__).parent
 TIERS = {"check", "trust", "rest", "realtime", "nightly", "install"}
 WITHOUT_KERNELS = {"install"}  # tiers that run those of other installs

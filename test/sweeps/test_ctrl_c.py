@@ -61,5 +61,6 @@ def test_ctrl_c_is_heard_by_the_caller_alone(tmp_path, kind, when):
     (tmp_path / "stopped.py").write_text(CODE, "utf-8")
     (tmp_path / "preloaded.py").write_text(PRELOADED, "utf-8")
     command = [sys.executable, "stopped.py", kind, when]
-    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, start_new_session=True)
+    started = {"cwd": tmp_path, "text": True, "start_new_session": True, "timeout": 300}
+    done = subprocess.run(command, capture_output=True, **started)
     assert (done.returncode, done.stdout, done.stderr) == (0, "heard []\n", "")
