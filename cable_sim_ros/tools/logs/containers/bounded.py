@@ -75,26 +75,35 @@ def child(name: str, folder: str) -> None:
             k += 1
 
 
+def _bound(kind: int, wanted: int) -> int:
+    """Bound a resource of this process by what is wanted, or by what it inherited where that is less; which it was."""
+    soft, hard = resource.getrlimit(kind)
+    inherited = min((limit for limit in (soft, hard) if limit != resource.RLIM_INFINITY), default=wanted)
+    resource.setrlimit(kind, (min(wanted, inherited), hard))
+    return min(wanted, inherited)
+
+
 def _read_one(module: Any, path: Path, out: Path) -> None:
     """In the fork."""
     size = path.stat().st_size if path.exists() else 0
     used = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
     most, seconds = MEMORY + PER_BYTE * size, SECONDS + size // PER_SECOND
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
-    resource.setrlimit(resource.RLIMIT_AS, (used + most, resource.RLIM_INFINITY))
+    room = _bound(resource.RLIMIT_AS, used + most) - used
+    short = f", where a limit of this session (ulimit -v) leaves {max(room, 0) / 1e6:.0f} MB" if room < most else ""
     spent = resource.getrusage(resource.RUSAGE_SELF)
     cpu = int(spent.ru_utime + spent.ru_stime) + seconds
-    resource.setrlimit(resource.RLIMIT_CPU, (cpu, resource.RLIM_INFINITY))
+    _bound(resource.RLIMIT_CPU, cpu)
     signal.alarm(4 * seconds)
     try:
         log = module.read_here(path)
     except LogError as error:
         _leave(out, {"log_error": str(error)})
     except MemoryError:
-        _leave(out, {"error": f"takes more than {most / 1e6:.0f} MB, far beyond its size"})
+        _leave(out, {"error": f"takes more than {room / 1e6:.0f} MB" + (short or ", far beyond its size")})
     except Exception as error:  # libraries raise what they like on damaged files
         text = " ".join(str(error).split())[:200].replace(str(path), path.name)
-        _leave(out, {"error": f"{type(error).__name__}: {text}"})
+        _leave(out, {"error": f"{type(error).__name__}: {text}{short}"})
     else:
         sources = [
             {
