@@ -185,6 +185,8 @@ def turn(model, state, h, length, rate):
         if before.begun == 0:
             begin_drive(model, state, before)
         begin_turn(h, settings.drum, drive, old, before, driving, now.winch, given, given_rate)
+        if driving.following == 0:  # nor does the mean flow know of a command that moves nothing
+            now.winch.command_rate = 0.0
         driving.begun, driving.stiffness = 1, before.stiffness
         trend = (before.tension - before.tension_before) * (h / before.step if before.step > 0.0 else 0.0)
         at = old.length + h * (old.rate + 0.5 * h * old.accel)
@@ -228,7 +230,6 @@ def solve_driven(model, state, h):
             conclude(line, state, h)
             if driving.following == 0:  # commands go on from where the drum is
                 winch.commanded = clip(winch.length - driving.law, drum.min_reach, drum.max_reach)
-                winch.command_rate = 0.0
             driving.ticked += h
             driving.limited += h if driving.spent != 0 else 0.0
             count_work(drive, state.memory[STEP].winch, state.memory[STEP].drive, winch, driving)
