@@ -14,7 +14,7 @@ from ..compiler.jit import NO, YES, driver, inline, link, opaque
 from .block_tridiagonal import solve, solve_again
 from .cable_assembly import mean_at
 from .line import link_residual, residual
-from .mean_flow import follow, link_mean_flow, mean_fraction
+from .mean_flow import begin_mean, follow, link_mean_flow, mean_fraction
 from .parameter import Block, quantity
 from .state import AT_REST, FLOW, GAIN, MEAN, NOW, STEP, A, Change, Q, V, X, checkpoint
 from .towbody import face_flow
@@ -126,6 +126,7 @@ def _predict(line, state, h) -> None:
     if line.settings[0].step_tension > 0.0 and before > 0.0 and before != h:
         stretch_lag(state, h / before)
     checkpoint(state, STEP)
+    begin_mean(line.settings[0], state, h)
     q, v, a, gain = state.nodes[NOW, Q], state.nodes[NOW, V], state.nodes[NOW, A], state.nodes[NOW, GAIN]
     old_v, old_a, old_x = state.nodes[STEP, V], state.nodes[STEP, A], state.nodes[STEP, X]
     for n in range(q.shape[0]):
@@ -208,7 +209,7 @@ predict = opaque(_predict)
 def solve_step(line, state, h):
     """Newton's corrections of the predicted step, held unknowns already at its end; negative: none found."""
     _, _, _, _, c1, c2 = coefficients(h, line.settings[0].rho_inf)
-    fraction = mean_fraction(state.memory[NOW].known, line.settings[0].mean_flow_time, h)
+    fraction = mean_fraction(line.settings[0], state.memory[NOW].known, h)
     return newton(line, state, Change(c1, c2, line.settings[0].mass_damping, fraction))
 
 
@@ -225,7 +226,7 @@ def advance(line, state, h):
 def conclude(line, state, h):
     """What follows from a solved step: auxiliary accelerations and the running mean."""
     am, af, _, _, _, _ = coefficients(h, line.settings[0].rho_inf)
-    fraction = mean_fraction(state.memory[NOW].known, line.settings[0].mean_flow_time, h)
+    fraction = mean_fraction(line.settings[0], state.memory[NOW].known, h)
     a, x, mean = state.nodes[NOW, A], state.nodes[NOW, X], state.nodes[NOW, MEAN]
     old_a, old_x = state.nodes[STEP, A], state.nodes[STEP, X]
     for n in range(x.shape[0]):

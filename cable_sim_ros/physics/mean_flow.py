@@ -11,9 +11,10 @@ from math import sqrt
 
 from ..compiler.jit import LANES, driver, inline, link, opaque
 from .ancf import EXTRA_DRAG
+from .cable_assembly import mean_at
 from .sea import current_at
 from .state import ARC, MEAN, NOW, STEP, STRUM, Q
-from .vec import norm, scale
+from .vec import at3, axpy, norm, scale, sub
 from .viv_amplification import EXTRA
 
 # corners times cable.mean_flow_time; with 60 s 0.1 % of a wave of 8 s is left of a speed, 11 % of a commanded rate
@@ -22,6 +23,7 @@ BUTTERWORTH = (0.9238795325112867, 0.3826834323650898)  # damping of the two hal
 HALF_WAVE = 10.0  # s, of the longest wave
 SHORTEST = 2.0  # s, memory just after a change: some periods of vortices
 TOLERATED = 0.05  # m/s between what is known and what the mean has of it: no change yet
+KNOWN_STEP = 2e-3  # s, in which chosen steps follow what is known
 AT_ONCE = 1.0  # s, in which a difference of twice that shortens the memory to a third
 UPRIGHT, LYING = 0.1, 0.3  # square of the horizontal share of a direction: none of its turning counts, all of it
 
@@ -98,7 +100,7 @@ def changed(known, velocity, current, rate, t, tau, h):
     known.waves = max(sqrt(heave * heave + surge * surge), known.waves * tau / (tau + h))
     if known.begun == 0:
         known.begun, known.taken[0] = 1, speed
-    fraction = mean_fraction(known, tau, h)
+    fraction = taken_up(known, tau, h)
     ship, winch = speed - known.taken[0], wound - known.taken[1]
     known.taken[0] += fraction * ship
     known.taken[1] += fraction * winch
@@ -108,8 +110,8 @@ def changed(known, velocity, current, rate, t, tau, h):
 
 
 @inline
-def mean_fraction(known, tau, h):
-    """Share of a step of h [s] that the running mean of the velocity takes up: backward Euler of m' = (v - m) / memory.
+def taken_up(known, tau, h):
+    """Share of the difference to the running mean that this takes up in h [s]: backward Euler of m' = (v - m) / memory.
 
     1 / memory = 1 / tau + known.faster; tau: cable.mean_flow_time.
     """
@@ -117,20 +119,51 @@ def mean_fraction(known, tau, h):
     return taken / (1.0 + taken)
 
 
+@inline
+def halved(settings):
+    """Does the mean take up half of a step with the velocity of its beginning? Where steps are chosen: of second order
+    as the cable, by the trapezium."""
+    return settings.step_tension > 0.0 and settings.mean_flow_time > SHORTEST
+
+
+@inline
+def mean_fraction(settings, known, h):
+    """Share of a step of h [s] that the running mean of the velocity takes up with the velocity of its end."""
+    return taken_up(known, settings.mean_flow_time, 0.5 * h if halved(settings) else h)
+
+
+@driver
+def begin_mean(settings, state, h):
+    """What the running mean takes up of a step of h [s] with the velocity of its beginning, which is that of now."""
+    if not halved(settings):
+        return
+    nodes = state.nodes
+    fraction = 0.5 * h * (1.0 / settings.mean_flow_time + state.memory[NOW].known.faster)
+    for n in range(nodes.shape[2]):
+        for k in range(6):
+            nodes[NOW, MEAN, n, k] = mean_at(nodes, n, k, fraction)
+
+
 @driver
 def _take_up(line, state, h) -> None:
     """Set the memory of the mean flow for the step of h [s] in hand: ship and winch are at its end."""
-    now, tau = state.memory[NOW], line.settings[0].mean_flow_time
+    now, old, tau = state.memory[NOW], state.memory[STEP], line.settings[0].mean_flow_time
     if tau <= SHORTEST or not is_amplified(line.elements, state.nodes[NOW, STRUM]):
         return
     known, q, c = now.known, state.nodes[NOW, Q], now.current
     top = direction(q, first_wet(q))
-    change = changed(known, now.sheave.velocity, (c[0], c[1]), now.winch.command_rate, top, tau, h)
-    if change <= TOLERATED and known.faster == 0.0:
-        return
-    memory = 1.0 / (1.0 / tau + known.faster) + h
-    memory /= 1.0 + max(change / TOLERATED - 1.0, 0.0) * h / AT_ONCE
-    known.faster = max(1.0 / max(memory, SHORTEST) - 1.0 / tau, 0.0)
+    count = max(1, int(h / KNOWN_STEP + 0.999)) if line.settings[0].step_tension > 0.0 else 1
+    d, velocity = h / count, at3(now.sheave.velocity, 0)
+    gain, gained = sub(velocity, at3(old.sheave.velocity, 0)), now.winch.command_rate - old.winch.command_rate
+    for i in range(count):
+        left = 1.0 - (i + 1.0) / count
+        rate = now.winch.command_rate - left * gained
+        change = changed(known, axpy(-left, gain, velocity), (c[0], c[1]), rate, top, tau, d)
+        if change <= TOLERATED and known.faster == 0.0:
+            continue
+        memory = 1.0 / (1.0 / tau + known.faster) + d
+        memory /= 1.0 + max(change / TOLERATED - 1.0, 0.0) * d / AT_ONCE
+        known.faster = max(1.0 / max(memory, SHORTEST) - 1.0 / tau, 0.0)
 
 
 @driver
