@@ -31,7 +31,7 @@ from .state import ARC, NOW, STEP, A, Q
 from .vec import dot, norm, sub
 
 # s: over which the deviation of the tension is taken, that of now and its rate; what passes before they bound a step
-DEVIATION_TIME, RATE_TIME, SETTLED = 30.0, 3.0, 5.0
+DEVIATION_TIME, RATE_TIME, SETTLED = 30.0, 3.0, 0.2
 SEEN = 100.0  # times what a residual may be: a deviation below that is the solver's
 NO_BOUND = 1e300
 

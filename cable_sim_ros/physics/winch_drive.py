@@ -244,11 +244,11 @@ def begin_turn(h, drum, drive, old, before, driving, winch, length, rate):
 
 
 @inline
-def taken_up(gain, integral, error, new, up, motor):
+def taken_up(gain, integral, speed, new, up, motor):
     """What of its change ``up`` [N] an integral takes in a step whose motor ends at a bound, ``motor`` [N]: none while
-    the law is past the bound, and what keeps it there where its proportional part, gain times the error, falls."""
-    before, after = gain * error + integral, gain * new + integral + up
-    part = clip((motor - before) / (after - before), 0.0, 1.0) if after != before else 0.0
+    the law, gain times the speed and the integral, is past the bound, and what keeps it there where the speed falls."""
+    before, after = gain * speed + integral, gain * new + integral + up
+    part = clip((motor - before) / (after - before), 0.0, 1.0) if (after - before) * up > 0.0 else 0.0
     return clip(motor - gain * new - integral, min(part * up, up), max(part * up, up))
 
 
@@ -338,7 +338,7 @@ def balance(h, alpha, drum, drive, old, before, winch, driving, at, tension):
     driving.spent = 1 if mode != EMERGENCY_STOP and abs(motor) >= most * (1.0 - 1e-9) else 0
     up = drive.gain_i * (0.5 * h * (error + v - driving.reference) - driving.lead)
     if (up > 0.0 and motor >= min(high, most)) or (up < 0.0 and motor <= max(low, -most)):
-        up = taken_up(drive.gain_p, before.integral, error, v - driving.reference, up, motor)
+        up = taken_up(drive.gain_p, before.integral, old.rate, v, up, motor)
     driving.integral = before.integral + up
     if mode == TENSION:  # what takes over goes on from the pull of now
         driving.integral = motor - drive.gain_p * v
