@@ -35,6 +35,7 @@ from .winch import ACCELERATION, clip, wound_on
 POINTS = 8  # of the curve of the motor
 BALANCED = 1e-4  # of the working tension, that (1) may be out of balance by at the end of a step
 LIFTED = 1e-9  # of a set brake: what is left of it after its time is round-off of the steps
+UNLED = 20.0  # by which an error of a drum counts more where its motor, at a bound, does not lead it back: it stays, and adds
 MEETINGS = 12  # solutions of the cable in one step, before it is halved
 
 
@@ -224,6 +225,7 @@ def begin_turn(h, drum, drive, old, before, driving, winch, length, rate):
     elif mode == BRAKE:
         ramp = drum.max_accel * h
         driving.reference = clip(0.0, before.reference - ramp, before.reference + ramp)
+        driving.lead = -0.5 * h * before.reference * max(1.0 - abs(before.reference) / ramp, 0.0)  # at rest before h
     else:
         driving.reference = v if mode == EMERGENCY_STOP else 0.0  # a brake that lifts is waited for
     if mode == BRAKE and (abs(driving.reference) > AT_REST or abs(v) > 10.0 * AT_REST) and before.brake == 0.0:
@@ -328,14 +330,17 @@ def balance(h, alpha, drum, drive, old, before, winch, driving, at, tension):
         motor = motor_pull(drive, gear, law, 0.0)
     if at_rest:
         a, driving.aux = 0.0, 0.0
-    driving.error = past + abs((beta + 0.5 * (am - af) - 1.0 / 6.0) * h * h * (a - a0)) * mass / (vb * slope)
+    most = largest_pull(drive, gear, v)
+    driving.spent = 1 if mode != EMERGENCY_STOP and abs(motor) >= most * (1.0 - 1e-9) else 0
+    driving.error = abs((beta + 0.5 * (am - af) - 1.0 / 6.0) * h * h * (a - a0)) * mass / (vb * slope)
+    if motor <= low or motor >= high or driving.spent != 0:
+        driving.error *= UNLED
+    driving.error += past
     if before.brake > 0.0 and driving.brake == 0.0:  # commands count from the next step on, not from when it is open
         driving.error += (h - before.brake * drive.brake_lift_time) * abs(before.given_rate)
     stand_at_end(drum, winch, new)
     winch.length, winch.rate, winch.accel = new, v, a
     driving.motor, driving.held, driving.step = motor, held, h
-    most = largest_pull(drive, gear, v)
-    driving.spent = 1 if mode != EMERGENCY_STOP and abs(motor) >= most * (1.0 - 1e-9) else 0
     up = drive.gain_i * (0.5 * h * (error + v - driving.reference) - driving.lead)
     if (up > 0.0 and motor >= min(high, most)) or (up < 0.0 and motor <= max(low, -most)):
         up = taken_up(drive.gain_p, before.integral, old.rate, v, up, motor)
