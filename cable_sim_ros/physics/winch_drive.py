@@ -35,7 +35,7 @@ from .winch import ACCELERATION, clip, wound_on
 POINTS = 8  # of the curve of the motor
 BALANCED = 1e-4  # of the working tension, that (1) may be out of balance by at the end of a step
 LIFTED = 1e-9  # of a set brake: what is left of it after its time is round-off of the steps
-UNLED = 20.0  # by which an error of a drum counts more where its motor, at a bound, does not lead it back: it stays, and adds
+UNLED = 20.0  # by which an error of the drum counts more that its motor, at a bound, does not lead back: they add
 MEETINGS = 12  # solutions of the cable in one step, before it is halved
 
 

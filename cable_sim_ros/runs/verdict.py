@@ -15,7 +15,7 @@ from ..sim.layout import layout_of
 from ..sim.scene import Scene
 from ..sim.statics.route import DRUM_RESERVE
 from ..sim.verdict import Reason, Verdict, check, judge_counts, overload, strength, verdict_of
-from .stop_peaks import nice_step, stop_displaced, stop_missed
+from .stop_peaks import nice_step, rendered, stop_missed
 from .summary import after_start, tick_length
 
 if TYPE_CHECKING:
@@ -40,7 +40,7 @@ def judge(frames: np.recarray, scene: Scene | None = None, others: Iterable[Reas
         over += hauled_into_waves(scene, float(frames["scope"].min()))
         if (frames["command_age"] < 0.0).all():
             over += drifting(scene, len(frames) * tick, frames["payout"])
-        over += stop_missed(frames, scene) + stop_displaced(frames, scene)
+        over += stop_missed(frames, scene) + rendered(frames, scene)
         over += in_part(scene, float(np.mean(np.abs(frames["payout_rate"]) < slow(scene))))
     found = judge_counts(
         dict(zip(map(int, status), map(int, counts))),

@@ -172,8 +172,8 @@ def test_an_emergency_stop_sets_the_brake_which_slips_and_holds():
 
 @pytest.mark.parametrize("h", [0.02, 0.01, 0.002])
 def test_an_integral_slides_along_its_bound_whatever_the_step(h):
-    """The error of the rate falls by c a second from 1 m/s: the integral stands while p e is above the bound, keeps
-    p e + I there until i e = p c, and takes i e^2 / 2c after it. What stood still as long as a step would have gone
+    """The speed falls by c a second from 1 m/s, with no rate asked for: the integral stands while p v is above the
+    bound, keeps p v + I there until i v = p c, and takes i v^2 / 2c after it. What stood still as long as a step would have gone
     past the bound was off by i e h, 900 N at 10 ms."""
     p, i, c, bound, integral = 1e4, 2e5, 0.5, 3600.0, 0.0
     for k in range(round(1.0 / (c * h))):
@@ -234,7 +234,6 @@ def test_chosen_steps_see_the_drum_as_its_brake_stops_it():
     assert chosen.frames.brake_slip[-1] == pytest.approx(fine.frames.brake_slip[-1], abs=2e-3)
     deep_off = np.interp(chosen.frames.time, fine.frames.time, fine.frames.body_position[:, 2])
     assert np.abs(deep_off - chosen.frames.body_position[:, 2]).max() < 0.01, "the position asked for"
-    assert [run.verdict.headline.count("STOP_PLACE") for run in (chosen, fine)] == [1, 0], "not so in every tow"
 
 
 def test_the_verdict_of_a_stop_says_the_step_that_its_peak_needs():
