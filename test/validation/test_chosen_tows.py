@@ -46,7 +46,7 @@ def mode(*changes: tuple[float, str]) -> list[tuple[float, str, str]]:
 
 
 HOLD = {"setpoint__algorithm": "hold"}
-LAYERS = {"winch__lay_width": 0.6, "winch__lay_pitch": 0.02, "winch__lay_rise": 0.018}
+LAYERS = {"winch__lay_width": 0.2, "winch__lay_pitch": 0.02, "winch__lay_rise": 0.018}
 SHORT = {"cable__sections": {"wire": {"length": 700.0}}}
 HEAVY = {  # 2 t on 800 m
     "towbody__mass": 2000.0,
@@ -129,6 +129,7 @@ TOWS = {
         "lowered_ctd",
         loop(6.0, 0.0, setpoint__algorithm="simplified_sheave", **deep(600.0)),
         {"heave": (1.0, 8.0), "duration": 60.0},
+        deviation=0.02,
     ),
     # layers of the drum
     "layers, lowering": Tow(
