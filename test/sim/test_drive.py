@@ -173,8 +173,8 @@ def test_an_emergency_stop_sets_the_brake_which_slips_and_holds():
 @pytest.mark.parametrize("h", [0.02, 0.01, 0.002])
 def test_an_integral_slides_along_its_bound_whatever_the_step(h):
     """The speed falls by c a second from 1 m/s, with no rate asked for: the integral stands while p v is above the
-    bound, keeps p v + I there until i v = p c, and takes i v^2 / 2c after it. What stood still as long as a step would have gone
-    past the bound was off by i e h, 900 N at 10 ms."""
+    bound, keeps p v + I there until i v = p c, and takes i v^2 / 2c after it. What stood still as long as a step would
+    have gone past the bound was off by i v h, 900 N at 10 ms."""
     p, i, c, bound, integral = 1e4, 2e5, 0.5, 3600.0, 0.0
     for k in range(round(1.0 / (c * h))):
         before, after = 1.0 - c * h * k, 1.0 - c * h * (k + 1)
@@ -183,6 +183,13 @@ def test_an_integral_slides_along_its_bound_whatever_the_step(h):
         integral += taken_up(p, integral, before, after, up, motor) if motor == bound else up
     left = p * c / i
     assert integral == pytest.approx(bound - p * left + 0.5 * i * left**2 / c, rel=3.0 * (h * i / p) ** 2)
+
+
+def test_an_integral_stands_while_its_law_is_past_the_bound_also_where_that_falls_fast():
+    """The speed loses in the step more than the integral would take: the law comes nearer to its bound, 3.6 kN, of
+    itself."""
+    assert taken_up(1e4, 3600.0, 1.0, 0.9, 200.0, 3600.0) == 0.0
+    assert taken_up(1e4, -3600.0, -1.0, -0.9, -200.0, -3600.0) == 0.0
 
 
 def test_commands_count_from_when_the_brake_is_open_whatever_the_step():
@@ -230,7 +237,7 @@ def test_chosen_steps_see_the_drum_as_its_brake_stops_it():
         ways[round(t / h)] = x
     assert v == 0.0 and fine.frames.payout[-1] == pytest.approx(x, abs=2e-3)
     off = np.interp(chosen.frames.time, fine.frames.time, fine.frames.payout) - chosen.frames.payout
-    assert np.abs(off).max() < 3e-3 and chosen.metrics["steps_taken"] < 0.5 * len(fine.frames)
+    assert np.abs(off).max() < 3e-3 and chosen.metrics["steps_taken"] < 0.75 * len(fine.frames)
     assert chosen.frames.brake_slip[-1] == pytest.approx(fine.frames.brake_slip[-1], abs=2e-3)
     deep_off = np.interp(chosen.frames.time, fine.frames.time, fine.frames.body_position[:, 2])
     assert np.abs(deep_off - chosen.frames.body_position[:, 2]).max() < 0.01, "the position asked for"
@@ -299,6 +306,29 @@ def test_render_pays_out_at_the_set_pull_and_recovers():
     late = render.time > render.time[0] + 8_000_000_000
     assert render.tension_drum[late].max() == pytest.approx(3300.0, rel=0.02)
     assert set(render.winch_mode) == {RENDER} and np.ptp(render.payout[late]) > 0.05
+
+
+def test_a_drum_that_comes_to_its_largest_pull_and_leaves_it_goes_the_same_way_in_finer_steps():
+    """300 kg over a rosette on 300 m. The integral that stood by what the rate lags, not by the law of the motor, lost
+    0.02 m in steps of 10 ms; what these and longer ones may still lose, the verdict says."""
+    tow = load_scene("lowered_ctd")
+    radius = tow.winch.drum_radius + 0.5 * tow.cable.diameter
+    values = {
+        "drive.inertia": 300.0 * radius**2,
+        "drive.mode": "render",
+        "drive.set_pull": 3500.0,
+        "winch.scope": 300.0,
+    }
+    runs = {
+        every: offline.run(override(tow, MOTOR | values), heave=(1.0, 6.0), duration=27.0, step="fixed", every=every)
+        for every in (0.01, 0.001)
+    }
+    coarse, fine = (runs[every].frames.payout[round(1.0 / every) - 1 :: round(0.01 / every)] for every in (0.01, 0.001))
+    assert np.ptp(fine) > 2.0 and np.abs(coarse - fine).max() < 4e-3
+    flags = {every: [reason.flag for reason in run.verdict.reasons] for every, run in runs.items()}
+    assert flags == {0.01: ["RENDER_PLACE"], 0.001: []}
+    (said,) = runs[0.01].verdict.reasons
+    assert {"payout_max_m", "body_depth_m"} <= set(said.metrics) and "--step fixed --every 0.001" in said.text
 
 
 def test_constant_tension_follows_the_ship():
