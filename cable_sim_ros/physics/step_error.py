@@ -30,8 +30,10 @@ from .integrate import coefficients
 from .state import ARC, NOW, STEP, A, Q
 from .vec import dot, norm, sub
 
-# s: over which the deviation of the tension is taken, that of now and its rate; what passes before they bound a step
-DEVIATION_TIME, RATE_TIME, SETTLED = 30.0, 3.0, 0.2
+# s: over which the deviation of the tension is taken, that of now and its rate; and in which it has just begun, so that
+# no less counts than BEGUN times the error that a step may bring of it
+DEVIATION_TIME, RATE_TIME, SETTLED = 30.0, 3.0, 5.0
+BEGUN = 10.0
 SEEN = 100.0  # times what a residual may be: a deviation below that is the solver's
 NO_BOUND = 1e300
 
@@ -124,7 +126,9 @@ def _longest_step(line, state, h) -> float:
     control.tension_last = tension
     control.age += h
     deviation, minimum = sqrt(max(control.variance, control.variance_now)), SEEN * settings.tolerance
-    if control.age < SETTLED or deviation < minimum or control.rate_square <= 0.0:
+    if control.age < SETTLED:
+        deviation = max(deviation, BEGUN * settings.step_tension)
+    if deviation < minimum or control.rate_square <= 0.0:
         return NO_BOUND
     return settings.step_deviation * deviation / sqrt(control.rate_square)
 

@@ -84,7 +84,7 @@ def rendered(frames: np.recarray, scene: Scene) -> tuple[Reason, ...]:
     text = (
         f"the motor came to drive.set_pull {len(came)} times, again {at:.4g} s after the start: where the drum goes "
         f"from then on depends on what rings in it and the cable. In tows that were measured steps chosen by "
-        f"their error lost up to 0.03 m of the pay-out, fixed ones of 10 ms up to 0.3 m; these are of "
+        f"their error lost up to 0.04 m of the pay-out, fixed ones of 10 ms up to 0.3 m; these are of "
         f"{1e3 * step:.3g} ms. Take --step fixed --every {LED:g}, or compare with --check"
     )
     return (check("RENDER_PLACE", text),)

@@ -360,7 +360,7 @@ CHECKS = (
         DOUBTFUL,
         (*BODY, *WINCH),
         "the motor of a winch that renders left drive.set_pull and came back to it, in steps longer than 1 ms: from "
-        "then on they lose pay-out, in tows that were measured 0.03 m in chosen steps, 0.3 m in steps of 10 ms",
+        "then on they lose pay-out, in tows that were measured 0.04 m in chosen steps, 0.3 m in steps of 10 ms",
     ),
     ("JOURNAL", DOUBTFUL, TENSION + BODY, "a replay could not do all that the journal of the recording says"),
     (
