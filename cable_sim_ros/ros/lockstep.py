@@ -193,6 +193,12 @@ class Lockstep:
         self.commands.received(stamp, self.clock)
 
     @property
+    def awaits(self) -> bool:
+        """Is it a message that the next step, or the end of this one, waits for?"""
+        stands = self.held or (self.paused and not self.steps_left)
+        return not stands and self.phase in (Phase.MOTION, Phase.COMMAND)
+
+    @property
     def doing(self) -> str:
         """The state in words, for diagnostics."""
         if self.held:

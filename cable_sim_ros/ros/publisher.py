@@ -1,4 +1,5 @@
-"""The publisher thread: waits for ticks, serialises each channel once, publishes the bytes and records them."""
+"""The publisher thread: waits for ticks, serialises each channel once that somebody hears or that is recorded, publishes
+the bytes and records them."""
 
 from __future__ import annotations
 
@@ -14,6 +15,7 @@ from rclpy._rclpy_pybind11 import RCLError
 from ..io.messages.channels import Encoder
 from ..io.recordings.journal import Journal
 from ..io.recordings.recorder import Recorder
+from ..physics.tick_output import TICK_OUTPUT
 from .loop import HALT, HEADS_ROWS, Loop, raise_priority
 from .rules import RuleKeeper
 from .running_sums import RunningSums
@@ -99,9 +101,9 @@ class TickPublisher:
         if row.flags & HALT:
             self._note(index, "halted")
             return  # the tick was rolled back: there is nothing new to say
-        frame = loop.output.frame[slot].copy()
+        frame = np.frombuffer(loop.output.frame[slot].tobytes(), TICK_OUTPUT)[0]  # copy() goes by fields, 26 us
         try:
-            messages = self.encoder.encode(frame, loop.output.shape[slot], loop.output.contact[slot])
+            messages = self.encoder.encode(frame, loop.output.shape[slot], loop.output.contact[slot], self._wanted)
         except ValueError as error:  # a number that is not finite
             self.fault = str(error)
             self._note(index)
@@ -135,6 +137,12 @@ class TickPublisher:
             self.rules.add(frame)
         self.fault = ""
         self.latest = frame
+
+    def _wanted(self, topic: str) -> bool:
+        """Does anybody hear this topic, or is it recorded?"""
+        if self._recorder is not None and topic not in self.unrecorded:
+            return True
+        return topic in self.publishers and self.publishers[topic].get_subscription_count() > 0
 
     def _skip(self, target: int) -> None:
         """Ticks that are not published any more; what they saw goes into the journal."""

@@ -467,6 +467,11 @@ class Session:
         """Called between two callbacks, now: CLOCK_MONOTONIC [ns]; returns in how many seconds to call it again."""
         return 0.1
 
+    @property
+    def awaits(self) -> bool:
+        """Has `advance` to be called again as soon as an input comes?"""
+        return False
+
     def hold(self, why: str) -> None:
         """Hold the simulation because of this, or let it go on with ""; real time does not stand."""
 

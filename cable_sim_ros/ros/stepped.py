@@ -91,6 +91,10 @@ class SteppedSession(Session):
             self.steps.step_done(self._tick())
         return seconds
 
+    @property
+    def awaits(self) -> bool:
+        return self.state in ("waiting", "running") and self.steps.awaits
+
     def _tick(self) -> bool:
         """The tick of this step; False where the clock has not come to the first one yet."""
         if self.state != "running":

@@ -374,14 +374,17 @@ class Encoder:
         for channel, topic, *_ in self._rows:
             recording.declare(topic, channel.msgtype, channel.qos)
 
-    def encode(self, frame, shape, contact) -> list[tuple[Channel, str, bytes]]:
+    def encode(
+        self, frame, shape, contact, wanted: Callable[[str], bool] = lambda topic: True
+    ) -> list[tuple[Channel, str, bytes]]:
         """Messages due at this tick as (channel, absolute topic, CDR bytes); ``frame.tick`` says which are due.
 
-        ValueError names a number that is not finite; then nothing of the tick is to be published.
+        wanted: is there anybody for a topic? ValueError names a number that is not finite, of whatever topic; then
+        nothing of the tick is to be published.
         """
         f, due = numbers_of(frame), []
         for channel, topic, every, template in self._rows:
-            if f.tick % every or (channel.new and not f.readings_new & channel.new):
+            if f.tick % every or (channel.new and not f.readings_new & channel.new) or not wanted(topic):
                 continue
             if template is not None:
                 data = template(f, shape, contact, self.context)
