@@ -16,7 +16,7 @@ from rclpy.qos import QoSProfile, ReliabilityPolicy
 from rclpy.serialization import deserialize_message
 
 from ..errors import TowError
-from .executor import drain
+from .executor import TURN, Waiter, drain
 
 DEPTH = 2000  # messages: 20 s of tick outputs, should this process stand still
 NAME, NAMESPACE = "cable_sim_test", "/tow_sim"
@@ -71,9 +71,14 @@ class Client:
 
     def _spin(self) -> None:
         try:
+            waiter = Waiter(self.context)
             while not self._stop.is_set():
                 self.executor.spin_once(timeout_sec=0.05)
-                drain(self._subscriptions)
+                now = time.monotonic_ns()
+                end, answered = now + TURN, False
+                while drain(self._subscriptions) and now < end and not answered:
+                    answered = waiter.wait(self._subscriptions, end - now, self._clients.values())
+                    now = time.monotonic_ns()
         except BaseException as error:
             self.failure = error
         finally:  # by the thread that waited on them: rclpy frees what another still holds
