@@ -61,6 +61,7 @@ class Client:
         self._subscriptions: list = []
         self._publishers: dict[str, Any] = {}
         self._clients: dict[str, Any] = {}
+        self.prompt = True  # or may what comes wait for TURN, that many are taken at once?
         self._stop = threading.Event()
         self.give_up: Callable[[], None] = lambda: None  # raises where it is of no use to wait on
         self.failure: BaseException | None = None  # of a callback
@@ -77,7 +78,8 @@ class Client:
                 now = time.monotonic_ns()
                 end, answered = now + TURN, False
                 while drain(self._subscriptions) and now < end and not answered:
-                    answered = waiter.wait(self._subscriptions, end - now, self._clients.values())
+                    heard = self._subscriptions if self.prompt else ()
+                    answered = waiter.wait(heard, end - now, self._clients.values())
                     now = time.monotonic_ns()
         except BaseException as error:
             self.failure = error
@@ -121,7 +123,7 @@ class Client:
     def publisher(self, kind: type, topic: str) -> Any:
         """One publisher a topic, reliable: every subscriber hears it."""
         if topic not in self._publishers:
-            self._publishers[topic] = self.node.create_publisher(kind, topic, QoSProfile(depth=200))
+            self._publishers[topic] = self.node.create_publisher(kind, topic, QoSProfile(depth=DEPTH))
         return self._publishers[topic]
 
     def begin(self, kind: type, name: str, request: Any, within: float = 10.0) -> Any:

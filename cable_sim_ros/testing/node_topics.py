@@ -20,7 +20,7 @@ from std_srvs.srv import SetBool, Trigger
 from ..errors import TowError
 from ..io.messages.channels import decode_frames
 from ..io.messages.commands import encode_command
-from ..io.messages.messages import COMMANDS, KINDS, Event
+from ..io.messages.messages import COMMANDS, KINDS, Event, stamp_of
 from ..physics.tick_output import TICK_OUTPUT
 from ..ros.child import Process
 from ..ros.client import Client
@@ -34,6 +34,7 @@ from .motion import SECOND
 SERVICE = 30.0  # s for an answer
 STALLED = 60.0  # s of wall time without a tick output
 PIECE = 250  # ticks stepped at once: half of what the node keeps for a listener that is slow, so that none is lost
+EARLY = SECOND // 2  # ns before /clock that motion is sent, so that no tick waits for it; a reliable publisher keeps it
 LATE = 1.0  # s of wall time without one more tick output, after a step
 LOOK = 0.5  # s between two looks at who else is in the domain
 PATIENCE = 5.0  # s, lockstep.wait where what is waited for is known to come: a busy machine may need more than 1 s
@@ -49,13 +50,14 @@ class FrameBox:
     def __init__(self) -> None:
         self._fresh: list[bytes] = []
         self._frames: np.recarray = EMPTY
-        self.count = 0
+        self.count = self.newest = 0  # stamp of the newest, ns
         self.changed = threading.Condition()
 
     def put(self, data: bytes) -> None:
         """One message of `sim/health` as CDR bytes."""
         with self.changed:
             self._fresh.append(data)
+            self.newest = stamp_of(data) or 0
             self.count += 1
             self.changed.notify_all()
 
@@ -101,7 +103,7 @@ class Link:
         self._given = not lockstep or "lockstep.wait" in parameters
         self._names = [row.name for row in settings.rows] + list(FOREIGN)
         self._looked = 0.0  # s, at who else is there
-        self.tick = round(self.scene.solver.tick * SECOND)
+        self.tick, self._delay = round(self.scene.solver.tick * SECOND), round(settings.node.input_delay * SECOND)
         self.box = FrameBox()
         self.now: int | None = None  # what /clock said last, ns
         self.clock_came = threading.Event()
@@ -112,19 +114,20 @@ class Link:
         self._stamped: int | None = None  # stamp of our newest command that has one, ns
         self._awaited = False  # may its first command come before the next step?
         self._fed = False  # has motion been fed since it came? Then it has what to answer
+        self._until = 0  # ns of /clock: the end of a step
         self.client = Client(domain, environment=environment)
         self.feeder = Feeder(self._send, lockstep)
         self._publishers = {
             kind: self.client.publisher(message_class(KINDS[kind][0]), KINDS[kind][1]) for kind in ("imu", "odometry")
         }
         self.chain = Chain(self.client, self._publishers, lambda: self.now)
-        self._health = self.client.hear(JointState, "sim/health", self.box.put)
-        self.client.listen(DiagnosticArray, "/diagnostics")
-        if lockstep:
+        if lockstep:  # before the tick outputs: the clock of one is known when it is
             self.client.hear(Clock, "/clock", self._on_clock, reliable=False)
             for kind, made in inputs_there()[0].items():
                 if kind in COMMANDS:
                     self.client.hear(made, KINDS[kind][1], self._on_command, reliable=False)
+        self._health = self.client.hear(JointState, "sim/health", self.box.put)
+        self.client.listen(DiagnosticArray, "/diagnostics")
 
     def connected(self) -> bool:
         """Do both ends know of each other, on every topic that is used?"""
@@ -149,8 +152,19 @@ class Link:
 
     def _on_clock(self, data: bytes) -> None:
         self.now = int.from_bytes(data[4:8], "little") * SECOND + int.from_bytes(data[8:12], "little")
-        self.feeder.clock(self.now)
+        self._feed_on()
         self.clock_came.set()
+        with self.box.changed:
+            self.box.changed.notify_all()
+
+    def _feed_on(self) -> None:
+        """Send the motion that is due; in a step that of the next ticks too, but where another node than ours hears
+        it: that would know what is to come."""
+        assert self.now is not None
+        alone = all(self._publishers[kind].get_subscription_count() == 1 for kind in ("imu", "odometry"))
+        ahead = min(self._until, self.now + EARLY) if alone else 0
+        self.client.prompt = ahead <= self.now
+        self.feeder.clock(self.now, ahead)
 
     def _on_command(self, data: bytes) -> None:
         self._commands += 1
@@ -202,11 +216,14 @@ class Link:
             self._first_command(check)
             received, fed, commands = self.box.count + piece, self.feeder.sent, self._commands
             self._be_patient(sent > 0)
+            if self._paced() and self.now is not None:
+                self._until = self.now + piece * self.tick
+                self._feed_on()
             self._put("lockstep.steps", piece)
             self.call("step", None, STALLED, self._progress(check))
             deadline = time.monotonic() + LATE
             with self.box.changed:  # in the step that takes up the first motion there is no tick
-                while self.box.count < received and time.monotonic() < deadline:
+                while not self._heard(received) and time.monotonic() < deadline:
                     before = self.box.count
                     self.box.changed.wait(0.2)
                     if self.box.count > before:  # a machine that is slow: they are on their way
@@ -214,6 +231,10 @@ class Link:
             tried = 0 if self.box.count >= received else tried + 1
             if not self._paced() and self.feeder.sent > fed:
                 self._answer(commands, check)
+
+    def _heard(self, count: int) -> bool:
+        """Have so many tick outputs come, and the clock of the newest?"""
+        return self.box.count >= count and self.now is not None and self.now >= self.box.newest + self._delay
 
     def _progress(self, check: Callable[[], None]) -> Callable[[], bool]:
         seen = self.box.count
@@ -228,10 +249,9 @@ class Link:
         return moved
 
     def _sent(self) -> None:
-        """Until what the clock has come to is sent; of the first motion the node must say that it has come, or a step
-        may begin without it."""
+        """Of the first motion the node must say that it has come, or a step may begin without it."""
         deadline = time.monotonic() + SERVICE
-        while self.now is None or not self.feeder.idle or not self._motion_came():
+        while self.now is None or not self._motion_came():
             if time.monotonic() > deadline:
                 raise TowError(f"motion could not be sent within {SERVICE:g} s: the node has had none")
             time.sleep(0.002)
