@@ -78,9 +78,10 @@ class Lockstep:
 
     # ---- the order of things
 
-    def next(self, now: int, free: bool) -> tuple[Do, float]:
+    def next(self, now: int, free: bool, starts: bool = False) -> tuple[Do, float]:
         """What to do at wall time `now` [ns], and for WAIT how long at most [s]; free: no motion yet, at most at rate
-        1."""
+        1; starts: no tick yet, at most at rate 1 also where steps are asked for: no command is waited for before the
+        second, and a controller by /clock is to see every tick of it."""
         passed = 0 if self._called is None else min(max(now - self._called, 0), LONGEST)
         self._called = now
         if self.held:
@@ -105,9 +106,11 @@ class Lockstep:
                     return self._stand(now, REPEAT)
                 self.commands.miss(self.clock)
             self.phase = Phase.BETWEEN
-        if now < self._next_step and not self.steps_left:
+        if now < self._next_step and (starts or not self.steps_left):
             return self._stand(now, self._next_step - now)
-        return self._begin(now, free)
+        if starts:
+            self._next_step = now  # the static start is not made up for
+        return self._begin(now, free or starts)
 
     @property
     def _over(self) -> bool:

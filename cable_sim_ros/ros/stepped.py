@@ -82,7 +82,7 @@ class SteppedSession(Session):
         """Do what can be done; now: CLOCK_MONOTONIC, ns. Returns the seconds until something may be to be done."""
         if self.state not in ("waiting", "running"):
             return 0.1
-        do, seconds = self.steps.next(now, not self.spoken)
+        do, seconds = self.steps.next(now, not self.spoken, self._starts)
         if do is Do.CLOCK:
             self.publish_clock(self.steps.clock)
         elif do is Do.MOTION:
@@ -90,6 +90,11 @@ class SteppedSession(Session):
         elif do is Do.TICK:
             self.steps.step_done(self._tick())
         return seconds
+
+    @property
+    def _starts(self) -> bool:
+        """Is the clock still on its way to the first tick?"""
+        return self.state == "running" and self.built_loop.count == self.first_tick
 
     @property
     def awaits(self) -> bool:

@@ -324,7 +324,7 @@ class Link:
         """It publishes them: let it, the node and our motion learn of each other."""
         self.chain.came(name, within, check)
         self._controlled = self._awaited = True
-        self._fed, self._unpaced = False, SPEAK if self.box.count else 0.0
+        self._fed, self._unpaced = False, SPEAK
 
     def set(self, name: str, value: Any) -> None:
         """Set a parameter; TowError where there is none of that name, or with the node's reason where it refuses."""

@@ -84,7 +84,7 @@ class Run:
         from cable_sim_ros.ros.publisher import DirectPublisher
 
         session, context = self.session, Context()
-        quiet = {context.topic(channel): SimpleNamespace(publish=lambda data: None) for channel in CHANNELS}
+        quiet = {context.topic(channel): SimpleNamespace(publish=lambda data: None, get_subscription_count=lambda: 1) for channel in CHANNELS}
         encoder = Encoder(context, session.scene.solver.tick)
         self.publisher = DirectPublisher(
             session.built_loop, encoder, quiet, session.offset, log_time=session.record_time
