@@ -52,7 +52,7 @@ class Waiter:
         self._size = (-1, -1)
 
     def wait(self, subscriptions: Sequence, nanoseconds: int, clients: Iterable = ()) -> bool:
-        """Until a message or an answer is there, at most so long; is it an answer, which a turn of the executor takes?"""
+        """Until a message or an answer is there, at most so long; is it an answer? A turn of the executor takes it."""
         clients = list(clients)
         if self._size != (len(subscriptions), len(clients)):
             self._size = len(subscriptions), len(clients)

@@ -1,5 +1,7 @@
-"""The publisher thread: waits for ticks, serialises each channel once that somebody hears or that is recorded, publishes
-the bytes and records them."""
+"""The publisher thread: waits for ticks, serialises each channel once, publishes the bytes and records them.
+
+What nobody hears and no recording has is not serialised.
+"""
 
 from __future__ import annotations
 

@@ -93,8 +93,8 @@ class SteppedSession(Session):
 
     @property
     def _starts(self) -> bool:
-        """Is the clock still on its way to the first tick?"""
-        return self.state == "running" and self.built_loop.count == self.first_tick
+        """Is there motion, and the clock still on its way to the first tick?"""
+        return self.spoken and (self.state == "waiting" or self.built_loop.count == self.first_tick)
 
     @property
     def awaits(self) -> bool:

@@ -226,6 +226,16 @@ def test_huge_finite_frame_is_no_false_alarm():
     assert numbers_of(frame).kinetic_energy == 1.7e308
 
 
+def test_what_nobody_wants_is_not_encoded_but_a_frame_that_is_not_finite_refused_all_the_same():
+    encoder, frame = Encoder(CONTEXT, 0.01), make_frames(1)[0]
+    wanted = CONTEXT.topic(BY_NAME["sheave_tension"])
+    ((channel, topic, data),) = encoder.encode(frame, *tables(frame), wanted.__eq__)
+    assert topic == wanted and data == serialize(channel, frame, *tables(frame), CONTEXT)
+    frame["payout"] = np.nan
+    with pytest.raises(ValueError, match="payout"):
+        encoder.encode(frame, *tables(frame), lambda topic: False)
+
+
 def test_rates():
     encoder, counts = Encoder(CONTEXT, 0.01), {}
     for frame in make_frames(100):

@@ -45,7 +45,8 @@ session = Session(settle({"scene": "side_scan", "solver.tick": 0.02}), lambda le
 session.configure()
 context = Context()
 encoder = Encoder(context, 0.02)
-quiet = {context.topic(channel): SimpleNamespace(publish=lambda data: None, get_subscription_count=lambda: 1) for channel in CHANNELS}
+heard = SimpleNamespace(publish=lambda data: None, get_subscription_count=lambda: 1)
+quiet = {context.topic(channel): heard for channel in CHANNELS}
 publisher = TickPublisher(session.built_loop, encoder, quiet, lambda: session.clock.offset)
 publisher.start()
 recorder = None

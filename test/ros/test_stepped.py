@@ -71,6 +71,7 @@ class Run:
         self.session.publish_clock = self.clock_said
         self.session.publish_ticks = self.ticked
         self.at_clock = lambda clock: None
+        self.heard = lambda topic: 1  # subscribers
         self.publisher = self.recorder = None
         if bag is not None:
             self.record(bag)
@@ -84,7 +85,8 @@ class Run:
         from cable_sim_ros.ros.publisher import DirectPublisher
 
         session, context = self.session, Context()
-        quiet = {context.topic(channel): SimpleNamespace(publish=lambda data: None, get_subscription_count=lambda: 1) for channel in CHANNELS}
+        self.published: Counter[str] = Counter()
+        quiet = {topic: self.topic(topic) for topic in map(context.topic, CHANNELS)}
         encoder = Encoder(context, session.scene.solver.tick)
         self.publisher = DirectPublisher(
             session.built_loop, encoder, quiet, session.offset, log_time=session.record_time
@@ -96,6 +98,12 @@ class Run:
         )
         self.publisher.record(self.recorder, journal)
         session.record(journal)
+
+    def topic(self, name: str) -> SimpleNamespace:
+        """A publisher that counts."""
+        return SimpleNamespace(
+            publish=lambda data: self.published.update([name]), get_subscription_count=lambda: self.heard(name)
+        )
 
     def clock_said(self, clock: int) -> None:
         if clock not in self.clocks[-1:]:
@@ -295,10 +303,10 @@ def test_the_first_command_counts_alike_before_and_after_the_first_motion(monkey
         run.at_clock = answer
         steps = session.steps.next
 
-        def later(now, free, steps=steps, held=held, session=session, early=early):
+        def later(*what, steps=steps, held=held, session=session, early=early):
             if not early and held and session.state == "running" and session.steps.clock == BEGIN:
                 assert session.command(held.pop(), -1) == ""
-            return steps(now, free)
+            return steps(*what)
 
         if at == BEGIN:
             session.steps.next = later
@@ -309,6 +317,39 @@ def test_the_first_command_counts_alike_before_and_after_the_first_motion(monkey
     taken = np.frombuffer(results[0][0], run.session.built_loop.output.frame.dtype)
     assert (taken["command_age"][-1] >= 0.0) == (at == BEGIN)
     assert +Counter(results[0][1]) == ({} if at == BEGIN else {"before_motion": 1})
+
+
+def test_what_nobody_hears_is_published_for_a_recording_only(monkeypatch, tmp_path):
+    from cable_sim_ros.io.bags.bag import BagReader
+
+    run = poured(monkeypatch, tmp_path / "bag")
+    run.heard = lambda topic: int(topic.endswith("sim/health"))
+    run.until(5)
+    run.publisher.end_recording()
+    assert run.recorder.close().dropped == 0 and set(run.published.values()) > {5}
+    with BagReader(tmp_path / "bag") as reader:
+        assert {topic for topic in run.published} <= set(reader.topics)
+    run.published.clear()
+    run.until(10)
+    assert run.published == {"/tow_sim/sim/health": 5} and run.publisher.published == 10
+    run.publisher.close()
+    run.session.close()
+    run.session.built_loop.close()
+
+
+def test_until_the_first_tick_the_clock_goes_at_real_time_where_steps_are_asked_for_too(monkeypatch):
+    """A controller by /clock sees every tick of it, before any of its commands is waited for."""
+    run = Run(monkeypatch, **{"lockstep.rate": 0.0, "lockstep.paused": True})
+    for _, kind, data in ship():
+        run.give(kind, data)
+    run.session.step(30)
+    run.until(1)
+    start = run.clocks.index(BEGIN + 20 * MS)
+    assert len(run.clocks) - start == 3 and run.wall >= 40 * MS, "two clocks more, each after 20 ms"
+    wall = run.wall
+    run.until(30)
+    assert run.wall - wall < 20 * MS, "from then on as fast as it goes"
+    run.close()
 
 
 def test_no_tick_is_no_tick(monkeypatch):

@@ -1,5 +1,7 @@
 """What can be fed, and when it is sent."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
@@ -97,8 +99,6 @@ def test_a_message_moved_in_time_has_its_new_stamp():
 
 
 def test_in_lockstep_nothing_is_sent_before_the_clock_comes_to_it():
-    import time
-
     sent = []
     feeder = Feeder(sent.append, lockstep=True)
     data = bytes([0, 1, 0, 0]) + bytes(8)
@@ -107,10 +107,57 @@ def test_in_lockstep_nothing_is_sent_before_the_clock_comes_to_it():
         assert feeder.add([Event(7, 0, "imu", data)], first=10) > 13, "behind what is queued"
         for now, count in ((9, 0), (11, 2), (13, 4)):
             feeder.clock(now)
-            deadline = time.monotonic() + 60.0
-            while len(sent) < count and time.monotonic() < deadline:
-                time.sleep(0.001)
             assert [message.stamp for message in sent] == list(range(10, 10 + count))
         assert feeder.waiting == 1
     finally:
         feeder.close()
+
+
+def test_motion_may_be_sent_ahead_of_the_clock_but_nothing_past_a_command():
+    sent = []
+    feeder = Feeder(sent.append, lockstep=True)
+    kinds = ("imu", "imu", "command", "imu")
+    feeder.add([Event(10 * k, 0, kind, bytes([0, 1, 0, 0]) + bytes(8)) for k, kind in enumerate(kinds)], first=0)
+    feeder.clock(0, ahead=30)
+    assert [message.kind for message in sent] == ["imu", "imu"], "a command ahead of the clock would be refused"
+    feeder.clock(20, ahead=30)
+    assert [message.stamp for message in sent] == [0, 10, 20, 30] and feeder.sent == 4
+    feeder.close()
+
+
+def test_what_cannot_be_sent_is_kept_as_the_failure_and_the_rest_not_sent():
+    tried = []
+
+    def fail(message):
+        tried.append(message.stamp)
+        raise RuntimeError("no network")
+
+    feeder = Feeder(fail, lockstep=True)
+    feeder.add([Event(k, 0, "imu", bytes([0, 1, 0, 0]) + bytes(8)) for k in range(3)], first=0)
+    feeder.clock(1)
+    feeder.clock(2)
+    assert tried == [0] and str(feeder.failure) == "no network"
+    feeder.close()
+
+
+@pytest.mark.parametrize("subscribers, sent", [(1, 7), (2, 3)], ids=["the node alone", "a controller too"])
+def test_within_a_step_motion_is_ahead_of_the_clock_where_nobody_would_know_what_is_to_come(subscribers, sent):
+    pytest.importorskip("rclpy")
+    from cable_sim_ros.testing.node_topics import EARLY, Link
+
+    heard, tick = [], EARLY // 4
+    link = Link.__new__(Link)
+    link.feeder, link.client = Feeder(heard.append, lockstep=True), SimpleNamespace(prompt=True)
+    publisher = SimpleNamespace(get_subscription_count=lambda: subscribers)
+    link._publishers, link._until = {"imu": publisher, "odometry": publisher}, 0
+    link.feeder.add([Event(k * tick, 0, "imu", bytes([0, 1, 0, 0]) + bytes(8)) for k in range(20)], first=0)
+    link.now = tick
+    link._feed_on()
+    assert len(heard) == 2 and link.client.prompt, "between two steps"
+    link.now, link._until = 2 * tick, 10 * tick
+    link._feed_on()
+    assert len(heard) == sent and link.client.prompt == (subscribers > 1)
+    link.now = 10 * tick
+    link._feed_on()
+    assert len(heard) == 11 and link.client.prompt, "at the end of the step"
+    link.feeder.close()
