@@ -127,6 +127,7 @@ STUDIES = {
     "mesh": ("meshes.mesh_other", False, "is the error promised for a mesh kept?"),
     "haul": ("benchmarks.haul_cost", True, "what cable on the drum, cable out and elements cost."),
     "ticks": ("benchmarks.ticks", False, "the longest tick in real time, a minute at 2 m/s."),
+    "lockstep": ("benchmarks.lockstep", True, "how fast a test goes in lockstep, and who works meanwhile."),
     "water": ("benchmarks.water_cost", True, "what each option of the water costs a tick."),
     "sweep": ("benchmarks.sweep_cost", True, "throughput of a sweep, per worker beside single runs."),
 }

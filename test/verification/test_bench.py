@@ -12,7 +12,17 @@ from hypothesis import strategies as st
 
 from cable_sim_ros.cli import commands
 from verification import sheave
-from verification.benchmarks import bench, features, haul_bench, haul_cost, sweep_cost, ticks, tow_bench, water_cost
+from verification.benchmarks import (
+    bench,
+    features,
+    haul_bench,
+    haul_cost,
+    lockstep,
+    sweep_cost,
+    ticks,
+    tow_bench,
+    water_cost,
+)
 from verification.benchmarks.bench import Row, front, series
 from verification.commands import STUDIES
 
@@ -54,6 +64,12 @@ def of_ticks(found, text):
     assert 1.0 < found["travel"] < 4.0
 
 
+def of_lockstep(rows, text):
+    assert [(row["controller_hz"], row["topics"]) for row in rows] == [(k, t) for k in (0, 100) for t in ("few", "all")]
+    assert all((row["controller_ms"] > 0.0) == (row["controller_hz"] > 0) for row in rows)
+    assert all(row["factor"] > 0.0 for row in rows) and len(text.splitlines()) == 2 + len(rows)
+
+
 SHORT_HAUL = {"SECONDS": 1.0, "ON_DRUM": (50.0, 100.0), "PAID_OUT": (300.0, 450.0), "DOUBLINGS": (0, 1)}
 FEW_MESHES = {"RATIOS": (6.0, 1.0, 0.15), "PHASES": (0.0,), "LIMITS": sheave.LIMITS[:1]}
 
@@ -67,6 +83,7 @@ FEW_MESHES = {"RATIOS": (6.0, 1.0, 0.15), "PHASES": (0.0,), "LIMITS": sheave.LIM
         ("haul", haul_cost, SHORT_HAUL, of_a_haul),
         ("sheave_mesh", sheave, FEW_MESHES, of_the_sheave),
         ("ticks", ticks, {"SECONDS": 2.0}, of_ticks),
+        ("lockstep", lockstep, {"SECONDS": 0.5, "RATES": (0, 100)}, of_lockstep),
     ],
     ids=lambda value: value if isinstance(value, str) else "",
 )
