@@ -78,7 +78,7 @@ class Client:
                 now = time.monotonic_ns()
                 end, answered = now + TURN, False
                 while drain(self._subscriptions) and now < end and not answered:
-                    heard = self._subscriptions if self.prompt else ()
+                    heard = self._subscriptions if self.prompt or not self._clients else ()
                     answered = waiter.wait(heard, end - now, self._clients.values())
                     now = time.monotonic_ns()
         except BaseException as error:

@@ -109,12 +109,12 @@ class Link:
         self.clock_came = threading.Event()
         self.spoken = threading.Event()  # has a command been heard since the last controller was started?
         self._commands = 0  # heard since then
-        self._unpaced = 0.0  # s of wall time that may still be spent on the first commands of one that came later
+        self._unpaced = 0.0  # s of wall time that may still be spent on the first commands of a controller
         self._controlled = False  # does a process of the test publish commands?
         self._stamped: int | None = None  # stamp of our newest command that has one, ns
         self._awaited = False  # may its first command come before the next step?
         self._fed = False  # has motion been fed since it came? Then it has what to answer
-        self._until = 0  # ns of /clock: the end of a step
+        self._until = 0  # ns: where /clock will be after the step that is under way
         self.client = Client(domain, environment=environment)
         self.feeder = Feeder(self._send, lockstep)
         self._publishers = {
@@ -216,11 +216,14 @@ class Link:
             self._first_command(check)
             received, fed, commands = self.box.count + piece, self.feeder.sent, self._commands
             self._be_patient(sent > 0)
+            self._put("lockstep.steps", piece)
             if self._paced() and self.now is not None:
                 self._until = self.now + piece * self.tick
                 self._feed_on()
-            self._put("lockstep.steps", piece)
-            self.call("step", None, STALLED, self._progress(check))
+            try:
+                self.call("step", None, STALLED, self._progress(check))
+            finally:
+                self._until = 0
             deadline = time.monotonic() + LATE
             with self.box.changed:  # in the step that takes up the first motion there is no tick
                 while not self._heard(received) and time.monotonic() < deadline:
@@ -296,8 +299,8 @@ class Link:
         return self._unpaced <= 0.0 or self._commands >= ANSWERED
 
     def _answer(self, before: int, check: Callable[[], None]) -> None:
-        """After a tick with new motion, until a controller that came later has answered it, at most LOOK: its first
-        commands are due at no time that the node knows, and a busy machine would go on without them."""
+        """After a tick with new motion, until a controller has answered it, at most LOOK: its first commands are due at
+        no time that the node knows, which would go on without them."""
         limit = min(LOOK, self._unpaced)
         deadline = time.monotonic() + limit
         while self._commands <= before:

@@ -152,10 +152,10 @@ def test_every_command_helps(command):
         (("manual", "--out", "no/such/folder/x.md"), "error: "),
         (("make-bags", "--speed", "nan"), "nan is not a finite number; nothing was done. Give one in [-15, 15] m/s"),
         (("make-bags", "--only", "nbp"), "error: there is no record 'nbp': nothing was written"),
-        (("bench", "P1", "--features"), "--haul, --ticks, --water and --sweep each stand alone"),
+        (("bench", "P1", "--features"), "--haul, --ticks, --lockstep, --water and --sweep each stand alone"),
         (
             ("bench", "--features", "--sheave-mesh"),
-            "--features, --sheave-mesh, --mesh, --haul, --ticks, --water and --sweep each stand alone",
+            "--features, --sheave-mesh, --mesh, --haul, --ticks, --lockstep, --water and --sweep each stand alone",
         ),
         (("bench", "--sheave-mesh", "--repeats", "2"), "--sheave-mesh repeats nothing"),
         (("bench", "--mesh", "--repeats", "2"), "--mesh repeats nothing"),
