@@ -9,7 +9,9 @@ from .ancf import BUOYANCY, EA, EI, MASS_PER_LENGTH, WEIGHT_PER_LENGTH
 from .hermite import LINK, W5, X5, hermite_of, shape
 from .mesh_convection import convective, second
 from .point_mass import aboard, carried
+from .rigid_body import energy as rigid_energy
 from .state import ARC, NOW, STEP, Q, V
+from .vec import row3
 from .workspace import FED, HELD, LOADS, LOST_POWER, RUBBED, SURFACES, WATER
 
 
@@ -58,6 +60,13 @@ def energies(line, state):
         potential += length * weight * mean
     for i in range(line.bodies.shape[0]):
         body, n = line.bodies[i], line.body_nodes[i]
+        if body.rigid >= 0:
+            rigid = line.rigid.bodies[body.rigid]
+            moving, centre, lifted = rigid_energy(rigid, state.attitude[NOW, body.rigid], q[n, 2], row3(v, n))
+            kinetic += moving
+            potential += body.mass * body.gravity * centre - body.buoyancy * min(lifted, 0.0)
+            dry += body.mass * body.gravity * centre
+            continue
         for k in range(3):
             kinetic += 0.5 * body.mass * v[n, k] * v[n, k]
         z = q[n, 2]

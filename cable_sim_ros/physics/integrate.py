@@ -16,6 +16,18 @@ from .cable_assembly import mean_at
 from .line import link_residual, residual
 from .mean_flow import begin_mean, follow, link_mean_flow, mean_fraction
 from .parameter import Block, quantity
+from .rigid_body import (
+    begin_still,
+    conclude_attitudes,
+    correct_attitudes,
+    follow_nodes,
+    foresee_attitudes,
+    head,
+    keep_attitudes,
+    keep_gains,
+    rest_attitudes,
+    take_back_attitudes,
+)
 from .state import AT_REST, FLOW, GAIN, MEAN, NOW, STEP, A, Change, Q, V, X, checkpoint
 from .towbody import face_flow
 from .wake_oscillator import no_wake_load
@@ -120,13 +132,17 @@ def _predict(line, state, h) -> None:
     In a step of another length, so after a halving, it stays (see trend): one that goes on changing may foresee stiff
     cable as pushing, where the tangent is next to singular.
     """
-    am, af, beta, gamma, _, _ = coefficients(h, line.settings[0].rho_inf)
+    rule = coefficients(h, line.settings[0].rho_inf)
+    am, af, beta, gamma, _, _ = rule
     before = state.memory[NOW].health.last_step
-    fraction = trend(state, h)
+    fraction, ratio = trend(state, h), 1.0
     if line.settings[0].step_tension > 0.0 and before > 0.0 and before != h:
-        stretch_lag(state, h / before)
+        ratio = h / before
+        stretch_lag(state, ratio)
+    keep_gains(state, ratio)
     checkpoint(state, STEP)
     begin_mean(line.settings[0], state, h)
+    foresee_attitudes(state, h, fraction, rule)
     q, v, a, gain = state.nodes[NOW, Q], state.nodes[NOW, V], state.nodes[NOW, A], state.nodes[NOW, GAIN]
     old_v, old_a, old_x = state.nodes[STEP, V], state.nodes[STEP, A], state.nodes[STEP, X]
     for n in range(q.shape[0]):
@@ -149,6 +165,7 @@ def correct(state, change, part):
             q[n, k] += d
             v[n, k] += change.velocity * d
             a[n, k] += change.acceleration * d
+    correct_attitudes(state, change, part)
 
 
 @driver
@@ -181,6 +198,7 @@ def _newton(line, state, change) -> int:
                 enough = tangents
             before = r
             tangents += 1
+        follow_nodes(line, state)
         correct(state, change, 1.0)
         searching = i >= PATIENCE and not again and plan.level >= SEARCHED
         if not again and tangents < wanted and not searching:
@@ -225,7 +243,9 @@ def advance(line, state, h):
 @driver
 def conclude(line, state, h):
     """What follows from a solved step: auxiliary accelerations and the running mean."""
-    am, af, _, _, _, _ = coefficients(h, line.settings[0].rho_inf)
+    rule = coefficients(h, line.settings[0].rho_inf)
+    am, af, _, _, _, _ = rule
+    conclude_attitudes(state, rule)
     fraction = mean_fraction(line.settings[0], state.memory[NOW].known, h)
     a, x, mean = state.nodes[NOW, A], state.nodes[NOW, X], state.nodes[NOW, MEAN]
     old_a, old_x = state.nodes[STEP, A], state.nodes[STEP, X]
@@ -241,6 +261,7 @@ def conclude(line, state, h):
 def rest_still(state):
     """No velocity, no acceleration, and none in the mean; no load of a wake."""
     no_wake_load(state)
+    rest_attitudes(state)
     for row in (V, A, MEAN):
         table = state.nodes[NOW, row]
         for n in range(table.shape[0]):
@@ -254,6 +275,9 @@ def face(line, state):
     q, flow, m = state.nodes[NOW, Q], state.nodes[NOW, FLOW], state.memory[NOW].current
     for i in range(line.bodies.shape[0]):
         n = line.body_nodes[i]
+        if line.bodies[i].rigid >= 0:
+            head(state.attitude[NOW, line.bodies[i].rigid], flow[n])
+            continue
         face_flow(line.bodies[i], (q[n], flow[n], state.work.around[n]), (m[0], m[1], m[2], m[3]))
 
 
@@ -276,12 +300,14 @@ def _settle(line, state, sigma, max_steps, max_step) -> tuple[int, int, float]:
             for k in range(6):
                 a[n, k] = -old_v[n, k] / h
                 v[n, k] = 0.0
+        begin_still(state, h)
         stir(line, state, STILL)
         used = newton(line, state, Change(1.0 / h, 1.0 / (h * h), sigma, 0.0))
         count += 1
         if used < 0:
             copy(old_q, q)
             copy(old_v, v)
+            take_back_attitudes(state)
             h *= 0.25
             plan.level = SEARCHED  # for the next: most starts need no shortened correction, and some mind them
             if h < 1e-5:
@@ -292,6 +318,7 @@ def _settle(line, state, sigma, max_steps, max_step) -> tuple[int, int, float]:
         face(line, state)
         if h >= min(1.0, max_step):  # balanced at rest is settled; a free end without tension needs no longer one
             copy(v, old_v)
+            keep_attitudes(state)
             rest_still(state)
             stir(line, state, STILL)
             rest = residual(line, state, AT_REST, NO)
@@ -299,6 +326,7 @@ def _settle(line, state, sigma, max_steps, max_step) -> tuple[int, int, float]:
                 copy(a, x)
                 return count, total, rest
             copy(old_v, v)
+            take_back_attitudes(state)
         h = min(1.7 * h, max_step)
     rest_still(state)
     stir(line, state, STILL)

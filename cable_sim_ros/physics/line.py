@@ -13,6 +13,7 @@ from .contact_surface import ON_GROUND
 from .energy import fed
 from .link_element import align, is_links, without_bending
 from .point_mass import carry
+from .rigid_body import condense, link_rigid, rigid_load
 from .state import ARC, AT_REST, FLOW, NOW, A, Q, V
 from .towbody import lie
 from .towbody import load as body_load
@@ -79,6 +80,9 @@ def bodies(line, state, change, tangent):
     current = (m[0], m[1], m[2], m[3])
     for i in range(line.bodies.shape[0]):
         n, body = line.body_nodes[i], line.bodies[i]
+        if body.rigid >= 0:
+            power[WATER] += rigid_load(line.rigid, body.rigid, state, change, tangent)
+            continue
         node = (q[n], v[n], a[n], flow[n], state.work.around[n])
         power[WATER] += body_load(body, node, current, change, tangent, band[n])
         for k in range(state.surfaces.shape[0]):
@@ -132,6 +136,8 @@ def _residual(line, state, change, tangent) -> float:
             given += load.force[k] * v[load.node, k]
     power = state.work.lanes[0].power
     power[HELD], power[LOADS], power[FED] = held, given, fed(line, state)
+    if line.rigid.bodies.shape[0] > 0:
+        worst = max(worst, condense(line, state))
     return worst
 
 
@@ -141,4 +147,5 @@ residual = opaque(_residual)
 def link_residual(line, state) -> None:
     """Compile or load the residual and publish it; call before anything that uses it runs."""
     link_assembly(line, state)
+    link_rigid(line, state)
     link(_residual, line, state, AT_REST, np.bool_(False))

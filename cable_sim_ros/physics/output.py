@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..compiler.jit import driver, inline
+from .attitude import axes, to_world
 from .contact import latch
 from .contact_output import in_block, pull_of, read_drums, read_ground, read_sheave, rub_moment
 from .drum_layers import lay_of, layer_of, radius_of, turns_of
@@ -58,8 +59,8 @@ def between(a, b):
 
 
 @driver
-def fill_motion(state, f, body):
-    """Ship, sheave and the towbody at node ``body``, in odom."""
+def fill_motion(state, f, body, rigid):
+    """Ship, sheave and the towbody at node ``body``, in odom; rigid: row of its attitude, or -1."""
     now = state.memory[NOW]
     motion = now.ship.motion
     c, d = motion.coord, motion.rate
@@ -82,6 +83,11 @@ def fill_motion(state, f, body):
         f.body_rate[k] = flow[TURNING] if k == 2 else 0.0
     f.sheave_ahead_rate, f.sheave_port_rate, f.sheave_up_rate = along_heading(now, now.sheave.velocity)
     bq = quaternion((0.0, 0.0, 0.0, 0.0, 0.0, heading(flow)))
+    if rigid >= 0:
+        e, rate = state.attitude[NOW, rigid].quaternion, state.attitude[NOW, rigid].rate
+        bq, turning = (e[0], e[1], e[2], e[3]), to_world(axes(e), (rate[0], rate[1], rate[2]))
+        for k in range(3):
+            f.body_rate[k] = turning[k]
     for k in range(4):
         f.ship_quaternion[k] = quat[k]
         f.body_quaternion[k] = bq[k]
@@ -312,7 +318,7 @@ def fill_shape(line, state, aboard, table):
 def observe(model, state, output, slot, flags, blending) -> int:
     """Fill row ``slot`` of the output from the state; returns the flags with what was seen added."""
     f, body = output.frame[slot], model.line.body_nodes[0]
-    fill_motion(state, f, body)
+    fill_motion(state, f, body, model.line.bodies[0].rigid)
     at, sea = state.memory[NOW].sheave.position, model.line.sea
     f.surface_elevation = elevation(sea.waves, state.work.phase, state.memory[NOW].sea.fraction, at[0], at[1])
     aboard, seen = fill_sheave(model, state, f, output.contact[slot])
@@ -321,7 +327,7 @@ def observe(model, state, output, slot, flags, blending) -> int:
     fill_energy(model.line, state, f)
     flags |= fill_cable(model.line, state, f, body) | fill_peaks(model.settings[0], state, f)
     flags |= fill_slam(model.line, state, f, model.settings[0].tick_ns * 1e-9)
-    if heading_held(model.line.bodies[0], state.nodes[NOW, FLOW, body]):
+    if model.line.bodies[0].rigid < 0 and heading_held(model.line.bodies[0], state.nodes[NOW, FLOW, body]):
         flags |= LOW_FLOW
     if slack_gain(state.memory[NOW].account, f, flags & SLACK != 0, model.settings[0].energy_share):
         flags |= SLACK_ENERGY

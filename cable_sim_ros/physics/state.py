@@ -11,10 +11,12 @@ from typing import NamedTuple
 import numpy as np
 
 from ..compiler.jit import driver, inline
+from .attitude import ATTITUDE
 from .contact import CONTACT_POINT, CONTACT_POINTS_PER_ELEMENT, DETECTED, EVENTS
 from .contact_surface import SURFACE, check_surfaces
 from .heave_compensation import SETPOINT
 from .hermite import LINK
+from .rigid_model import Rigid
 from .sea import SEA, Sea
 from .sensor_models import SensorModel, Sensors, make_sensors
 from .ship import SHIP, SHIP_TIMES, TIME, TOW_FRAME
@@ -250,6 +252,7 @@ class LineModel(NamedTuple):
     held: np.ndarray  # [nodes, 6] 1 where q, v and a are imposed from outside
     bodies: np.ndarray  # BODY [bodies]
     body_nodes: np.ndarray  # int64 [bodies] the node that carries each
+    rigid: Rigid  # those with an attitude of their own
     beads: np.ndarray  # BEAD [beads]
     loads: np.ndarray  # LOAD [loads]
     struts: np.ndarray  # STRUT [struts]
@@ -279,10 +282,11 @@ class Feed(NamedTuple):
 
 
 class State(NamedTuple):
-    """Everything that changes, preallocated. Only memory, nodes, delayed and sensors carry over."""
+    """Everything that changes, preallocated. Only memory, nodes, attitude, delayed and sensors carry over."""
 
     memory: np.ndarray  # MEMORY [SLOTS]
     nodes: np.ndarray  # [SLOTS, NODE_ROWS, nodes, 6]
+    attitude: np.ndarray  # ATTITUDE [SLOTS, rigid bodies]
     surfaces: np.ndarray  # SURFACE [n], where they are now: made from the ship's motion
     detected: np.ndarray  # DETECTED [n], of the last step
     contact_points: np.ndarray  # CONTACT_POINT [most], those that were detected
@@ -334,16 +338,23 @@ def records(count: int, kind: np.dtype) -> np.recarray:
 
 
 def make_state(
-    arc: np.ndarray, surfaces: np.ndarray, sea: Sea | None = None, links=False, delayed: int = 0, sensed: int = 0
+    arc: np.ndarray,
+    surfaces: np.ndarray,
+    sea: Sea | None = None,
+    links=False,
+    delayed: int = 0,
+    sensed: int = 0,
+    rigid: int = 0,
 ) -> State:
     """State of a line of elements, or of links, with these arc lengths [nodes] and SURFACE records; else zero.
 
     sea: None where there is no more than a linear current; delayed: its rows; sensed: ticks that instruments remember,
-    0: none is aboard. Raises ValueError, see check_surfaces."""
+    0: none is aboard; rigid: bodies with an attitude of their own. Raises ValueError, see check_surfaces."""
     nodes, z = len(arc), np.zeros
     state = State(
         memory=records(SLOTS, MEMORY),
         nodes=z((SLOTS, NODE_ROWS, nodes, 6)),
+        attitude=z((SLOTS, rigid), ATTITUDE).view(np.recarray),
         surfaces=check_surfaces(np.array(surfaces, SURFACE).reshape(-1)).view(np.recarray),
         detected=records(len(surfaces), DETECTED),
         contact_points=records(len(surfaces) * CONTACT_POINTS_PER_ELEMENT * (nodes - 1), CONTACT_POINT),
@@ -355,6 +366,7 @@ def make_state(
         work=make_work(nodes) if sea is None else make_work(nodes, len(sea.waves), not sea.rests),
     )
     state.nodes[:, ARC, :, 0] = arc
+    state.attitude.quaternion[..., 3] = 1.0
     state.nodes[:, ARC, :, LINK] = links
     return state
 
@@ -366,6 +378,8 @@ def copy_slot(state, source, target):
     for i in range(nodes.shape[1]):
         nodes[target, i] = nodes[source, i]
     state.memory[target] = state.memory[source]
+    for i in range(state.attitude.shape[1]):
+        state.attitude[target, i] = state.attitude[source, i]
 
 
 @inline

@@ -11,6 +11,7 @@ flow along x and y of the world, the angle from facing it to the body's heading,
 
 from __future__ import annotations
 
+from enum import StrEnum
 from math import atan2, cos, pi, sin, sqrt
 
 import numpy as np
@@ -23,6 +24,7 @@ from .parameter import REQUIRED, Block, quantity
 from .point_mass import half_height
 from .sea import ELEVATION, EXTRA, ORBIT, RATE, SHEAR
 from .vec import at3, axpy, dot, scale
+from .wing import Wing
 
 BODY = np.dtype(
     [
@@ -38,6 +40,7 @@ BODY = np.dtype(
         ("flow_time", "f8"),  # s
         ("min_flow", "f8"),  # m/s
         ("floor_stiffness", "f8"),  # N/m^1.5 of a floor under it
+        ("rigid", "i8"),  # its row among those with an attitude of their own, or -1
     ],
     align=True,
 )
@@ -47,7 +50,17 @@ SLAM = 5.0  # C_s of a body that is no smooth cylinder, DNV-RP-H103 (2011) 4.3.5
 MAX_TURN = 0.5 * pi  # rad, by which a body turns at most in one of its time constants
 
 
+class BodyModel(StrEnum):
+    """How much of a body is computed."""
+
+    LEVEL = "level"  # a point that stays level and turns into the flow
+    RIGID = "rigid"  # six degrees of freedom
+
+
 class Towbody(Block):
+    model: BodyModel = quantity(
+        BodyModel.LEVEL, "", None, None, "a point that stays level and turns into the flow, or a body with attitude"
+    )
     mass: float = quantity(REQUIRED, "kg", 1e-6, 1e6, "dry mass", "Westin Table 8")
     net_weight: float = quantity(REQUIRED, "N", -1e6, 1e7, "weight less buoyancy in water", "Westin Table 8")
     added_mass: tuple[float, float, float] = quantity(
@@ -71,6 +84,41 @@ class Towbody(Block):
     diameter: float | None = quantity(
         None, "m", 1e-3, 100.0, "extent across, for drawing alone; none: that of a cylinder of the displaced volume"
     )
+    inertia: tuple[float, float, float] | None = quantity(
+        None, "kg m^2", 1e-9, 1e9, "rigid: moments of inertia about the centre of gravity, body axes"
+    )
+    products_of_inertia: tuple[float, float, float] = quantity(
+        (0.0, 0.0, 0.0), "kg m^2", -1e9, 1e9, "rigid: integrals of xy, xz and yz over the mass"
+    )
+    centre_of_gravity: tuple[float, float, float] | None = quantity(
+        None, "m", -100.0, 100.0, "rigid: from the tow point, x forward, y to port, z up"
+    )
+    centre_of_buoyancy: tuple[float, float, float] | None = quantity(
+        None, "m", -100.0, 100.0, "rigid: centre of the displaced volume, from the tow point"
+    )
+    hull_centre: tuple[float, float, float] | None = quantity(
+        None,
+        "m",
+        -100.0,
+        100.0,
+        "rigid: middle of the hull, where added mass and drag are given, from the tow point; none: that of buoyancy",
+    )
+    added_inertia: tuple[float, float, float] | None = quantity(
+        None,
+        "kg m^2",
+        0.0,
+        1e9,
+        "rigid: added inertia about the hull's centre; none: that of a spheroid of length and diameter",
+    )
+    crossflow_coefficient: float = quantity(
+        1.1,
+        "1",
+        0.0,
+        5.0,
+        "rigid: drag across the hull, of length times diameter, where drag_area has 0",
+        "Allen and Perkins 1951",
+    )
+    wings: dict[str, Wing] = quantity({}, "", None, None, "rigid: wings and fins")
 
 
 class LineBody(Towbody):
@@ -82,7 +130,7 @@ class LineBody(Towbody):
 def body_record(body: Towbody, gravity: float, density: float) -> np.ndarray:
     """The body as a BODY record: drag and lift areas carry rho/2. It stands on no floor."""
     row = np.zeros((), BODY)
-    row["mass"], row["gravity"] = body.mass, gravity
+    row["mass"], row["gravity"], row["rigid"] = body.mass, gravity, -1
     row["buoyancy"] = body.mass * gravity - body.net_weight
     row["displaced"] = max(row["buoyancy"], 0.0) / max(gravity, 1e-9)
     row["added"] = body.added_mass

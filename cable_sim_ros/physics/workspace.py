@@ -71,6 +71,7 @@ class Work(NamedTuple):
     phase: np.ndarray  # [waves, 3]
     gusts: np.ndarray  # [6]
     stream_of_body: np.ndarray  # [STREAM_ROWS, LANES]
+    body: np.ndarray  # [5, 6, 3] derivatives of the loads of a rigid body, see rigid_body.py
     wake: np.ndarray  # [nodes, 6] load of the wakes, held in a step, see wake_oscillator.py
 
 
@@ -92,5 +93,6 @@ def make_work(nodes: int, waves: int = 0, streams: bool = False) -> Work:
         phase=z((waves, 3)),
         gusts=z(6),
         stream_of_body=z((STREAM_ROWS, LANES)),
+        body=z((5, 6, 3)),
         wake=z((nodes, 6)),
     )

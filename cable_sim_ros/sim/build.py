@@ -18,6 +18,7 @@ from ..physics.mesh_motion import ABOARD
 from ..physics.output import Output
 from ..physics.point_mass import BEAD, bead_record
 from ..physics.sea import Sea
+from ..physics.rigid_model import Rigid
 from ..physics.section import CableModel
 from ..physics.sensor_models import SENSOR_RULES, SIGNAL, Feedback, SensorModel
 from ..physics.state import (
@@ -48,7 +49,7 @@ from ..physics.tick_output import (
     STRUM_COLUMNS,
     TICK_OUTPUT,
 )
-from ..physics.towbody import BODY, Towbody, body_record
+from ..physics.towbody import BODY, BodyModel, Towbody, body_record
 from ..physics.wake_oscillator import WAKE_SECTION
 from ..physics.water import Water
 from ..physics.winch import DRUM
@@ -59,6 +60,7 @@ from .scene import Scene
 from .statics.route import DRUM_RESERVE, ROUND_OFF
 from .tables.drum_layers import layered
 from .tables.material import arc_lengths, extreme, material_rows, section_ends, termination_weight
+from .tables.rigid_tables import rigid_tables
 from .tables.sea_tables import sea_of
 from .tables.sensor_tables import remembered, sensor_rules, signal_table
 from .tables.viv_tables import strum_rules, strum_sections
@@ -127,8 +129,21 @@ def light_end(scene: Scene, mesh: FeedMesh | None) -> bool:
 
 def body_table(scene: Scene) -> np.ndarray:
     """The towbody and the bodies on the line [bodies]; what sinks stands on the seabed where there is one."""
-    rows = [_body_row(scene, scene.towbody)] + [_body_row(scene, body) for body in scene.bodies.values()]
-    return np.stack(rows)
+    return np.stack([_body_row(scene, body) for body in hung(scene)])
+
+
+def hung(scene: Scene) -> list[Towbody]:
+    """The towbody and the bodies on the line."""
+    return [scene.towbody, *scene.bodies.values()]
+
+
+def with_attitudes(
+    rows: np.ndarray, bodies: Sequence[Towbody], nodes: Sequence[int], gravity: float, density: float
+) -> tuple[np.ndarray, Rigid]:
+    """BODY records that know which of the bodies have an attitude of their own, and the tables of those."""
+    rigid = [(node, body) for node, body in zip(nodes, bodies, strict=True) if body.model is BodyModel.RIGID]
+    rows["rigid"][[body.model is BodyModel.RIGID for body in bodies]] = np.arange(len(rigid))
+    return rows, rigid_tables(rigid, gravity, density)
 
 
 def _body_row(scene: Scene, body: Towbody) -> np.ndarray:
@@ -291,7 +306,7 @@ def line_settings(
 def build_line(
     elements: np.ndarray,
     held: np.ndarray,
-    bodies: np.ndarray,
+    bodies: tuple[np.ndarray, Rigid],
     body_nodes: Sequence[int],
     settings: np.ndarray,
     loads: np.ndarray | None = None,
@@ -305,8 +320,9 @@ def build_line(
     return LineModel(
         elements=np.require(elements, float, ["C", "W"]),  # written by the drum that feeds: a locked one is copied
         held=lock(held),
-        bodies=lock(bodies, BODY),
+        bodies=lock(bodies[0], BODY),
         body_nodes=lock(np.asarray(body_nodes), np.int64),
+        rigid=Rigid(*(lock(table, table.dtype) for table in bodies[1])),
         beads=lock(np.zeros(0, BEAD) if beads is None else beads, BEAD),
         loads=records(0, LOAD) if loads is None else np.ascontiguousarray(loads, LOAD).view(np.recarray),
         struts=lock(np.zeros(0, STRUT) if struts is None else struts, STRUT),
@@ -352,12 +368,13 @@ def build_model(layout: Layout, mesh: FeedMesh | None = None) -> Model:
     settings["drive"]["balance"] = np.maximum(BALANCED * tension, line["tolerance"])
     strum = strum_rules(scene), strum_sections(scene)
     line["amplified"] |= len(strum[1]) > 0
+    at = body_nodes(scene, mesh)
     return Model(
         line=build_line(
             elements,
             held,
-            body_table(scene),
-            body_nodes(scene, mesh),
+            with_attitudes(body_table(scene), hung(scene), at, scene.gravity, scene.water.density),
+            at,
             line,
             beads=bead_table(scene.cable, scene.water, scene.gravity),
             strum=strum,
@@ -375,7 +392,8 @@ def build_state(layout: Layout, mesh: FeedMesh | None = None) -> State:
     scene, mesh = layout.scene, layout.mesh if mesh is None else mesh
     arc = layout.arc if mesh is None else np.zeros(mesh.nodes)
     sea, links = sea_of(scene.water, scene.gravity, scene.seabed.depth), scene.cable.model is CableModel.SEGMENTS
-    return make_state(arc, surfaces_of(scene), sea, links, delayed_rows(scene), remembered(scene))
+    rigid = sum(body.model is BodyModel.RIGID for body in hung(scene))
+    return make_state(arc, surfaces_of(scene), sea, links, delayed_rows(scene), remembered(scene), rigid)
 
 
 def make_output(model: Model, nodes: int, rows: int) -> Output:

@@ -10,6 +10,7 @@ from math import cos, radians, sin
 import numpy as np
 
 from ..errors import RunError
+from ..physics.attitude import ATTITUDE
 from ..physics.heave_compensation import CONSTANT_TENSION, LAWS, SetpointLaw
 from ..physics.inputs import Inputs, make_inputs
 from ..physics.mesh_motion import lay_mesh
@@ -32,6 +33,9 @@ from .statics.route import StartError
 from .tables.current import declare_water
 from .tables.sensor_tables import declare_faults, keep_faults, pin_problem
 from .wake_tables import begin_wakes
+
+
+CARRIED = "memory", "nodes", "attitude"  # tables of the state with slots, of which a snapshot has two
 
 
 class SolverError(RunError):
@@ -145,6 +149,8 @@ class Simulator:
         """Nothing has happened yet; returns the present memory."""
         self.state.memory[:] = np.zeros((), MEMORY)
         self.state.nodes[:, :ARC] = 0.0
+        self.state.attitude[:] = np.zeros((), ATTITUDE)
+        self.state.attitude.quaternion[..., 3] = 1.0
         self.state.delayed[:] = 0.0
         for array in self.state.sensors:
             array[...] = np.zeros((), array.dtype)
@@ -240,8 +246,8 @@ class Simulator:
 
     def snapshot(self) -> dict[str, np.ndarray]:
         """Everything that changes, as copies; restore() takes it back."""
-        saved = {"memory": self.state.memory[NOW].copy(), "nodes": self.state.nodes[NOW].copy()}
-        saved.update({f"step_{n}": getattr(self.state, n)[STEP].copy() for n in ("memory", "nodes")})
+        saved = {n: getattr(self.state, n)[NOW].copy() for n in CARRIED}
+        saved.update({f"step_{n}": getattr(self.state, n)[STEP].copy() for n in CARRIED})
         saved["delayed"] = self.state.delayed.copy()
         saved.update({f"sensors_{n}": a.copy() for n, a in self.state.sensors._asdict().items()})
         saved.update({f"frame_{n}": a[0].copy() for n, a in self.output._asdict().items()})
@@ -250,7 +256,7 @@ class Simulator:
 
     def restore(self, saved: dict[str, np.ndarray]) -> None:
         """Take back a snapshot() of a simulator of the same scene."""
-        for name in ("memory", "nodes"):
+        for name in CARRIED:
             getattr(self.state, name)[NOW] = saved[name]
             getattr(self.state, name)[STEP] = saved[f"step_{name}"]
         self.state.delayed[...] = saved["delayed"]

@@ -289,9 +289,12 @@ def turn_bodies(sim: Tow, shape: TowShape, yaw: float) -> None:
     total = max(ends.values())
     flow = flow_of(scene.water, yaw, tuple(state.now.frame.velocity.tolist()))
     places = [0.0, *(total - ends[body.at] for body in scene.bodies.values())]  # m from the towbody
-    for node, place in zip(sim.model.line.body_nodes, places, strict=True):
+    for body, node, place in zip(sim.model.line.bodies, sim.model.line.body_nodes, places, strict=True):
         z = float(np.interp(place, shape.s, shape.place[:, 2]))
         past = flow(z)
         if hypot(*past) < MIN_FLOW:
             past = (-cos(yaw), -sin(yaw))
         state.nodes[NOW, FLOW, node, :2] = past
+        if body.rigid >= 0:
+            facing = atan2(-past[1], -past[0])
+            state.attitude[:, body.rigid].quaternion = 0.0, 0.0, sin(0.5 * facing), cos(0.5 * facing)

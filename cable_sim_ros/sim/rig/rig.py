@@ -49,7 +49,7 @@ from ...physics.state import AT_REST, FLOW, LOAD, NOW, STRUT, Change, LineModel,
 from ...physics.substeps import MAX_TURN, NO_LIMIT, link_stepper
 from ...physics.towbody import BODY, Towbody, body_record
 from ...physics.water import Water
-from ..build import Rules, arc_lengths, bead_table, build_line, element_table, line_settings, lock
+from ..build import Rules, arc_lengths, bead_table, build_line, element_table, line_settings, lock, with_attitudes
 from ..checks.section_checks import water_problems
 from ..problem import Problem
 from ..tables.current import declare_water
@@ -104,6 +104,7 @@ class History(NamedTuple):
     strain: np.ndarray  # [samples] J
     iterations: int  # Newton iterations of the whole run
     steps: int
+    attitude: np.ndarray  # [samples, rigid bodies, 7] quaternion x y z w to the world, rate [rad/s] in body axes
 
 
 class Rig:
@@ -159,10 +160,11 @@ class Rig:
         elements = element_table(cable, water, gravity, (0 not in borne, nodes - 1 not in borne))
         settings = line_settings(cable, solver, gravity, tension, WHOLE)
         settings["mass_damping"] = mass_damping
+        points = np.array([body_record(body, gravity, water.density) for body in carried.values()], BODY)
         self.model = build_line(
             rows_in_air(elements) if air else elements,
             np.zeros((nodes, 6)),
-            np.array([body_record(body, gravity, water.density) for body in carried.values()], BODY),
+            with_attitudes(points, list(carried.values()), list(carried), gravity, water.density),
             list(carried),
             settings,
             pulls,
@@ -171,7 +173,8 @@ class Rig:
             wakes=wake_table(cable, water),
             sea=sea,
         )
-        self.state = make_state(arc, np.array(surfaces or [], SURFACE), sea, self._links)
+        rigid = len(self.model.rigid.bodies)
+        self.state = make_state(arc, np.array(surfaces or [], SURFACE), sea, self._links, rigid=rigid)
         if endless:
             fill_space(self.state.work)
         begin_wakes(self.state, cable)
@@ -204,6 +207,13 @@ class Rig:
         state.q[:, :3], state.q[:, 3:] = r, g
         state.v[:, :3], state.v[:, 3:] = (0.0 if v is None else v), (0.0 if vg is None else vg)
         state.a[:], state.nodes[NOW, X] = 0.0, 0.0
+
+    def turn(self, attitudes: npt.ArrayLike, rates: npt.ArrayLike = (0.0, 0.0, 0.0)) -> None:
+        """Set quaternions x y z w [rigid bodies, 4], body axes to the world, and rates [rad/s] in body axes."""
+        table = self.state.attitude
+        table.quaternion[:] = np.asarray(attitudes, float)
+        table.rate[:] = np.asarray(rates, float)
+        table.acceleration[:], table.auxiliary[:], table.gain[:] = 0.0, 0.0, 0.0
 
     def straight(self, start: npt.ArrayLike, direction: npt.ArrayLike, stretch: float = 1.0) -> None:
         """Lay the cable straight from ``start`` along ``direction``, stretched by a factor."""
@@ -325,6 +335,7 @@ class Rig:
             reaction=z((samples, self.nodes, 6)),
             tension=z((samples, self.nodes - 1)),
             strain=z(samples),
+            attitude=z((samples, self.state.attitude.shape[1], 7)),
         )
         follow = self._moved(h * np.arange(steps + 1), moved, motion)
         done, iterations = integrate(self._under(rules), self.state, h, int(every), follow, out)
@@ -332,7 +343,7 @@ class Rig:
         if done < steps or not np.isfinite(self.state.q).all():
             raise self._stuck(done, steps, h, rules)
         time = h * every * np.arange(1, samples + 1)
-        return History(time, out.q, out.v, out.tension, out.reaction, out.strain, iterations, steps)
+        return History(time, out.q, out.v, out.tension, out.reaction, out.strain, iterations, steps, out.attitude)
 
     def steps(
         self, step: float, moved: tuple[int, ...] = (), motion: Callable | None = None, rules: Rules = HALVED

@@ -11,6 +11,7 @@ from ...physics.block_tridiagonal import solve
 from ...physics.contact_detection import detect_contact
 from ...physics.integrate import advance, settle
 from ...physics.line import residual
+from ...physics.rigid_body import follow_nodes
 from ...physics.state import AT_REST, NOW, A, Change, Q, V, X
 from ...physics.substeps import begin, finish, start, unfinished
 from ...physics.water_kinematics import stir
@@ -32,6 +33,7 @@ class Samples(NamedTuple):
     reaction: np.ndarray
     tension: np.ndarray
     strain: np.ndarray
+    attitude: np.ndarray
 
 
 @driver
@@ -50,10 +52,17 @@ def accelerate(line, state):
         for n in range(a.shape[0]):
             for k in range(6):
                 a[n, k] += big * state.work.step[n, k]
+        follow_nodes(line, state)
+        for i in range(state.attitude.shape[1]):
+            for k in range(3):
+                state.attitude[NOW, i].acceleration[k] += big * state.attitude[NOW, i].correction[k]
         worst = residual(line, state, AT_REST, NO)
     for n in range(a.shape[0]):
         for k in range(6):
             x[n, k] = a[n, k]
+    for i in range(state.attitude.shape[1]):
+        for k in range(3):
+            state.attitude[NOW, i].auxiliary[k] = state.attitude[NOW, i].acceleration[k]
     return worst
 
 
@@ -116,6 +125,11 @@ def integrate(line, state, h, every, moved, out):
                     out.reaction[s, n, k] = state.reaction[n, k]
             for e in range(state.tension.shape[0]):
                 out.tension[s, e] = state.tension[e]
+            for i in range(state.attitude.shape[1]):
+                for k in range(4):
+                    out.attitude[s, i, k] = state.attitude[NOW, i].quaternion[k]
+                for k in range(3):
+                    out.attitude[s, i, 4 + k] = state.attitude[NOW, i].rate[k]
             out.strain[s] = state.memory[NOW].health.strain
     return steps, used
 

@@ -1,0 +1,504 @@
+"""A rigid body on a node of the cable: attitude, added mass as a matrix, hull by strips, wings. Six degrees of freedom.
+
+The node of the cable is its tow point P, a joint that bears no moment. Body axes x forward, y to port, z up; all places
+from P. Loads of the water are those of Kirchhoff (Lamb 1932, art. 124), so that Munk's moment comes out of the added
+mass; across, the hull is strips (Allen and Perkins 1951), wings: wing.py. Out of the water each strip and wing has the
+wet share of its own height, the added mass that of the hull.
+
+The rotation of a step is one more unknown of the node, condensed onto its place: of [[K, B], [C, D]] the cable sees
+K - B D^-1 C, so that the system stays block-tridiagonal.
+"""
+
+from __future__ import annotations
+
+from math import atan2, cos, sin, sqrt
+
+import numpy as np
+
+from ..compiler.jit import driver, inline, link, opaque
+from .attitude import axes, jacobian, to_body, to_world, turn_from
+from .drag_laws import smooth
+from .sea import ELEVATION, EXTRA, ORBIT, RATE, SHEAR
+from .state import AT_REST, NOW, STEP, A, Q, V
+from .towbody import LAG, TURNING, facing
+from .vec import add, at3, axpy, cross, dot, row3, scale, sub
+from .wing import wing_force
+
+SPEED_FLOOR = 1e-3  # m/s
+# tables of work.body [TABLES, 6, 3]: derivatives of force and moment to velocity and rate, of the loads with the height
+# of what they act on to the height of P and to the rotation, and the sums to the place and to the rotation
+BY_SPEED, BY_RATE, BY_HEIGHT, BY_PLACE, BY_TURN = range(5)
+ONE = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+
+
+@inline
+def row_of(m, i):
+    """Row i of a matrix of a record, as a vector."""
+    return (m[i, 0], m[i, 1], m[i, 2])
+
+
+@inline
+def times(m, row, column, a):
+    """The 3x3 block of a matrix that begins at row and column, times a vector."""
+    return (
+        m[row, column] * a[0] + m[row, column + 1] * a[1] + m[row, column + 2] * a[2],
+        m[row + 1, column] * a[0] + m[row + 1, column + 1] * a[1] + m[row + 1, column + 2] * a[2],
+        m[row + 2, column] * a[0] + m[row + 2, column + 1] * a[1] + m[row + 2, column + 2] * a[2],
+    )
+
+
+@inline
+def times_rows(m, a):
+    """A matrix given by its rows, times a vector."""
+    return (dot(m[0], a), dot(m[1], a), dot(m[2], a))
+
+
+@inline
+def plus_rows(table, first, factor, m):
+    """table[first:first+3] += factor m, m given by its rows."""
+    for k in range(3):
+        table[first, k] += factor * m[0][k]
+        table[first + 1, k] += factor * m[1][k]
+        table[first + 2, k] += factor * m[2][k]
+
+
+@inline
+def hat_times(a, m):
+    """hat(a) m by its rows, m given by its rows."""
+    return (
+        axpy(a[1], m[2], scale(-a[2], m[1])),
+        axpy(a[2], m[0], scale(-a[0], m[2])),
+        axpy(a[0], m[1], scale(-a[1], m[0])),
+    )
+
+
+@inline
+def hat_rows(a):
+    """hat(a) by its rows."""
+    return ((0.0, -a[2], a[1]), (a[2], 0.0, -a[0]), (-a[1], a[0], 0.0))
+
+
+@inline
+def block(m, row, column):
+    """A 3x3 block of a matrix by its rows."""
+    return (
+        (m[row, column], m[row, column + 1], m[row, column + 2]),
+        (m[row + 1, column], m[row + 1, column + 1], m[row + 1, column + 2]),
+        (m[row + 2, column], m[row + 2, column + 1], m[row + 2, column + 2]),
+    )
+
+
+@inline
+def between(m, n):
+    """m n by its rows, both given by their rows."""
+    return (
+        axpy(m[0][0], n[0], axpy(m[0][1], n[1], scale(m[0][2], n[2]))),
+        axpy(m[1][0], n[0], axpy(m[1][1], n[1], scale(m[1][2], n[2]))),
+        axpy(m[2][0], n[0], axpy(m[2][1], n[1], scale(m[2][2], n[2]))),
+    )
+
+
+@inline
+def scaled(s, m):
+    """s m by its rows."""
+    return (scale(s, m[0]), scale(s, m[1]), scale(s, m[2]))
+
+
+@inline
+def plus(m, s, n):
+    """m + s n by its rows."""
+    return (axpy(s, n[0], m[0]), axpy(s, n[1], m[1]), axpy(s, n[2], m[2]))
+
+
+@inline
+def outer(a, b):
+    """a b^T by its rows."""
+    return (scale(a[0], b), scale(a[1], b), scale(a[2], b))
+
+
+@inline
+def spread(t, d, place, wet):
+    """A load f(w) at ``place`` with D = df/dw, given by its rows: its part of the residual's derivatives, of which it
+    is minus the load: to the body's velocity D, to its rate -D hat(place), and the same of the moment."""
+    turned = (cross(place, d[0]), cross(place, d[1]), cross(place, d[2]))  # minus the rows of D hat(place)
+    plus_rows(t[BY_SPEED], 0, wet, d)
+    plus_rows(t[BY_RATE], 0, wet, turned)
+    plus_rows(t[BY_SPEED], 3, wet, hat_times(place, d))
+    plus_rows(t[BY_RATE], 3, wet, hat_times(place, turned))
+
+
+@inline
+def rises(t, force, moment, place, up, slope):
+    """A load that goes with the height of ``place``, by ``slope`` of its whole: to the height of P and the rotation."""
+    if slope != 0.0:
+        lever = cross(place, up)
+        for k in range(3):
+            t[BY_HEIGHT, k, 0] -= slope * force[k]
+            t[BY_HEIGHT, 3 + k, 0] -= slope * moment[k]
+        plus_rows(t[BY_TURN], 0, -slope, outer(force, lever))
+        plus_rows(t[BY_TURN], 3, -slope, outer(moment, lever))
+
+
+@inline
+def wet_share(place, up, height, half_height):
+    """Wet share of what lies at ``place`` on a body whose tow point is ``height`` over the water, and its slope."""
+    dry, slope = smooth(height + dot(place, up), -half_height, half_height)
+    return 1.0 - dry, -slope
+
+
+@driver
+def hull_load(body, strips, motion, up, height, t, tangent):
+    """Force and moment of crossflow and buoyancy on the hull and of drag along it, moment of the buoyancy about P over
+    the direction up, and the wet share of the hull with its slope.
+
+    motion: velocity through the water and rate, body axes.
+    """
+    u, omega = motion
+    force, moment, lever, wetness, slopes = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), 0.0, 0.0
+    c, b = at3(body.hull_centre, 0), at3(body.buoyancy_centre, 0)
+    for i in range(body.strips[0], body.strips[1]):
+        s = strips[i]
+        place, lift = (c[0] + s.along, c[1], c[2]), s.share * body.buoyancy
+        centre = (b[0] + s.along, b[1], b[2])
+        wet, slope = wet_share(place, up, height, s.half_height)
+        w = scale(-1.0, add(u, cross(omega, place)))
+        speed = sqrt(w[1] * w[1] + w[2] * w[2] + SPEED_FLOOR * SPEED_FLOOR)
+        ky, kz = s.across[0], s.across[1]
+        drag = (0.0, ky * speed * w[1], kz * speed * w[2])
+        f, m = axpy(lift, up, drag), axpy(lift, cross(centre, up), cross(place, drag))
+        force, moment, lever = axpy(wet, f, force), axpy(wet, m, moment), axpy(wet * lift, centre, lever)
+        wetness += wet * s.share
+        slopes += slope * s.share
+        if tangent:
+            d = (
+                (0.0, 0.0, 0.0),
+                (0.0, ky * (speed + w[1] * w[1] / speed), ky * w[1] * w[2] / speed),
+                (0.0, kz * w[1] * w[2] / speed, kz * (speed + w[2] * w[2] / speed)),
+            )
+            spread(t, d, place, wet)
+            rises(t, f, m, place, up, slope)
+    w = -(u[0] + omega[1] * c[2] - omega[2] * c[1])
+    size = body.drag * abs(w) * wetness
+    along = (size * w, 0.0, 0.0)
+    force, moment = add(force, along), add(moment, cross(c, along))
+    if tangent:
+        spread(t, ((2.0 * size, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)), c, 1.0)
+    return force, moment, lever, wetness, slopes
+
+
+@driver
+def wing_loads(body, wings, motion, up, height, t, tangent):
+    """Force and moment of the wings."""
+    u, omega = motion
+    force, moment = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
+    for i in range(body.wings[0], body.wings[1]):
+        wing = wings[i]
+        place = at3(wing.place, 0)
+        wet, slope = wet_share(place, up, height, wing.half_height)
+        f, d = wing_force(wing, scale(-1.0, add(u, cross(omega, place))), tangent)
+        m = cross(place, f)
+        force, moment = axpy(wet, f, force), axpy(wet, m, moment)
+        if tangent:
+            spread(t, d, place, wet)
+            rises(t, f, m, place, up, slope)
+    return force, moment
+
+
+@driver
+def sum_up(body, attitude, r, moved, change, wet, t):
+    """Derivatives of the residual to place (world axes) and rotation into t[BY_PLACE] and t[BY_TURN].
+
+    r: rows of R; moved, body axes: velocity through the water u, its momenta p and h, acceleration R^T (a - V') through
+    it, R^T a of the body and R^T V' of the water, direction up, fall of the current with the height; wet: share of the
+    hull, its buoyancy [N] and the moment of that about P over the direction up.
+    """
+    u, p, h, through, own, water, up, fall = moved
+    wetness, lift, lever = wet
+    c1, c2, sigma = change.velocity, change.acceleration, change.damping
+    omega, g, m = at3(attitude.rate, 0), at3(body.gravity_centre, 0), body.mass
+    a11, a12 = block(body.added, 0, 0), block(body.added, 0, 3)
+    a21, a22 = block(body.added, 3, 0), block(body.added, 3, 3)
+    inertia, turns, arm = block(body.inertia, 0, 0), hat_rows(omega), hat_rows(g)
+    speeds, rates = t[BY_SPEED], t[BY_RATE]
+    plus_rows(speeds, 0, wetness, between(turns, a11))
+    plus_rows(speeds, 3, wetness, between(turns, a21))
+    plus_rows(speeds, 3, -wetness, hat_rows(p))
+    plus_rows(speeds, 3, wetness, between(hat_rows(u), a11))
+    plus_rows(rates, 0, -wetness, hat_rows(p))
+    plus_rows(rates, 0, wetness, between(turns, a12))
+    plus_rows(rates, 3, -wetness, hat_rows(h))
+    plus_rows(rates, 3, wetness, between(turns, a22))
+    plus_rows(rates, 3, wetness, between(hat_rows(u), a12))
+    plus_rows(rates, 0, -m, between(turns, arm))
+    plus_rows(rates, 0, -m, hat_rows(cross(omega, g)))
+    plus_rows(rates, 3, 1.0, between(turns, inertia))
+    plus_rows(rates, 3, -1.0, hat_rows(times_rows(inertia, omega)))
+    j = jacobian(attitude.turned)
+    turn_u, turn_own, turn_up = between(hat_rows(u), j), between(hat_rows(own), j), between(hat_rows(up), j)
+    turn_water = between(hat_rows(water), j)
+    turn_du = plus(between(hat_rows(through), j), -1.0, between(turns, turn_u))
+    turn_du = plus(turn_du, c1, hat_rows(u))
+    back = ((r[0][0], r[1][0], r[2][0]), (r[0][1], r[1][1], r[2][1]), (r[0][2], r[1][2], r[2][2]))
+    whole, displaced = c2 + sigma * c1, wetness * body.displaced
+    half(t, 0, j, (a11, a12, ONE, arm), (wetness, c1, c2, whole * m, -whole * m), (turns, turn_u, turn_du, back))
+    half(t, 3, j, (a21, a22, arm, inertia), (wetness, c1, c2, whole * m, whole), (turns, turn_u, turn_du, back))
+    out = t[BY_TURN]
+    plus_rows(out, 0, m, turn_own)
+    plus_rows(out, 3, m, between(arm, turn_own))
+    plus_rows(out, 0, m * body.gravity - lift, turn_up)
+    plus_rows(out, 3, m * body.gravity, between(arm, turn_up))
+    plus_rows(out, 3, -1.0, between(hat_rows(lever), turn_up))
+    plus_rows(out, 0, -displaced, turn_water)
+    plus_rows(out, 3, -displaced, between(hat_rows(at3(body.buoyancy_centre, 0)), turn_water))
+    falls = to_body(r, fall)
+    for k in range(2):
+        flow = plus(block(speeds, 3 * k, 0), -wetness, between(a21 if k else a11, turns))
+        d = times_rows(flow, falls)
+        for i in range(3):
+            t[BY_PLACE, 3 * k + i, 2] += d[i] + t[BY_HEIGHT, 3 * k + i, 0]
+
+
+@driver
+def half(t, at, j, parts, factors, turned):
+    """The three rows from ``at`` on of t[BY_PLACE] and t[BY_TURN], but for what weight, buoyancy and the acceleration
+    of body and water have in the latter: with velocity, acceleration and rates of the rotation."""
+    by_flow, by_gain, by_own, by_rate = parts
+    wetness, c1, c2, own, rate = factors
+    turns, turn_u, turn_du, back = turned
+    out = t[BY_TURN]
+    raised, speeds = block(out, at, 0), block(t[BY_SPEED], at, 0)
+    for i in range(3):
+        for k in range(3):
+            out[at + i, k] = 0.0
+    plus_rows(out, at, 1.0, between(raised, j))
+    plus_rows(out, at, 1.0, between(speeds, turn_u))
+    plus_rows(out, at, wetness, between(by_flow, turn_du))
+    plus_rows(out, at, c1, block(t[BY_RATE], at, 0))
+    plus_rows(out, at, wetness * c2, by_gain)
+    plus_rows(out, at, rate, by_rate)
+    inner = plus(scaled(c2 * wetness, by_flow), own, by_own)
+    inner = plus(inner, c1, plus(speeds, -wetness, between(by_flow, turns)))
+    plus_rows(t[BY_PLACE], at, 1.0, between(inner, back))
+
+
+@driver
+def couple(attitude, r, force, band, t):
+    """Add the derivatives to the node's row of the system, that of the rotation condensed; keep what is asked later.
+
+    force: residual of it, body axes.
+    """
+    j = jacobian(attitude.turned)
+    by_turn = plus(block(t[BY_TURN], 0, 0), -1.0, between(hat_rows(force), j))
+    b, k = between(r, by_turn), between(r, block(t[BY_PLACE], 0, 0))
+    c, d = block(t[BY_PLACE], 3, 0), block(t[BY_TURN], 3, 0)
+    e = (cross(d[1], d[2]), cross(d[2], d[0]), cross(d[0], d[1]))  # columns of the inverse but for the determinant
+    per = 1.0 / dot(d[0], e[0])
+    inverse = (
+        scale(per, (e[0][0], e[1][0], e[2][0])),
+        scale(per, (e[0][1], e[1][1], e[2][1])),
+        scale(per, (e[0][2], e[1][2], e[2][2])),
+    )
+    follows, carries = between(inverse, c), between(b, inverse)
+    k = plus(k, -1.0, between(b, follows))
+    for i in range(3):
+        for n in range(3):
+            band[i, n] += k[i][n]
+            attitude.stiffness[i, n], attitude.inverse[i, n] = d[i][n], inverse[i][n]
+            attitude.follows[i, n], attitude.carries[i, n] = follows[i][n], carries[i][n]
+
+
+@driver
+def clear(t):
+    """Zero the tables of the derivatives."""
+    for i in range(t.shape[0]):
+        for j in range(t.shape[1]):
+            for k in range(t.shape[2]):
+                t[i, j, k] = 0.0
+
+
+@driver
+def _rigid_load(rigid, i, state, change, tangent) -> float:
+    """Subtract the residual of body i from its node's row of the system, and with tangent add its derivative; that of
+    the moment stays in its attitude. Returns the power [W] the water gives to the body."""
+    body, attitude = rigid.bodies[i], state.attitude[NOW, i]
+    n, t, now = body.node, state.work.body, state.memory[NOW]
+    band, water, current = state.work.band[n], state.work.around[n], now.current
+    q, v, a = row3(state.nodes[NOW, Q], n), row3(state.nodes[NOW, V], n), row3(state.nodes[NOW, A], n)
+    fall = (current[2] + water[SHEAR], current[3] + water[SHEAR + 1], 0.0)
+    flow = (
+        current[0] + water[EXTRA] - fall[0] * q[2] + water[ORBIT],
+        current[1] + water[EXTRA + 1] - fall[1] * q[2] + water[ORBIT + 1],
+        water[EXTRA + 2] + water[ORBIT + 2],
+    )
+    gains = at3(water, RATE)
+    r, omega, alpha = axes(attitude.quaternion), at3(attitude.rate, 0), at3(attitude.acceleration, 0)
+    up, u = r[2], to_body(r, sub(v, flow))
+    own, through, pushed = to_body(r, axpy(change.damping, v, a)), to_body(r, sub(a, gains)), to_body(r, gains)
+    if tangent:
+        clear(t)
+    height = q[2] - water[ELEVATION]
+    force, moment, lever, wetness, slope = hull_load(body, rigid.strips, (u, omega), up, height, t, tangent)
+    lift, turn = wing_loads(body, rigid.wings, (u, omega), up, height, t, tangent)
+    force, moment = add(force, lift), add(moment, turn)
+    p = add(times(body.added, 0, 0, u), times(body.added, 0, 3, omega))
+    h = add(times(body.added, 3, 0, u), times(body.added, 3, 3, omega))
+    gain = sub(through, cross(omega, u))
+    inert = add(add(times(body.added, 0, 0, gain), times(body.added, 0, 3, alpha)), cross(omega, p))
+    twist = add(add(times(body.added, 3, 0, gain), times(body.added, 3, 3, alpha)), add(cross(omega, h), cross(u, p)))
+    push = scale(body.displaced, pushed)
+    inert, twist = sub(push, inert), sub(cross(at3(body.buoyancy_centre, 0), push), twist)
+    if tangent:
+        rises(t, inert, twist, at3(body.hull_centre, 0), up, slope)
+    force, moment = axpy(wetness, inert, force), axpy(wetness, twist, moment)
+    power = dot(force, to_body(r, v)) + dot(moment, omega)
+    m, g, turned = body.mass, at3(body.gravity_centre, 0), axpy(change.damping, omega, alpha)
+    whirl = add(cross(turned, g), cross(omega, cross(omega, g)))
+    left = sub(scale(m, add(axpy(body.gravity, up, own), whirl)), force)
+    spin = times(body.inertia, 0, 0, omega)
+    still = scale(m, cross(g, axpy(body.gravity, up, own)))
+    left_moment = sub(add(add(times(body.inertia, 0, 0, turned), cross(omega, spin)), still), moment)
+    world = to_world(r, left)
+    for k in range(3):
+        band[k, 12] -= world[k]
+        attitude.moment[k] = left_moment[k]
+    if tangent:
+        moved = (u, p, h, through, own, pushed, up, fall)
+        sum_up(body, attitude, r, moved, change, (wetness, wetness * body.buoyancy, lever), t)
+        couple(attitude, r, left, band, t)
+    return power
+
+
+rigid_load = opaque(_rigid_load)
+
+
+def link_rigid(line, state) -> None:
+    """Compile or load the load of a rigid body and publish it; call before anything that uses it runs."""
+    link(_rigid_load, line.rigid, 0, state, AT_REST, np.bool_(False))
+
+
+@driver
+def condense(line, state):
+    """Take the moments that are not balanced into the balance of the nodes; returns the largest, as a force [N]."""
+    worst = 0.0
+    for i in range(line.rigid.bodies.shape[0]):
+        body, attitude = line.rigid.bodies[i], state.attitude[NOW, i]
+        for k in range(3):
+            if line.held[body.node, k] == 0.0:
+                state.work.band[body.node, k, 12] += dot(row_of(attitude.carries, k), at3(attitude.moment, 0))
+            size = abs(attitude.moment[k]) / body.length
+            if not size < 1e300:
+                return np.inf
+            worst = max(worst, size)
+    return worst
+
+
+@driver
+def follow_nodes(line, state):
+    """Correction of the attitudes, from the moments and from the nodes' in work.step."""
+    for i in range(line.rigid.bodies.shape[0]):
+        attitude, n = state.attitude[NOW, i], line.rigid.bodies[i].node
+        moment, step = at3(attitude.moment, 0), row3(state.work.step, n)
+        for k in range(3):
+            attitude.correction[k] = -dot(row_of(attitude.inverse, k), moment) - dot(row_of(attitude.follows, k), step)
+
+
+@driver
+def correct_attitudes(state, change, part):
+    """Add this part of the corrections to the attitudes."""
+    for i in range(state.attitude.shape[1]):
+        attitude = state.attitude[NOW, i]
+        for k in range(3):
+            d = part * attitude.correction[k]
+            attitude.turned[k] += d
+            attitude.rate[k] += change.velocity * d
+            attitude.acceleration[k] += change.acceleration * d
+        turn_from(state.attitude[STEP, i], attitude)
+
+
+@driver
+def keep_gains(state, ratio):
+    """Gains of the angular accelerations over the step before, and their lag for a step ``ratio`` times as long."""
+    for i in range(state.attitude.shape[1]):
+        attitude, old = state.attitude[NOW, i], state.attitude[STEP, i]
+        for k in range(3):
+            attitude.gain[k] = attitude.acceleration[k] - old.acceleration[k]
+            lag = attitude.auxiliary[k] - attitude.acceleration[k]
+            attitude.auxiliary[k] = attitude.acceleration[k] + ratio * lag
+
+
+@driver
+def foresee_attitudes(state, h, fraction, rule):
+    """Predict the attitudes at the end of a step of h [s], as the nodes are; rule: see integrate.coefficients()."""
+    am, af, beta, gamma, _, _ = rule
+    for i in range(state.attitude.shape[1]):
+        attitude, old = state.attitude[NOW, i], state.attitude[STEP, i]
+        for k in range(3):
+            rise, x = fraction * attitude.gain[k], old.auxiliary[k]
+            new = (old.acceleration[k] + (1.0 - af) * rise - am * x) / (1.0 - am)
+            attitude.turned[k] = h * old.rate[k] + h * h * ((0.5 - beta) * x + beta * new)
+            attitude.rate[k] = old.rate[k] + h * ((1.0 - gamma) * x + gamma * new)
+            attitude.acceleration[k] = old.acceleration[k] + rise
+        turn_from(old, attitude)
+
+
+@driver
+def conclude_attitudes(state, rule):
+    """Auxiliary accelerations of a solved step."""
+    am, af = rule[0], rule[1]
+    for i in range(state.attitude.shape[1]):
+        attitude, old = state.attitude[NOW, i], state.attitude[STEP, i]
+        for k in range(3):
+            gained = (1.0 - af) * attitude.acceleration[k] + af * old.acceleration[k]
+            attitude.auxiliary[k] = (gained - am * old.auxiliary[k]) / (1.0 - am)
+
+
+@driver
+def keep_attitudes(state):
+    """Remember the attitudes in slot STEP."""
+    for i in range(state.attitude.shape[1]):
+        state.attitude[STEP, i] = state.attitude[NOW, i]
+
+
+@driver
+def begin_still(state, h):
+    """Begin a step of backward Euler of h [s] with the attitudes as they are; keep them in slot STEP."""
+    keep_attitudes(state)
+    for i in range(state.attitude.shape[1]):
+        attitude = state.attitude[NOW, i]
+        for k in range(3):
+            attitude.turned[k], attitude.acceleration[k], attitude.rate[k] = 0.0, -attitude.rate[k] / h, 0.0
+
+
+@driver
+def take_back_attitudes(state):
+    """Return to the attitudes kept in slot STEP."""
+    for i in range(state.attitude.shape[1]):
+        state.attitude[NOW, i] = state.attitude[STEP, i]
+
+
+@driver
+def rest_attitudes(state):
+    """No rate and no acceleration of the attitudes."""
+    for i in range(state.attitude.shape[1]):
+        attitude = state.attitude[NOW, i]
+        for k in range(3):
+            attitude.rate[k], attitude.acceleration[k] = 0.0, 0.0
+            attitude.auxiliary[k], attitude.gain[k] = 0.0, 0.0
+
+
+@inline
+def energy(body, attitude, z, v):
+    """Kinetic energy, and height of the centre of gravity and of buoyancy [J, m, m]; z, v: of the tow point."""
+    r, omega = axes(attitude.quaternion), at3(attitude.rate, 0)
+    g = at3(body.gravity_centre, 0)
+    moved = dot(to_body(r, v), cross(omega, g))
+    kinetic = 0.5 * (body.mass * (dot(v, v) + 2.0 * moved) + dot(omega, times(body.inertia, 0, 0, omega)))
+    return kinetic, z + dot(r[2], g), z + dot(r[2], at3(body.buoyancy_centre, 0))
+
+
+@driver
+def head(attitude, flow):
+    """Heading and rate of turn of a rigid body into the flow past it, a row of state.FLOW."""
+    r = axes(attitude.quaternion)
+    miss = atan2(r[1][0], r[0][0]) - facing(flow)
+    flow[LAG], flow[TURNING] = atan2(sin(miss), cos(miss)), dot(r[2], at3(attitude.rate, 0))

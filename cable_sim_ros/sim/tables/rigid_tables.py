@@ -1,0 +1,108 @@
+"""Bodies with an attitude of their own -> the tables of physics/rigid_model.py."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from math import log, pi, sqrt
+
+import numpy as np
+
+from ...physics.rigid_model import RIGID, STRIP, Rigid
+from ...physics.towbody import Towbody
+from ...physics.wing import WING, wing_record
+
+STRIPS = 12  # of a hull
+
+
+def displaced_volume(body: Towbody, gravity: float, density: float) -> float:
+    """Volume [m^3] of water that the body displaces."""
+    return max(body.mass * gravity - body.net_weight, 0.0) / (density * max(gravity, 1e-9))
+
+
+def extent(body: Towbody, gravity: float, density: float) -> tuple[float, float]:
+    """Length and diameter of a body [m]: a cylinder of the displaced volume, ten times as long as it is wide."""
+    volume = max(displaced_volume(body, gravity, density), 1e-9)
+    if body.diameter is None and body.length is None:
+        diameter = (4.0 * volume / (10.0 * pi)) ** (1.0 / 3.0)
+        return 10.0 * diameter, diameter
+    if body.diameter is None:
+        assert body.length is not None
+        return body.length, sqrt(4.0 * volume / (pi * body.length))
+    return (10.0 * body.diameter if body.length is None else body.length), body.diameter
+
+
+def spheroid(length: float, diameter: float) -> tuple[float, float, float]:
+    """Added mass over displaced mass along and across a prolate spheroid, and added inertia across over the displaced
+    mass times (l^2 + b^2)/5, l and b its half-axes: Lamb (1932), art. 114-115. Of a sphere: 1/2, 1/2, 0."""
+    if length <= 1.0001 * diameter:
+        return 0.5, 0.5, 0.0
+    e = sqrt(1.0 - (diameter / length) ** 2)
+    grow = log((1.0 + e) / (1.0 - e))
+    a = 2.0 * (1.0 - e**2) / e**3 * (0.5 * grow - e)
+    b = 1.0 / e**2 - (1.0 - e**2) / (2.0 * e**3) * grow
+    turned = e**4 * (b - a) / ((2.0 - e**2) * (2.0 * e**2 - (2.0 - e**2) * (b - a)))
+    return a / (2.0 - a), b / (2.0 - b), turned
+
+
+def hat(a: Sequence[float] | np.ndarray) -> np.ndarray:
+    """Matrix of the cross product, hat(a) b = a x b."""
+    return np.array([[0.0, -a[2], a[1]], [a[2], 0.0, -a[0]], [-a[1], a[0], 0.0]])
+
+
+def product(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """Matrix product, each sum in its order on any machine."""
+    return (a[:, :, None] * b[None, :, :]).sum(axis=1)
+
+
+def inertia_of(body: Towbody) -> np.ndarray:
+    """Inertia about the centre of gravity [3, 3], kg m^2."""
+    assert body.inertia is not None
+    xx, yy, zz = body.inertia
+    xy, xz, yz = body.products_of_inertia
+    return np.array([[xx, -xy, -xz], [-xy, yy, -yz], [-xz, -yz, zz]])
+
+
+def hull_centre(body: Towbody) -> tuple[float, float, float]:
+    """Where added mass and drag of the hull are given [m]: the centre of buoyancy where the scene does not say."""
+    assert body.centre_of_buoyancy is not None
+    return body.centre_of_buoyancy if body.hull_centre is None else body.hull_centre
+
+
+def added_of(body: Towbody, gravity: float, density: float) -> np.ndarray:
+    """Added mass at the hull's centre [6, 6]: that of the scene, else that of a spheroid."""
+    length, diameter = extent(body, gravity, density)
+    water = displaced_volume(body, gravity, density) * density
+    along, across, turned = spheroid(length, diameter)
+    mass = body.added_mass if any(body.added_mass) else (along * water, across * water, across * water)
+    about = turned * water * (0.25 * length**2 + 0.25 * diameter**2) / 5.0
+    inertia = (0.0, about, about) if body.added_inertia is None else body.added_inertia
+    return np.diag([*mass, *inertia])
+
+
+def rigid_tables(bodies: Sequence[tuple[int, Towbody]], gravity: float, density: float) -> Rigid:
+    """The bodies with an attitude of their own, each with its node: see Rigid."""
+    rows, strips, wings = np.zeros(len(bodies), RIGID), [], []
+    for row, (node, body) in zip(rows, bodies, strict=True):
+        assert body.centre_of_gravity is not None and body.centre_of_buoyancy is not None
+        row["node"], row["mass"], row["gravity"] = node, body.mass, gravity
+        row["buoyancy"] = body.mass * gravity - body.net_weight
+        row["displaced"] = displaced_volume(body, gravity, density) * density
+        row["gravity_centre"], row["buoyancy_centre"] = body.centre_of_gravity, body.centre_of_buoyancy
+        row["hull_centre"] = hull_centre(body)
+        about, move = hat(body.centre_of_gravity), np.eye(6)
+        row["inertia"] = inertia_of(body) - body.mass * product(about, about)
+        move[:3, 3:] = -hat(row["hull_centre"])
+        row["added"] = product(move.T, product(added_of(body, gravity, density), move))
+        row["drag"] = 0.5 * density * body.drag_area[0]
+        row["length"], diameter = extent(body, gravity, density)
+        row["strips"] = len(strips), len(strips) + STRIPS
+        row["wings"] = len(wings), len(wings) + len(body.wings)
+        own = diameter * row["length"] * body.crossflow_coefficient
+        for k in range(STRIPS):
+            strip = np.zeros((), STRIP)
+            strip["along"] = ((k + 0.5) / STRIPS - 0.5) * row["length"]
+            strip["share"], strip["half_height"] = 1.0 / STRIPS, 0.5 * diameter
+            strip["across"] = 0.5 * density / STRIPS * np.array([area or own for area in body.drag_area[1:]])
+            strips.append(strip)
+        wings += [wing_record(wing, density) for wing in body.wings.values()]
+    return Rigid(rows, np.array(strips, STRIP), np.array(wings, WING))
