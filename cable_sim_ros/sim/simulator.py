@@ -32,6 +32,7 @@ from .static_equilibrium import settle, tension_slope, turn_bodies
 from .statics.route import StartError
 from .tables.current import declare_water
 from .tables.sensor_tables import declare_faults, keep_faults, pin_problem
+from .trim import unstable
 from .wake_tables import begin_wakes
 
 
@@ -111,6 +112,8 @@ class Simulator:
         shape = self.layout.shape(float(drum.payout_0 - drum.inboard), yaw)
         turn_bodies(self, shape, yaw)
         self.start_report = settle(self, shape, yaw)
+        for error in unstable(self):
+            raise error
         now.health.iterations = now.health.substeps = 0
         take_rest(now, scene)
         if self._algorithm == CONSTANT_TENSION:

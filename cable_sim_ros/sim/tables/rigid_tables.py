@@ -12,6 +12,7 @@ from ...physics.towbody import Towbody
 from ...physics.wing import WING, wing_record
 
 STRIPS = 12  # of a hull
+SLOPE_OF_A_TAIL = 2.603  # 1/rad, of aspect ratio 2 (Helmbold 1942)
 
 
 def displaced_volume(body: Towbody, gravity: float, density: float) -> float:

@@ -1,0 +1,91 @@
+"""The trim of bodies with an attitude: is what a static start found one that a small turn comes back to?
+
+The start is drawn to unstable trims too, for its long steps damp what grows. So the moments' derivative to the rotation
+is asked, the tow point held: weight, buoyancy, Munk's moment, hull and wings together.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from math import degrees, hypot, sqrt
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ..compiler.jit import YES, driver
+from ..physics.attitude import axes, roll_pitch_yaw
+from ..physics.line import residual
+from ..physics.state import AT_REST, FLOW, NOW
+from ..physics.water_kinematics import STILL, stir
+from .statics.route import StartError
+from .tables.rigid_tables import SLOPE_OF_A_TAIL
+
+if TYPE_CHECKING:
+    from .simulator import Simulator
+
+AXES = "roll", "pitch", "yaw"
+SLACK = 1e-3  # of the weight times the length: a stiffness below that is none
+
+
+@driver
+def tangent_at_rest(line, state):
+    """Residual and tangent of the present nodes and attitudes, at rest [N]."""
+    stir(line, state, STILL)
+    return residual(line, state, AT_REST, YES)
+
+
+def rigid_names(sim: Simulator) -> list[str]:
+    """Keys of the bodies with an attitude, in their order."""
+    names = ["towbody", *(f"bodies.{name}" for name in sim.scene.bodies)]
+    return [name for name, row in zip(names, sim.model.line.bodies, strict=True) if row.rigid >= 0]
+
+
+def trim(sim: Simulator, i: int) -> tuple[float, float, float]:
+    """Roll, pitch (nose down) and heading of rigid body i [rad]."""
+    roll, pitch, yaw = roll_pitch_yaw(sim.state.attitude[NOW, i].quaternion)
+    return float(roll), float(pitch), float(yaw)
+
+
+def unstable(sim: Simulator) -> Iterator[StartError]:
+    """Errors of the bodies whose trim a small turn leaves: by the sign of the roots of det(D + x) = 0 (Routh)."""
+    if not len(sim.model.line.rigid.bodies):
+        return
+    tangent_at_rest(sim.model.line, sim.state)
+    for i, name in enumerate(rigid_names(sim)):
+        row = sim.model.line.rigid.bodies[i]
+        d = np.array(sim.state.attitude[NOW, i].stiffness)
+        speed = hypot(*sim.state.nodes[NOW, FLOW, row.node, :2].tolist())
+        least = SLACK * row.mass * row.gravity * row.length
+        if speed < sim.model.line.bodies[sim.model.line.bodies.rigid == i].min_flow[0]:
+            up = np.array(axes(sim.state.attitude[NOW, i].quaternion)[2])
+            d = d + least * up[:, None] * up[None, :]  # nothing holds a heading in still water, nor need it
+        (a, b, c), (e, f, g), (h, j, k) = d
+        minors = a * f - b * e + a * k - c * h + f * k - g * j
+        whole = a * (f * k - g * j) - b * (e * k - g * h) + c * (e * j - f * h)
+        if whole > 0.0 and a + f + k > 0.0 and (a + f + k) * minors > whole:
+            continue
+        worst = int(np.argmin(np.diag(d)))
+        yield _unstable(sim, name, i, worst, float(d[worst, worst]), speed)
+
+
+def _unstable(sim: Simulator, name: str, i: int, worst: int, stiffness: float, speed: float) -> StartError:
+    row, (roll, pitch, _) = sim.model.line.rigid.bodies[i], trim(sim, i)
+    up = axes(sim.state.attitude[NOW, i].quaternion)[2]
+    lever = row.mass * row.gravity * row.gravity_centre - row.buoyancy * row.buoyancy_centre
+    still = float(lever @ np.array(up)) if worst < 2 else 0.0  # of weight and buoyancy to roll and pitch
+    cures = []
+    if worst == 1 and still < 0.0 and stiffness < 0.0 and speed > 0.0:
+        cures.append(f"tow below {speed * sqrt(still / (still - stiffness)):.3g} m/s")
+    if worst > 0 and stiffness < 0.0 and speed > 0.0:
+        arm = 0.5 * float(row.length) - float(row.hull_centre[0])
+        area = -stiffness / (0.5 * sim.scene.water.density * SLOPE_OF_A_TAIL * speed**2 * max(arm, 1e-3))
+        kind = "level" if worst == 1 else "upright"
+        cures.append(f"give it {area:.2g} m^2 more of {kind} fins (aspect ratio 2) at its tail")
+    cures.append("lower centre_of_gravity" if worst < 2 else "move the tow point ahead")
+    return StartError(
+        f"{sim.scene.name}: {name} would not keep the trim that balances it, roll {degrees(roll):.1f} and pitch "
+        f"{degrees(-pitch):.1f} deg (nose up) at {speed:.3g} m/s: a small turn in {AXES[worst]} grows (moment "
+        f"{stiffness:.3g} N m/rad, that of weight and buoyancy {-still:.3g}); nothing was started. "
+        f"Remedy: {', or '.join(cures)}",
+        0.0,
+    )
