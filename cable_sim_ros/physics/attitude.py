@@ -28,6 +28,7 @@ ATTITUDE = np.dtype(
         ("carries", "f8", (3, 3)),
         ("moment", "f8", 3),  # N m that are not balanced, about the tow point
         ("correction", "f8", 3),  # rad, Newton's last
+        ("attack", "f8"),  # largest angle of attack of a wing that bears something, over its angle of stall
     ],
     align=True,
 )

@@ -34,6 +34,7 @@ from .tick_output import (
     SEABED,
     SLACK,
     SLACK_ENERGY,
+    STALLED,
     SURFACE_CROSSED,
 )
 from .towbody import TURNING, heading, heading_held, slam
@@ -327,6 +328,9 @@ def observe(model, state, output, slot, flags, blending) -> int:
     fill_energy(model.line, state, f)
     flags |= fill_cable(model.line, state, f, body) | fill_peaks(model.settings[0], state, f)
     flags |= fill_slam(model.line, state, f, model.settings[0].tick_ns * 1e-9)
+    for i in range(state.attitude.shape[1]):
+        if state.attitude[NOW, i].attack > 1.0:
+            flags |= STALLED
     if model.line.bodies[0].rigid < 0 and heading_held(model.line.bodies[0], state.nodes[NOW, FLOW, body]):
         flags |= LOW_FLOW
     if slack_gain(state.memory[NOW].account, f, flags & SLACK != 0, model.settings[0].energy_share):

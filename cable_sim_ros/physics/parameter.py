@@ -6,6 +6,7 @@ declaration feeds the check at load, the ROS parameter descriptor and the manual
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from typing import Any, NamedTuple, get_args
 
@@ -134,6 +135,15 @@ def block_of(annotation: Any) -> tuple[type[Block] | None, bool]:
         if isinstance(part, type) and issubclass(part, Block):
             return part, True
     return None, False
+
+
+def declaration(block: type[Block], key: str) -> Declared | None:
+    """How a key of a block is declared, ``bodies.pod.mass`` or ``towbody.drag_area[0]``; None where it is not."""
+    plain = re.sub(r"\[\d+\]$", "", key)
+    for one in declared(block):
+        if re.fullmatch(re.escape(one.key).replace("<name>", r"[^.]+"), plain):
+            return one
+    return None
 
 
 def declared(block: type[Block], prefix: str = "") -> Iterator[Declared]:

@@ -25,6 +25,7 @@ from .vec import add, at3, axpy, cross, dot, row3, scale, sub
 from .wing import wing_force
 
 SPEED_FLOOR = 1e-3  # m/s
+BEARS = 0.01  # of the weight of its body: a wing that bears more at a C_L of 1 counts where it is stalled
 # tables of work.body [TABLES, 6, 3]: derivatives of force and moment to velocity and rate, of the loads with the height
 # of what they act on to the height of P and to the rotation, and the sums to the place and to the rotation
 BY_SPEED, BY_RATE, BY_HEIGHT, BY_PLACE, BY_TURN = range(5)
@@ -188,20 +189,22 @@ def hull_load(body, strips, motion, up, height, t, tangent):
 
 @driver
 def wing_loads(body, wings, motion, up, height, t, tangent):
-    """Force and moment of the wings."""
+    """Force and moment of the wings; the largest angle of attack over that of stall of those that bear something."""
     u, omega = motion
-    force, moment = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
+    force, moment, attack = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), 0.0
     for i in range(body.wings[0], body.wings[1]):
         wing = wings[i]
         place = at3(wing.place, 0)
         wet, slope = wet_share(place, up, height, wing.half_height)
-        f, d = wing_force(wing, scale(-1.0, add(u, cross(omega, place))), tangent)
+        f, d, stall, size = wing_force(wing, scale(-1.0, add(u, cross(omega, place))), tangent)
+        if wet * size > BEARS * body.mass * body.gravity:
+            attack = max(attack, stall)
         m = cross(place, f)
         force, moment = axpy(wet, f, force), axpy(wet, m, moment)
         if tangent:
             spread(t, d, place, wet)
             rises(t, f, m, place, up, slope)
-    return force, moment
+    return force, moment, attack
 
 
 @driver
@@ -338,7 +341,7 @@ def _rigid_load(rigid, i, state, change, tangent) -> float:
         clear(t)
     height = q[2] - water[ELEVATION]
     force, moment, lever, wetness, slope = hull_load(body, rigid.strips, (u, omega), up, height, t, tangent)
-    lift, turn = wing_loads(body, rigid.wings, (u, omega), up, height, t, tangent)
+    lift, turn, attitude.attack = wing_loads(body, rigid.wings, (u, omega), up, height, t, tangent)
     force, moment = add(force, lift), add(moment, turn)
     p = add(times(body.added, 0, 0, u), times(body.added, 0, 3, omega))
     h = add(times(body.added, 3, 0, u), times(body.added, 3, 3, omega))
@@ -450,6 +453,23 @@ def conclude_attitudes(state, rule):
         for k in range(3):
             gained = (1.0 - af) * attitude.acceleration[k] + af * old.acceleration[k]
             attitude.auxiliary[k] = (gained - am * old.auxiliary[k]) / (1.0 - am)
+
+
+@driver
+def turn_error(line, state, fraction) -> float:
+    """Error of the solved step in the attitudes: of the place of a nose [m]; fraction: see step_error.local_error()."""
+    worst = 0.0
+    for i in range(line.rigid.bodies.shape[0]):
+        body, attitude, old = line.rigid.bodies[i], state.attitude[NOW, i], state.attitude[STEP, i]
+        change = scale(fraction, sub(at3(attitude.acceleration, 0), at3(old.acceleration, 0)))
+        load = add(times(body.inertia, 0, 0, change), times(body.added, 3, 3, change))
+        d = (
+            dot(row_of(attitude.inverse, 0), load),
+            dot(row_of(attitude.inverse, 1), load),
+            dot(row_of(attitude.inverse, 2), load),
+        )
+        worst = max(worst, 0.5 * body.length * sqrt(dot(d, d)))
+    return worst
 
 
 @driver

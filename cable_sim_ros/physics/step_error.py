@@ -9,7 +9,8 @@ Shampine and Baca (1984). M is lumped: an estimate needs no more.
 
 The drum of a motor is one more node with the same estimate (winch_drive.balance), its held end imposed on the cable: so
 brake, dry friction, limits and changes of mode, which change its acceleration at once, show in it, as does what a step
-would have gone past an end stop. Its error times the stiffness that a step sees is one of the tension.
+would have gone past an end stop. Its error times the stiffness that a step sees is one of the tension. The attitude of
+a rigid body has the same estimate, as the place of its nose.
 
 That is an error over the working tension. What the steps add to the deviation of the tension is of its own size: a
 method of second order errs in the amplitude of what goes with frequency w by K (w h)^2 of it, in a variance by
@@ -27,6 +28,7 @@ from ..compiler.jit import LANES, driver, link, opaque
 from .ancf import ADDED_MASS, EA, MASS_PER_LENGTH
 from .block_tridiagonal import RHS, solve, solve_again
 from .integrate import coefficients
+from .rigid_body import turn_error
 from .state import ARC, NOW, STEP, A, Q
 from .vec import dot, norm, sub
 
@@ -85,7 +87,7 @@ def local_error(line, state, h):
             stretch = dot(sub(d, (x[e, 0], x[e, 1], x[e, 2])), along) / norm(along)
             tension = line.elements[e // LANES, EA, e % LANES] * stretch / length
             pulled += length * tension * tension
-    return sqrt(moved / total), sqrt(pulled / (arc[arc.shape[0] - 1] - arc[0]))
+    return max(sqrt(moved / total), turn_error(line, state, fraction)), sqrt(pulled / (arc[arc.shape[0] - 1] - arc[0]))
 
 
 @driver

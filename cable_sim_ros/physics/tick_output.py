@@ -43,6 +43,7 @@ class Flag(IntFlag):
     MOTOR_LIMITED = 524288, "the motor gave all that its curve and power allow for half of the tick or more"
     BRAKE_SLIPPED = 1048576, "the drum turned against its brake"
     SURFACE_CROSSED = 2097152, "towbody or a body on the line is in the water surface: its slam is left out"
+    STALLED = 4194304, "a wing or fin of a rigid body is stalled: it bears about what a plate does"
 
 
 # the same as plain numbers, each by its own name: kernels know no enums
@@ -68,6 +69,7 @@ RINGING_DAMPED = int(Flag.RINGING_DAMPED)
 MOTOR_LIMITED = int(Flag.MOTOR_LIMITED)
 BRAKE_SLIPPED = int(Flag.BRAKE_SLIPPED)
 SURFACE_CROSSED = int(Flag.SURFACE_CROSSED)
+STALLED = int(Flag.STALLED)
 
 
 class Source(IntFlag):

@@ -120,6 +120,11 @@ class Towbody(Block):
     )
     wings: dict[str, Wing] = quantity({}, "", None, None, "rigid: wings and fins")
 
+    @property
+    def level_lift_area(self) -> float:
+        """Lift area S C_L [m^2] of the body where it is level and heads into the flow, upward."""
+        return self.lift_area + sum(wing.level()[0] for wing in self.wings.values())
+
 
 class LineBody(Towbody):
     """A body on the line: depressor, pod, float. The physics is that of the towbody."""
@@ -128,14 +133,16 @@ class LineBody(Towbody):
 
 
 def body_record(body: Towbody, gravity: float, density: float) -> np.ndarray:
-    """The body as a BODY record: drag and lift areas carry rho/2. It stands on no floor."""
+    """The body as a BODY record: drag and lift areas carry rho/2. It stands on no floor. A rigid one as the level body
+    that stands for it in first guesses, with the lift and drag of its wings."""
     row = np.zeros((), BODY)
     row["mass"], row["gravity"], row["rigid"] = body.mass, gravity, -1
     row["buoyancy"] = body.mass * gravity - body.net_weight
     row["displaced"] = max(row["buoyancy"], 0.0) / max(gravity, 1e-9)
     row["added"] = body.added_mass
     row["drag"] = 0.5 * density * np.array(body.drag_area)
-    row["lift"] = 0.5 * density * body.lift_area
+    row["drag"][0] += 0.5 * density * sum(wing.level()[1] for wing in body.wings.values())
+    row["lift"] = 0.5 * density * body.level_lift_area
     row["half_height"] = half_height(float(row["buoyancy"]), gravity, density)
     # the largest section by what the scene has: drag area of about C_D 1, or the side of a cube of the displaced volume
     row["slam"] = 0.5 * density * SLAM * max(body.drag_area[2], (2.0 * row["half_height"]) ** 2)

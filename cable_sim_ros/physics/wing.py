@@ -73,6 +73,13 @@ class Wing(Block):
             return self.lift_slope
         return 2.0 * pi * self.aspect / (2.0 + sqrt(4.0 + self.aspect**2))
 
+    def level(self) -> tuple[float, float]:
+        """S C_L upward and S C_D [m^2] where its body is level and heads into the flow; C_L as at stall at most."""
+        angle = radians(self.incidence + flap_effect(self.flap_share) * self.flap)
+        lift = self.slope * min(max(angle, -radians(self.stall_angle)), radians(self.stall_angle))
+        drag = self.drag_coefficient + lift**2 / (pi * self.span_efficiency * self.aspect)
+        return self.area * lift * cos(radians(self.dihedral)), self.area * drag
+
 
 def flap_effect(share: float) -> float:
     """Angle of attack that a flap of this share of the chord is worth, over its angle."""
@@ -120,24 +127,27 @@ def coefficients_of(wing, angle):
 
 @inline
 def wing_force(wing, w, tangent):
-    """Force [N] of water that comes with the velocity w [m/s], body axes, and rows of its derivative to w."""
+    """Force [N] of water that comes with the velocity w [m/s], body axes, rows of its derivative to w, angle of attack
+    over that of stall, and the size of what it bears at a C_L of 1 [N]."""
     c, n = (wing.chord[0], wing.chord[1], wing.chord[2]), (wing.normal[0], wing.normal[1], wing.normal[2])
     along, across = dot(w, c), dot(w, n)
     square = along * along + across * across + SPEED_FLOOR * SPEED_FLOOR
     speed = sqrt(square)
-    lift, drag, lift_slope, drag_slope = coefficients_of(wing, atan2(across, -along))
+    angle = atan2(across, -along)
+    lift, drag, lift_slope, drag_slope = coefficients_of(wing, angle)
     fc, fn = lift * across + drag * along, drag * across - lift * along
     k = wing.size * speed
     force = axpy(k * fc, c, scale(k * fn, n))
-    none = (0.0, 0.0, 0.0)
+    none, stall, size = (0.0, 0.0, 0.0), abs(angle) / wing.stall, wing.size * square
     if not tangent:
-        return force, (none, none, none)
+        return force, (none, none, none), stall, size
     ac, an = across / square, -along / square  # of the angle, to along and across
     gc, gn = lift_slope * across + drag_slope * along, drag_slope * across - lift_slope * along
     by_c = axpy(k * (drag + gc * ac + fc * along / square), c, scale(k * (-lift + gn * ac + fn * along / square), n))
     by_n = axpy(k * (lift + gc * an + fc * across / square), c, scale(k * (drag + gn * an + fn * across / square), n))
-    return force, (
+    rows = (
         axpy(by_c[0], c, scale(by_n[0], n)),
         axpy(by_c[1], c, scale(by_n[1], n)),
         axpy(by_c[2], c, scale(by_n[2], n)),
     )
+    return force, rows, stall, size

@@ -17,8 +17,8 @@ from ..physics.integrate import TOLERANCE, Solver
 from ..physics.mesh_motion import ABOARD
 from ..physics.output import Output
 from ..physics.point_mass import BEAD, bead_record
-from ..physics.sea import Sea
 from ..physics.rigid_model import Rigid
+from ..physics.sea import Sea
 from ..physics.section import CableModel
 from ..physics.sensor_models import SENSOR_RULES, SIGNAL, Feedback, SensorModel
 from ..physics.state import (

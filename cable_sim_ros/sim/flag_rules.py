@@ -251,6 +251,16 @@ RULES = (
         "one slam makes the largest tension, and the snap after it, of a run of any length",
         alarm=True,
     ),
+    Rule(
+        "STALLED",
+        DOUBTFUL,
+        1.0,
+        0.01,
+        BODY,
+        "a wing or fin was stalled: what it bears then is known to a third at best",
+        "1 % of the run does not show in the rest",
+        alarm=True,
+    ),
 )
 # causes that are no flags: name, state, figures, what is looked at
 CHECKS = (

@@ -35,7 +35,6 @@ from .tables.sensor_tables import declare_faults, keep_faults, pin_problem
 from .trim import unstable
 from .wake_tables import begin_wakes
 
-
 CARRIED = "memory", "nodes", "attitude"  # tables of the state with slots, of which a snapshot has two
 
 
@@ -153,7 +152,7 @@ class Simulator:
         self.state.memory[:] = np.zeros((), MEMORY)
         self.state.nodes[:, :ARC] = 0.0
         self.state.attitude[:] = np.zeros((), ATTITUDE)
-        self.state.attitude.quaternion[..., 3] = 1.0
+        self.state.attitude["quaternion"][..., 3] = 1.0
         self.state.delayed[:] = 0.0
         for array in self.state.sensors:
             array[...] = np.zeros((), array.dtype)

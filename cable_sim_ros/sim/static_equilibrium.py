@@ -14,6 +14,7 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
+from ..physics.attitude import ATTITUDE
 from ..physics.contact_surface import FLOOR, GROOVE, SHEAVE_ROW
 from ..physics.section import material_of
 from ..physics.state import FLOW, NOW, Model, State
@@ -174,6 +175,7 @@ def settle(sim: Tow, shape: TowShape, yaw: float) -> dict[str, float]:
     for guess in guesses(sim, shape, yaw):
         sim.state.q[:] = guess
         sim.state.q[:, :3] += sim.state.now.ship.mean_coord[:3]
+        level_bodies(sim)
         again = 2
         while again > 0:
             steps = sim.bring_to_rest(MAX_STEPS)
@@ -289,12 +291,18 @@ def turn_bodies(sim: Tow, shape: TowShape, yaw: float) -> None:
     total = max(ends.values())
     flow = flow_of(scene.water, yaw, tuple(state.now.frame.velocity.tolist()))
     places = [0.0, *(total - ends[body.at] for body in scene.bodies.values())]  # m from the towbody
-    for body, node, place in zip(sim.model.line.bodies, sim.model.line.body_nodes, places, strict=True):
+    for node, place in zip(sim.model.line.body_nodes, places, strict=True):
         z = float(np.interp(place, shape.s, shape.place[:, 2]))
         past = flow(z)
         if hypot(*past) < MIN_FLOW:
             past = (-cos(yaw), -sin(yaw))
         state.nodes[NOW, FLOW, node, :2] = past
-        if body.rigid >= 0:
-            facing = atan2(-past[1], -past[0])
-            state.attitude[:, body.rigid].quaternion = 0.0, 0.0, sin(0.5 * facing), cos(0.5 * facing)
+
+
+def level_bodies(sim: Tow) -> None:
+    """Level the bodies with an attitude, each facing the water that passes it."""
+    sim.state.attitude[:] = np.zeros((), ATTITUDE)
+    for i, row in enumerate(sim.model.line.rigid.bodies):
+        x, y = sim.state.nodes[NOW, FLOW, row.node, :2].tolist()
+        facing = atan2(-y, -x)
+        sim.state.attitude["quaternion"][:, i] = 0.0, 0.0, sin(0.5 * facing), cos(0.5 * facing)

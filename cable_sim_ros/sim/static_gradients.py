@@ -19,7 +19,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..errors import RunError
-from ..physics.parameter import Declared, declared
+from ..physics.parameter import Declared, declaration
 from ..physics.state import FLOW, NOW
 from .layout import layout_of
 from .live_parameters import changed, value_of
@@ -116,15 +116,6 @@ def with_number(scene: Scene, key: str, value: float) -> Scene:
     return changed(scene, plain, tuple(whole))
 
 
-def declaration(key: str) -> Declared | None:
-    """How a number of a scene is declared, by its key."""
-    plain, _ = split(key)
-    for one in declared(Scene):
-        if re.fullmatch(re.escape(one.key).replace("<name>", r"[^.]+"), plain):
-            return one
-    return None
-
-
 class StaticGradients:
     """A scene at rest, of which gradients are asked. Raises StartError where it has no static tow.
 
@@ -142,6 +133,8 @@ class StaticGradients:
         self.q = sim.state.q.copy()
         self._balance = self._base.at(self.q)
         self._tangent, self._why = self._base.tangent(), "the tangent of the tow is singular: a part of it is loose"
+        if len(sim.model.line.rigid.bodies):
+            self._tangent, self._why = None, "a body with an attitude turns with it, which this tangent leaves out"
         try:
             if self._tangent is not None:
                 self.q, self._balance = rested(self._base, self._tangent, self.q)
@@ -153,7 +146,7 @@ class StaticGradients:
     def __call__(self, key: str) -> Gradient:
         """The gradients of FIGURES to the number of a key. Raises LookupError, AttributeError or TypeError where the
         scene has no such key."""
-        value, known = number_at(self.scene, key), declaration(key)
+        value, known = number_at(self.scene, key), declaration(Scene, key)
         unit = "" if known is None or known.unit == "1" else known.unit
         shown = None if isinstance(value, bool) or not isinstance(value, int | float) else float(value)
         found, why = None, ""

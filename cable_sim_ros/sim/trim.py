@@ -56,7 +56,7 @@ def unstable(sim: Simulator) -> Iterator[StartError]:
         d = np.array(sim.state.attitude[NOW, i].stiffness)
         speed = hypot(*sim.state.nodes[NOW, FLOW, row.node, :2].tolist())
         least = SLACK * row.mass * row.gravity * row.length
-        if speed < sim.model.line.bodies[sim.model.line.bodies.rigid == i].min_flow[0]:
+        if speed < sim.model.line.bodies["min_flow"][sim.model.line.bodies["rigid"] == i][0]:
             up = np.array(axes(sim.state.attitude[NOW, i].quaternion)[2])
             d = d + least * up[:, None] * up[None, :]  # nothing holds a heading in still water, nor need it
         (a, b, c), (e, f, g), (h, j, k) = d

@@ -93,7 +93,11 @@ def whole(rig):
     attitude, free = state.attitude[NOW, 0], rig.model.held[-1, :3] == 0.0
     by_turn, turned = attitude.carries @ attitude.stiffness, attitude.stiffness @ attitude.follows
     matrix[k : k + 3, k : k + 3] += free[:, None] * (by_turn @ attitude.follows)
-    matrix[k : k + 3, -3:], matrix[-3:, k : k + 3], matrix[-3:, -3:] = free[:, None] * by_turn, turned, attitude.stiffness
+    matrix[k : k + 3, -3:], matrix[-3:, k : k + 3], matrix[-3:, -3:] = (
+        free[:, None] * by_turn,
+        turned,
+        attitude.stiffness,
+    )
     return matrix
 
 
@@ -280,9 +284,7 @@ def flying(gravity=GRAVITY, **numbers):
 
 def test_a_wing_glides_at_its_angle():
     """tan = C_D/C_L, U^2 = 2 W cos/(rho S C_L): 15.096 deg and 1.9242 m/s with 200 N on 0.5 m^2, its pitch held."""
-    wing = Wing(
-        place=(0.0, 0.0, 0.0), span=np.sqrt(2.0), chord=np.sqrt(0.125), drag_coefficient=0.05, stall_angle=60.0
-    )
+    wing = Wing(place=(0.0, 0.0, 0.0), span=np.sqrt(2.0), chord=np.sqrt(0.125), drag_coefficient=0.05, stall_angle=60.0)
     lift = wing.slope * np.radians(3.0)
     drag = 0.05 + lift**2 / (np.pi * 0.9 * 4.0)
     glide = np.arctan2(drag, lift)
@@ -296,9 +298,7 @@ def test_a_wing_glides_at_its_angle():
 
 def test_a_free_body_keeps_impulse_moment_and_energy():
     """In water at rest: R p, R h + r x R p and nu (M + A) nu/2 with nu = (u, omega), over 5 s of tumbling."""
-    rig = rig_of(
-        body((-0.1, 0.02, -0.2), (-0.15, 0.0, -0.25), net_weight=0.0), held=(), down=False, gravity=1e-9
-    )
+    rig = rig_of(body((-0.1, 0.02, -0.2), (-0.15, 0.0, -0.25), net_weight=0.0), held=(), down=False, gravity=1e-9)
     rig.state.v[:, :3] = 1.0, 0.4, -0.3
     rig.turn(IDENTITY, (0.3, 0.2, -0.25))
     rig.balance()

@@ -110,8 +110,13 @@ def dump_scene(scene: Scene) -> str:
 
 def _known_keys(scene: Scene) -> list[str]:
     """Dotted keys of one scene, the names of its own sections and bodies in place of ``<name>``."""
-    keys = []
+    keys = list[str]()
     for item in declared(Scene):
-        names = scene.bodies if item.key.startswith("bodies.") else scene.cable.sections
-        keys += [item.key.replace("<name>", name) for name in names] if "<name>" in item.key else [item.key]
+        found: list[tuple[str, Any]] = [("", scene)]
+        for part in item.key.split("."):
+            if part == "<name>":
+                found = [(f"{key}.{name}", value) for key, table in found for name, value in table.items()]
+            else:
+                found = [(f"{key}.{part}", getattr(value, part)) for key, value in found]
+        keys += [key[1:] for key, _ in found]
     return keys

@@ -19,6 +19,7 @@ from ..scene import Scene
 from ..statics.route import DRUM_RESERVE, ROUND_OFF
 from ..tables.material import extreme, hung, outboard, wet_weight
 from ..wake_tables import amplified_warnings, bare_problems, wake_problems
+from .attitude_checks import attitude_problems, attitude_warnings
 from .consistency_checks import (
     astern_problems,
     astern_warnings,
@@ -60,7 +61,7 @@ def downforce(layout: Layout) -> float:
     pressure = 0.5 * scene.water.density * layout.water_speed**2
     cable = sum(wet_weight(scene, section) * length for length, section in outboard(scene, start))
     things = sum(thing.net_weight for thing in hung(scene) if thing.place > start)
-    lift = pressure * sum(body.lift_area for body in (scene.towbody, *scene.bodies.values()))
+    lift = pressure * sum(body.level_lift_area for body in (scene.towbody, *scene.bodies.values()))
     return cable + things + scene.towbody.net_weight - lift
 
 
@@ -70,7 +71,7 @@ def problems(scene: Scene) -> list[Problem]:
     if not sections:
         return [Problem("cable.sections", "has no section", "Give at least one section, from the drum end outward")]
     found = [*form_problems(scene.cable), *section_problems(scene), *weight_problems(scene), *bare_problems(scene)]
-    found += [*strum_problems(scene), *sea_problems(scene), *feed_forward_problems(scene)]
+    found += [*strum_problems(scene), *sea_problems(scene), *feed_forward_problems(scene), *attitude_problems(scene)]
     if unit := density_problems(scene):
         return found + unit  # weights and stiffnesses are judged by them
     if any(problem.key.startswith("water.current_") for problem in found):
@@ -266,6 +267,7 @@ def warnings(scene: Scene) -> Iterator[Problem]:
     yield from damping_warnings(scene.cable)
     yield from swing_warnings(scene, speed)
     yield from body_warnings(scene, speed)
+    yield from attitude_warnings(scene, speed)
     yield from amplified_warnings(scene.cable)
     yield from strum_warnings(layout)
     yield from drag_warnings(scene, speed)

@@ -13,6 +13,7 @@ from ...physics.cable_assembly import Cable
 from ...physics.drag_laws import LAWS, AmplifiedDrag, DragLaw, Law
 from ...physics.fairing import dressed
 from ...physics.section import Section, material_of
+from ...physics.towbody import BodyModel
 from ..layout import layout_of
 from ..problem import Problem
 from ..scene import Scene
@@ -55,7 +56,7 @@ def swing_warnings(scene: Scene, speed: float) -> Iterator[Problem]:
         lag = SWING * body.flow_time_constant
         drives = (body.added_mass[1] - body.added_mass[0]) * SWING * lag / (1.0 + lag**2)
         damps = 0.5 * scene.water.density * body.drag_area[1] * speed
-        if speed > body.least_flow_speed and drives > damps:
+        if body.model is BodyModel.LEVEL and speed > body.least_flow_speed and drives > damps:
             yield Problem(
                 f"{key}.added_mass",
                 f"across is {body.added_mass[1]:g} kg, {body.added_mass[1] - body.added_mass[0]:g} kg more than "

@@ -211,9 +211,8 @@ class Rig:
     def turn(self, attitudes: npt.ArrayLike, rates: npt.ArrayLike = (0.0, 0.0, 0.0)) -> None:
         """Set quaternions x y z w [rigid bodies, 4], body axes to the world, and rates [rad/s] in body axes."""
         table = self.state.attitude
-        table.quaternion[:] = np.asarray(attitudes, float)
-        table.rate[:] = np.asarray(rates, float)
-        table.acceleration[:], table.auxiliary[:], table.gain[:] = 0.0, 0.0, 0.0
+        table["quaternion"], table["rate"] = np.asarray(attitudes, float), np.asarray(rates, float)
+        table["acceleration"], table["auxiliary"], table["gain"] = 0.0, 0.0, 0.0
 
     def straight(self, start: npt.ArrayLike, direction: npt.ArrayLike, stretch: float = 1.0) -> None:
         """Lay the cable straight from ``start`` along ``direction``, stretched by a factor."""

@@ -82,7 +82,8 @@ def added_of(body: Towbody, gravity: float, density: float) -> np.ndarray:
 
 def rigid_tables(bodies: Sequence[tuple[int, Towbody]], gravity: float, density: float) -> Rigid:
     """The bodies with an attitude of their own, each with its node: see Rigid."""
-    rows, strips, wings = np.zeros(len(bodies), RIGID), [], []
+    rows = np.zeros(len(bodies), RIGID)
+    strips, wings = list[np.ndarray](), list[np.ndarray]()
     for row, (node, body) in zip(rows, bodies, strict=True):
         assert body.centre_of_gravity is not None and body.centre_of_buoyancy is not None
         row["node"], row["mass"], row["gravity"] = node, body.mass, gravity

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 
 from ...errors import CableSimError
 from ...io.scenes.load import check_key
-from ...physics.parameter import Declared, declared
+from ...physics.parameter import Declared, declaration
 from ...sim.scene import Scene
 
 NARROW, WIDE = 0.5, 2.0  # times the value of the scene: the range where none is given
@@ -81,7 +81,7 @@ def _free(text: str, scene: Scene) -> Free:
             f"{CONSEQUENCE}. Give it by --set {key}=VALUE, a fit for each value, and compare what is left"
         )
     start = value_of(scene, key)
-    known = _declared(key)
+    known = declaration(Scene, key)
     unit = known.unit if known is not None else ""
     low, high = _range(of, limits if sign else "", start, known)
     unit = "" if unit == "1" else unit
@@ -134,14 +134,6 @@ def _range(of: str, limits: str, start: float, known: Declared | None) -> tuple[
             f"{of}: the range leaves {allowed}, which the key allows; {CONSEQUENCE}. Give a range inside"
         )
     return low, high
-
-
-def _declared(key: str) -> Declared | None:
-    plain = re.sub(r"\[\d+\]$", "", key)
-    for one in declared(Scene):
-        if re.fullmatch(re.escape(one.key).replace("<name>", r"[^.]+"), plain):
-            return one
-    return None
 
 
 def keys_of(scene: Scene, key: str) -> list[str]:

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import json
-import re
 from collections.abc import Iterator, Mapping
 from typing import Any
 from uuid import UUID, uuid5
 
-from ...physics.parameter import declared
+from ...physics.parameter import declaration
 from ...sim.scene import Scene
 from .tow import Tow
 from .variables import INPUTS, OUTPUTS, PARAMETERS, REAL, Variable
@@ -20,7 +19,7 @@ def rows(about: dict[str, Any]) -> list[Variable]:
     """Every variable of an FMU, those of its scene last."""
     found = [*INPUTS, *OUTPUTS, *PARAMETERS]
     for key in about["parameters"]:
-        item = _declared(key)
+        item = declaration(Scene, key)
         meaning = item.doc if item else "number of the scene"
         unit = f" [{item.unit}]" if item and item.unit else ""
         found.append(Variable(key, REAL, "parameter", "", f"{meaning}{unit}"))
@@ -51,7 +50,7 @@ def limits_of(tow: Tow, name: str) -> dict[str, str]:
     """Attributes min and max of a number of the scene."""
     if name not in tow.about["parameters"]:
         return {}
-    item = _declared(name)
+    item = declaration(Scene, name)
     pairs = (("min", getattr(item, "low", None)), ("max", getattr(item, "high", None)))
     return {key: f"{value:.16g}" for key, value in pairs if value is not None}
 
@@ -67,11 +66,3 @@ def described(tow: Tow) -> str:
         f"Cable tow of the scene {tow.base.name}: ship motion and winch command in, pull of the cable on the ship and "
         f"towbody out; tick {tow.base.solver.tick:g} s; needs a Python with cable_sim_ros {tow.about['version']}"
     )
-
-
-def _declared(key: str) -> Any:
-    """Declaration of a key; sections and bodies have names of their own."""
-    for item in declared(Scene):
-        if re.fullmatch(re.escape(item.key).replace("<name>", "[^.]+"), key):
-            return item
-    return None

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from ...physics.heave_compensation import SetpointLaw
-from ...physics.parameter import REQUIRED, declared
+from ...physics.parameter import REQUIRED, declaration
 from ...physics.section import material_of
 from ...physics.winch_drive import DriveModel
 from ...plots.heading import date_of, force_unit
@@ -20,9 +20,6 @@ from ...sim.scene import Scene
 from ...version import __version__
 from .parts import Figure, Section, Table, Text, number, unit
 from .subject import Subject
-
-ITEMS = {item.key: item for item in declared(Scene)}
-TABLES = {key.partition(".<name>")[0] for key in ITEMS if "<name>" in key}  # blocks by free names
 
 
 def section(subject: Subject) -> Section:
@@ -143,8 +140,8 @@ def seeds_of(scene: Scene) -> Iterator[tuple[str, int]]:
 def keys(scene: Scene) -> Table:
     """Every key of the scene that is not as shipped, with what it means."""
     rows = []
-    for key, pattern, value in flat(scene.model_dump(mode="json")):
-        item = ITEMS.get(pattern)
+    for key, value in flat(scene.model_dump(mode="json")):
+        item = declaration(Scene, key)
         if item is None or key == "name":
             continue
         default = "required" if item.default is REQUIRED else number(plain(item.default))
@@ -154,15 +151,14 @@ def keys(scene: Scene) -> Table:
     return Table("What the scene says: every key that differs from its default, or has none", head, rows, right=(1,))
 
 
-def flat(data: Mapping[str, Any], key: str = "", pattern: str = "") -> Iterator[tuple[str, str, Any]]:
-    """(dotted key, that with <name> for a free name, value) of nested data."""
+def flat(data: Mapping[str, Any], key: str = "") -> Iterator[tuple[str, Any]]:
+    """(dotted key, value) of nested data."""
     for name, value in data.items():
         here = f"{key}.{name}" if key else name
-        form = f"{pattern}.{'<name>' if pattern in TABLES else name}" if pattern else name
         if isinstance(value, Mapping):
-            yield from flat(value, here, form)
+            yield from flat(value, here)
         else:
-            yield here, form, value
+            yield here, value
 
 
 def plain(value: Any) -> Any:

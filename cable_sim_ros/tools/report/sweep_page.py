@@ -10,12 +10,12 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from ...physics.parameter import Declared
+from ...physics.parameter import declaration
 from ...plots.strips import LOOKS, WIDTH
 from ...plots.vector import svg
 from ...sim.flag_rules import DOUBTFUL, FAILED, OK
+from ...sim.scene import Scene
 from .parts import Card, Figure, Part, Section, Table, Text, counted, number, share, unit
-from .simulated import ITEMS, TABLES
 from .subject import typed
 from .write import write_page
 
@@ -284,14 +284,8 @@ def _float(value: Any) -> float:
     return float(value) if isinstance(value, (int, float)) else float("nan")
 
 
-def declared_as(key: str) -> Declared | None:
-    """Declaration of a key of the scene, None for another name."""
-    table = next((one for one in TABLES if key.startswith(f"{one}.")), None)
-    return ITEMS.get(key if table is None else f"{table}.<name>.{key[len(table) + 1 :].partition('.')[2]}")
-
-
 def named(key: str) -> str:
     """A key of the scene with its unit; other names as they are."""
-    item = declared_as(key)
+    item = declaration(Scene, key)
     what = unit(item.unit) if item is not None else ""
     return f"{key} [{what}]" if what else key

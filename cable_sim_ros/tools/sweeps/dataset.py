@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ...files import whole
+from ...physics.parameter import declaration
+from ...sim.scene import Scene
 from ...version import __version__
-from ..report.sweep_page import declared_as
 from .figures import FIGURES, MEANINGS, RULE, unit_of
 from .store import EXTRA, StoreError
 from .sweep import Swept
@@ -86,7 +87,7 @@ def _about(key: str) -> dict[str, str]:
     """Attributes of what was varied: unit and meaning of a key of the scene."""
     if key == "seed":
         return {"units": "1", "long_name": "seed of waves, turbulence and instruments"}
-    item = declared_as(key)
+    item = declaration(Scene, key)
     if item is None:
         return {}
     return {"units": item.unit, "long_name": item.doc} if item.unit else {"long_name": item.doc}

@@ -165,10 +165,11 @@ def _axis(figures: list[dict[str, Any]], key: str) -> list[float]:
 
 def _named(key: str, value: float) -> str:
     """A value of a key in words: scope 100 m, towbody.mass = 30 kg."""
+    from ...physics.parameter import declaration
+    from ...sim.scene import Scene
     from ..report.parts import unit
-    from ..report.sweep_page import declared_as
 
-    item = declared_as(key)
+    item = declaration(Scene, key)
     what = f" {unit(item.unit)}".rstrip() if item is not None else ""
     if key == SPEED:
         return f"{SHORT[key]} {value:.4g}{what} ({_knots(value)})"

@@ -1,0 +1,164 @@
+"""Checks of the bodies with an attitude of their own, ``model: rigid``: what no body has, and what would surprise."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from math import cos, inf, radians, sin, sqrt
+
+import numpy as np
+
+from ...physics.towbody import BodyModel, Towbody
+from ...physics.wing import flap_effect
+from ..problem import Problem
+from ..scene import Scene
+from ..tables.rigid_tables import SLOPE_OF_A_TAIL, added_of, extent, hull_centre, inertia_of
+from .section_checks import name_problems
+
+NEEDED = "inertia", "centre_of_gravity", "centre_of_buoyancy"
+OF_RIGID = (*NEEDED, "products_of_inertia", "hull_centre", "added_inertia", "crossflow_coefficient", "wings")
+ROUND_OFF = 1e-9  # of the trace
+AT_CENTRE = 1e-3  # of the length: a tow point closer to both centres is at them
+
+
+def keyed(scene: Scene) -> Iterator[tuple[str, Towbody]]:
+    """Every body with its key."""
+    yield "towbody", scene.towbody
+    yield from ((f"bodies.{name}", body) for name, body in scene.bodies.items())
+
+
+def semidefinite(matrix: np.ndarray) -> bool:
+    """Has a symmetric matrix no negative eigenvalue, but for round-off? By elimination, in the same order anywhere."""
+    m, least = matrix.astype(float), -ROUND_OFF * float(np.trace(matrix))
+    for i in range(len(m)):
+        if m[i, i] < least:
+            return False
+        if m[i, i] <= -least:
+            if np.any(np.abs(m[i, i + 1 :]) > -2.0 * least):
+                return False
+            continue
+        m[i + 1 :] -= m[i + 1 :, i : i + 1] * m[i] / m[i, i]
+    return True
+
+
+def attitude_problems(scene: Scene) -> Iterator[Problem]:
+    """What makes a body with an attitude senseless, and keys of one given to a level body."""
+    for key, body in keyed(scene):
+        if body.model is BodyModel.RIGID:
+            yield from _rigid_problems(scene, key, body)
+        elif given := [name for name in OF_RIGID if getattr(body, name) != type(body).model_fields[name].default]:
+            yield Problem(
+                f"{key}.{given[0]}",
+                f"is given to a body of model level, a point that has no attitude: {', '.join(given)} would do nothing",
+                f"Give {key}.model: rigid, or leave them out",
+            )
+
+
+def _rigid_problems(scene: Scene, key: str, body: Towbody) -> Iterator[Problem]:
+    missing = [name for name in NEEDED if getattr(body, name) is None]
+    for name in missing:
+        about = type(body).model_fields[name].description
+        yield Problem(f"{key}.{name}", f"is missing ({about}): a body of model rigid needs it", "Give three numbers")
+    yield from name_problems(f"{key}.wings", "wing", body.wings)
+    if missing:
+        return
+    inertia = inertia_of(body)
+    if not semidefinite(0.5 * float(np.trace(inertia)) * np.eye(3) - inertia) or not semidefinite(inertia):
+        yield Problem(
+            f"{key}.inertia",
+            f"= {list(body.inertia or ())} kg m^2 with products_of_inertia = {list(body.products_of_inertia)} kg m^2 "
+            "is that of no body: each principal moment is at most the sum of the two others",
+            "Check both, and the signs of the products: they are the integrals of xy, xz and yz themselves",
+        )
+    length, _ = extent(body, scene.gravity, scene.water.density)
+    centres = np.array([body.centre_of_gravity, body.centre_of_buoyancy], float)
+    if np.abs(centres).max() < AT_CENTRE * length:
+        yield Problem(
+            f"{key}.centre_of_gravity",
+            f"and centre_of_buoyancy lie at the tow point (closer than {AT_CENTRE * length:.3g} m): neither weight nor "
+            "cable would hold an attitude",
+            "Give both from the tow point, x forward, y to port, z up; a body that hangs has them below it",
+        )
+    if body.lift_area != 0.0:
+        yield Problem(
+            f"{key}.lift_area",
+            f"= {body.lift_area:g} m^2 is the lift of a level body; one of model rigid has it from its wings, by their "
+            "angles to the flow",
+            f"Leave it out, and give {key}.wings",
+        )
+    if scene.seabed.depth is not None:
+        yield Problem(
+            f"{key}.model",
+            f"= rigid beside seabed.depth = {scene.seabed.depth:g} m: how such a body touches the ground is not "
+            "modelled",
+            "Leave seabed.depth out and watch the depth of the body, or take model: level",
+        )
+    for name, wing in body.wings.items():
+        place, worth = f"{key}.wings.{name}", flap_effect(wing.flap_share) * abs(wing.flap)
+        if wing.flap != 0.0 and wing.flap_share == 0.0:
+            yield Problem(
+                f"{place}.flap", f"= {wing.flap:g} deg of a wing without a flap would do nothing", "Give flap_share"
+            )
+        elif worth > wing.stall_angle:
+            yield Problem(
+                f"{place}.flap",
+                f"= {wing.flap:g} deg of a flap of {wing.flap_share:g} of the chord is worth {worth:.3g} deg of "
+                f"incidence, beyond stall_angle = {wing.stall_angle:g} deg: its lift is not known there",
+                f"Give at most {wing.stall_angle / flap_effect(wing.flap_share):.3g} deg",
+            )
+
+
+def attitude_warnings(scene: Scene, speed: float) -> Iterator[Problem]:
+    """Bodies that would hang upside down, or turn away from their way through the water; speed past them [m/s]."""
+    for key, body in keyed(scene):
+        if body.model is not BodyModel.RIGID or None in (body.centre_of_gravity, body.centre_of_buoyancy):
+            continue
+        assert body.centre_of_gravity is not None and body.centre_of_buoyancy is not None
+        buoyancy = body.mass * scene.gravity - body.net_weight
+        holds = buoyancy * body.centre_of_buoyancy[2] - body.mass * scene.gravity * body.centre_of_gravity[2]
+        if holds < 0.0:
+            yield Problem(
+                f"{key}.centre_of_gravity",
+                f"= {body.centre_of_gravity[2]:g} m over the tow point and centre_of_buoyancy at "
+                f"{body.centre_of_buoyancy[2]:g} m: weight and buoyancy turn it over with {-holds:.3g} N m/rad, it "
+                "hangs upside down",
+                "Check the sign of z, up from the tow point",
+            )
+        if speed > 0.0 and (least := least_fin(scene, body)) > (area := fin_area(body)):
+            yield Problem(
+                f"{key}.wings",
+                f"have {area:.3g} m^2 upright behind the hull's centre, less than the {least:.3g} m^2 (aspect ratio 2) "
+                "that Munk's moment takes in yaw where the tow point is on its axis: it may turn across the flow",
+                "Give it upright fins at its tail, or a tow point further ahead",
+            )
+
+
+def fin_area(body: Towbody) -> float:
+    """Area [m^2] of what holds a body in yaw, as fins of aspect ratio 2: upright, behind the centre of its hull."""
+    behind = (wing for wing in body.wings.values() if wing.place[0] < hull_centre(body)[0])
+    return sum(wing.area * wing.slope / SLOPE_OF_A_TAIL * sin(radians(wing.dihedral)) ** 2 for wing in behind)
+
+
+def least_fin(scene: Scene, body: Towbody) -> float:
+    """Least area [m^2] of upright fins of aspect ratio 2 at the body's tail: 2 (A_y - A_x)/(rho C_L l), Munk's moment
+    against the lift of the fins, l from the tow point to half the length behind the hull's centre."""
+    added = added_of(body, scene.gravity, scene.water.density)
+    arm = 0.5 * extent(body, scene.gravity, scene.water.density)[0] - hull_centre(body)[0]
+    return 2.0 * float(added[1, 1] - added[0, 0]) / (scene.water.density * SLOPE_OF_A_TAIL * max(arm, 1e-3))
+
+
+def critical_speed(scene: Scene, body: Towbody) -> float:
+    """Speed [m/s] above which Munk's moment turns a body over in pitch; infinite where its fins suffice.
+
+    U_c^2 = k_h/(A_z - A_x - rho/2 sum(S C_L l)), k_h of weight and buoyancy, l from the tow point back to the wing: a
+    body on its way level, the cable at its tow point.
+    """
+    assert body.centre_of_gravity is not None and body.centre_of_buoyancy is not None
+    added, density = added_of(body, scene.gravity, scene.water.density), scene.water.density
+    buoyancy = body.mass * scene.gravity - body.net_weight
+    holds = buoyancy * body.centre_of_buoyancy[2] - body.mass * scene.gravity * body.centre_of_gravity[2]
+    fins = sum(
+        0.5 * density * wing.area * wing.slope * cos(radians(wing.dihedral)) ** 2 * -wing.place[0]
+        for wing in body.wings.values()
+    )
+    turns = float(added[2, 2] - added[0, 0]) - fins
+    return sqrt(max(holds, 0.0) / turns) if turns > 0.0 else inf
