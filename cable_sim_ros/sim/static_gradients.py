@@ -154,6 +154,8 @@ class StaticGradients:
             check_number(key, value, known)
         except NoGradient as reason:
             return Gradient(key, unit, shown, refused=str(reason))
+        if self._tangent is None:
+            return Gradient(key, unit, shown, refused=self._why)
         for step in STEPS:
             try:
                 now = self._along(key, step * abs(value))
@@ -180,8 +182,7 @@ class StaticGradients:
         if np.array_equal(above.residual, below.residual) and (values(above) == values(below)).all():
             nothing = tuple(Slope(figure.name, 0.0, 0.0) for figure in FIGURES)
             return Gradient(key, "", None, nothing, "has no part in the static tow")
-        if self._tangent is None:
-            raise NoGradient(self._why)
+        assert self._tangent is not None
         answer = self._answer((above.residual - below.residual) / (2.0 * step), PROBE / STEPS[0] * step)
         moved = self.q + step * answer, self.q - step * answer
         more, less = (values(one.at(q)) for one, q in zip(sides, moved))
