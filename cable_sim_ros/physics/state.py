@@ -281,6 +281,9 @@ class Feed(NamedTuple):
     content: np.ndarray  # int64 [elements] section that the element's rows are of now, -1: several, or not known
 
 
+CARRIED = "memory", "nodes", "attitude"  # tables of State with slots, of which a snapshot has NOW and STEP
+
+
 class State(NamedTuple):
     """Everything that changes, preallocated. Only memory, nodes, attitude, delayed and sensors carry over."""
 

@@ -16,7 +16,7 @@ from ..physics.inputs import Inputs, make_inputs
 from ..physics.mesh_motion import lay_mesh
 from ..physics.output import Output
 from ..physics.ship import NO_EPOCH
-from ..physics.state import ARC, MEMORY, NOW, STEP
+from ..physics.state import ARC, CARRIED, MEMORY, NOW, STEP
 from ..physics.tick_output import SHAPE_COLUMNS, TICK_OUTPUT, Flag, strum_table
 from .build import build_model, build_state, make_output
 from .compensation_setup import declare, take_rest, take_slope
@@ -34,8 +34,6 @@ from .tables.current import declare_water
 from .tables.sensor_tables import declare_faults, keep_faults, pin_problem
 from .trim import unstable
 from .wake_tables import begin_wakes
-
-CARRIED = "memory", "nodes", "attitude"  # tables of the state with slots, of which a snapshot has two
 
 
 class SolverError(RunError):

@@ -7,7 +7,7 @@ is asked, the tow point held: weight, buoyancy, Munk's moment, hull and wings to
 from __future__ import annotations
 
 from collections.abc import Iterator
-from math import degrees, hypot, sqrt
+from math import degrees, hypot
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -17,6 +17,7 @@ from ..physics.attitude import axes, roll_pitch_yaw
 from ..physics.line import residual
 from ..physics.state import AT_REST, FLOW, NOW
 from ..physics.water_kinematics import STILL, stir
+from .checks.attitude_checks import critical_speed
 from .statics.route import StartError
 from .tables.rigid_tables import SLOPE_OF_A_TAIL
 
@@ -74,8 +75,13 @@ def _unstable(sim: Simulator, name: str, i: int, worst: int, stiffness: float, s
     lever = row.mass * row.gravity * row.gravity_centre - row.buoyancy * row.buoyancy_centre
     still = float(lever @ np.array(up)) if worst < 2 else 0.0  # of weight and buoyancy to roll and pitch
     cures = []
-    if worst == 1 and still < 0.0 and stiffness < 0.0 and speed > 0.0:
-        cures.append(f"tow below {speed * sqrt(still / (still - stiffness)):.3g} m/s")
+    body = sim.scene.towbody if name == "towbody" else sim.scene.bodies[name.removeprefix("bodies.")]
+    critical = critical_speed(sim.scene, body)
+    if critical < speed:
+        cures.append(
+            f"tow below {critical:.3g} m/s, above which Munk's moment takes it out of its level trim, or give it level "
+            "fins at its tail"
+        )
     if worst > 0 and stiffness < 0.0 and speed > 0.0:
         arm = 0.5 * float(row.length) - float(row.hull_centre[0])
         area = -stiffness / (0.5 * sim.scene.water.density * SLOPE_OF_A_TAIL * speed**2 * max(arm, 1e-3))

@@ -20,11 +20,12 @@ import numpy as np
 from pydantic import ValidationError
 
 from ...errors import CableSimError
+from ...physics.attitude import ATTITUDE
 from ...physics.inputs import Inputs
 from ...physics.output import Output
 from ...physics.parameter import Block
 from ...physics.sensor_models import SENSED, SENSING, Sensors
-from ...physics.state import MEMORY, NODE_ROWS
+from ...physics.state import CARRIED, MEMORY, NODE_ROWS
 from ...physics.tick_output import CONTACT_COLUMNS, SHAPE_COLUMNS, SLOPE_COLUMNS, TICK_OUTPUT
 from ...version import __version__
 from ..checks import checks
@@ -53,13 +54,24 @@ MAX_ABOUT, MAX_SCENE = 10_000, 1_000_000  # bytes
 MAX_SHOWN = 5  # keys that differ, named in a refusal
 LAYOUT = hashlib.sha256(
     repr(
-        (MEMORY.descr, NODE_ROWS, SENSED.descr, SENSING.descr, TICK_OUTPUT.descr, SHAPE_COLUMNS, SLOPE_COLUMNS)
+        (
+            MEMORY.descr,
+            NODE_ROWS,
+            ATTITUDE.descr,
+            SENSED.descr,
+            SENSING.descr,
+            TICK_OUTPUT.descr,
+            SHAPE_COLUMNS,
+            SLOPE_COLUMNS,
+        )
         + (CONTACT_COLUMNS,)
     ).encode()
 ).hexdigest()[:12]
 RINGS = tuple(f"inputs_{name}" for name in Inputs._fields)
 ARRAYS = (  # of a snapshot
-    *("memory", "nodes", "step_memory", "step_nodes", "delayed"),
+    *CARRIED,
+    *(f"step_{name}" for name in CARRIED),
+    "delayed",
     *(f"sensors_{name}" for name in Sensors._fields),
     *(f"frame_{name}" for name in Output._fields),
     *RINGS,

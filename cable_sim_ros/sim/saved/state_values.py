@@ -19,6 +19,7 @@ from ..inputs import MAX_POSITION
 MAX = 1e12  # of any number; its square and cube are still numbers
 MAX_ENERGY = 1e18  # J, W: sums since the start
 NO_PEAK = 1e300  # of a step before the first: physics/output.no_peaks; each tick begins with it
+UNIT = 1e-6  # of the square of a quaternion, off 1
 MAX_TIME = 2**62  # ns; the difference of two still is an int64
 MAX_COUNT = 2**53
 # integers by name: least, most
@@ -57,6 +58,9 @@ def _problems(arrays: Mapping[str, np.ndarray]) -> Iterator[str]:
                 yield _out_of_bounds(name, field, values)
         elif not name.startswith("inputs_"):
             yield _out_of_bounds(name, "", array)
+    for name in ("attitude", "step_attitude"):
+        sizes = (arrays[name]["quaternion"] ** 2).sum(axis=-1)
+        yield "" if (np.abs(sizes - 1.0) < UNIT).all() else f"{name}: a quaternion is no unit quaternion"
     yield _mesh(arrays["nodes"])  # before the first tick there has been no step
     yield rings_problem(arrays)
 

@@ -1,0 +1,173 @@
+"""A tow whose body has an attitude: checks of its keys, static start, the level body as its limit, save and restore."""
+
+from __future__ import annotations
+
+import warnings
+
+import numpy as np
+import pytest
+
+from cable_sim_ros import ShipMotion, Simulator
+from cable_sim_ros.io.scenes.load import SceneError, SceneWarning, load_scene, override
+from cable_sim_ros.physics.tick_output import Flag
+from cable_sim_ros.sim.checks.attitude_checks import critical_speed, semidefinite
+from cable_sim_ros.sim.statics.route import StartError
+
+pytestmark = pytest.mark.trust
+
+# the body of full_scale with six degrees of freedom: its lift from a wing, held in its way by tail and fin
+FISH = {
+    "model": "rigid",
+    "lift_area": 0.0,
+    "length": 3.0,
+    "diameter": 0.3,
+    "inertia": [2.81, 188.9, 188.9],
+    "centre_of_gravity": [-0.1, 0.0, -0.3],
+    "centre_of_buoyancy": [-0.1, 0.0, -0.25],
+    "added_inertia": [0.0, 163.2, 163.2],
+    "drag_area": [0.0641, 0.0, 0.0],
+    "wings": {
+        "depressor": {"place": [0.0, 0.0, -0.25], "span": 1.414, "chord": 0.3536, "incidence": -8.8},
+        "tail": {"place": [-1.5, 0.0, -0.25], "span": 0.6, "chord": 0.3},
+        "fin": {"place": [-1.5, 0.0, -0.1], "span": 0.6, "chord": 0.3, "dihedral": 90.0},
+    },
+}
+
+
+def scene_of(changes: dict | None = None, name: str = "full_scale"):
+    """The scene with that body and further changes."""
+    body = {f"towbody.{key}": value for key, value in FISH.items()}
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", SceneWarning)
+        return override(override(load_scene(name), {"setpoint.algorithm": "hold"} | body), changes or {})
+
+
+def heaving(sim: Simulator, seconds: float) -> np.recarray:
+    """Tick outputs from a start on, under a metre of heave and 8 deg of roll in 8 s."""
+    sim.start()
+    w, speed, roll = 2.0 * np.pi / 8.0, sim.scene.ship.tow_speed, np.radians(4.0)
+    for k in range(1, round(seconds / 0.02) + 10):
+        t = 0.02 * k
+        sim.push(
+            ShipMotion(
+                time_ns=k * 20_000_000,
+                position=(speed * t, 0.0, 0.5 * (1.0 - np.cos(w * t))),
+                velocity=(speed, 0.0, 0.5 * w * np.sin(w * t)),
+                attitude=(roll * np.sin(w * t), 0.0, 0.0),
+                rate=(roll * w * np.cos(w * t), 0.0, 0.0),
+            )
+        )
+    return sim.run(round(seconds / sim.scene.solver.tick))
+
+
+@pytest.fixture(scope="module")
+def fish():
+    return Simulator(scene_of())
+
+
+@pytest.mark.parametrize(
+    ("changes", "parts"),
+    [
+        ({"inertia": [10.0, 188.9, 300.0]}, ("towbody.inertia", "that of no body", "at most the sum")),
+        ({"inertia": [2.81, 188.9, 188.9], "products_of_inertia": [0.0, 60.0, 0.0]}, ("towbody.inertia", "no body")),
+        ({"inertia": None}, ("towbody.inertia", "is missing", "three numbers")),
+        ({"centre_of_gravity": [0, 0, 0], "centre_of_buoyancy": [0, 0, 0]}, ("tow point", "would hold an attitude")),
+        ({"lift_area": -0.5}, ("towbody.lift_area", "wings")),
+        ({"wings.depressor.flap": 20.0}, ("towbody.wings.depressor.flap", "without a flap", "flap_share")),
+        (
+            {"wings.depressor.flap": 40.0, "wings.depressor.flap_share": 0.25},
+            ("towbody.wings.depressor.flap", "stall_angle", "at most 29.6 deg"),
+        ),
+        ({"wings.depressor.span": 0.0}, ("towbody.wings.depressor.span", "outside (0, 100] m")),
+        ({"wings.depressor.chrod": 1.0}, ("towbody.wings.depressor.chrod", "chord")),
+        ({"model": "level"}, ("towbody.inertia", "level", "towbody.model: rigid")),
+    ],
+)
+def test_what_no_body_has_is_refused_with_the_remedy(changes, parts):
+    with pytest.raises(SceneError) as error:
+        scene_of({f"towbody.{key}": value for key, value in changes.items()})
+    for part in parts:
+        assert part in str(error.value)
+
+
+def test_a_body_with_an_attitude_meets_no_ground():
+    with pytest.raises(SceneError, match=r"towbody\.model.*seabed\.depth"):
+        scene_of({"seabed.depth": 200.0})
+
+
+@pytest.mark.parametrize(
+    ("changes", "parts"),
+    [
+        ({"centre_of_gravity": [-0.1, 0.0, 0.3]}, ("hangs", "upside down", "sign of z")),
+        ({"wings.fin.span": 0.05}, ("upright", "Munk's moment", "fins")),
+    ],
+)
+def test_what_would_turn_over_is_said(changes, parts):
+    from cable_sim_ros.sim.checks.checks import warnings as cautions
+
+    said = " ".join(" ".join(one) for one in cautions(scene_of({f"towbody.{k}": v for k, v in changes.items()})))
+    for part in parts:
+        assert part in said
+
+
+def test_semidefinite_knows_matrices_by_their_eigenvalues():
+    rng = np.random.default_rng(3)
+    for _ in range(200):
+        m = rng.normal(size=(3, 3))
+        m = m + m.T
+        least = np.linalg.eigvalsh(m)[0]
+        assert semidefinite(m) == (least >= 0.0) and semidefinite(m - least * np.eye(3) * (1.0 + 1e-12))
+
+
+def test_a_trim_that_a_small_turn_leaves_is_no_start():
+    """Without its tail the body would pitch over above 1.1 m/s."""
+    scene = scene_of({"towbody.wings": {"fin": FISH["wings"]["fin"]}})
+    assert critical_speed(scene, scene.towbody) == pytest.approx(
+        np.sqrt(250 * 9.81 * 0.3 - (250 * 9.81 - 445) * 0.25) / np.sqrt(206.7), rel=1e-3
+    )
+    with pytest.raises(StartError, match=r"pitch.*grows.*tow below 1\.\d+ m/s.*level fins"):
+        Simulator(scene).start()
+
+
+def test_the_level_body_is_the_limit_of_a_stiff_one():
+    """Drag along alone, at the tow point, and more inertia than a heave can turn."""
+    same = {"towbody.drag_area": [0.0641, 0.0, 0.0], "towbody.lift_area": 0.0}
+    stiff = {
+        "towbody.wings": {"fin": {"place": [-0.5, 0, 0], "span": 0.05, "chord": 0.05, "dihedral": 90.0}},
+        "towbody.crossflow_coefficient": 0.0,
+        "towbody.inertia": [1e8, 1e8, 1e8],
+        "towbody.centre_of_gravity": [0.0, 0.0, -0.05],
+        "towbody.centre_of_buoyancy": [0.0, 0.0, 0.0],
+        "towbody.added_mass": [10.9, 10.9, 10.9],
+        "towbody.added_inertia": [0.0, 0.0, 0.0],
+    }
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", SceneWarning)
+        level = override(
+            load_scene("full_scale"), {"setpoint.algorithm": "hold"} | same | {"towbody.added_mass": [10.9, 10.9, 10.9]}
+        )
+    one, other = (heaving(Simulator(scene), 18.0) for scene in (level, scene_of(stiff)))
+    assert np.abs(one.tension / other.tension - 1.0).max() < 1e-3
+    assert np.abs(one.body_position - other.body_position).max() < 0.01
+
+
+def test_a_pitching_body_is_restored_and_chosen_steps_follow_it(fish, tmp_path):
+    frames = heaving(fish, 12.0)
+    pitch = 2.0 * np.arcsin(frames.body_quaternion[:, 1])
+    assert np.ptp(pitch) > np.radians(0.5) and not (frames.status & Flag.STALLED).any()
+    assert np.abs(np.linalg.norm(frames.body_quaternion, axis=1) - 1.0).max() < 1e-12
+    saved = tmp_path / "fish.npz"
+    fish.save(saved)
+    again = fish.run(30)
+    other = Simulator.load(saved)
+    assert other.run(30).tobytes() == again.tobytes()
+    chosen = Simulator(scene_of({"solver.tension_error": 0.005}))
+    found = heaving(chosen, 12.0)
+    assert np.abs(found.body_position - frames.body_position).max() < 0.01
+    assert np.abs(2.0 * np.arcsin(found.body_quaternion[:, 1]) - pitch).max() < np.radians(0.1)
+
+
+def test_a_stalled_wing_is_flagged_and_doubtful():
+    sim = Simulator(scene_of({"towbody.wings.depressor.incidence": -16.0, "towbody.wings.depressor.stall_angle": 15.0}))
+    sim.start()
+    assert sim.tick().status & Flag.STALLED
