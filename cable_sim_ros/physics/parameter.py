@@ -6,7 +6,6 @@ declaration feeds the check at load, the ROS parameter descriptor and the manual
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterator
 from typing import Any, NamedTuple, get_args
 
@@ -139,9 +138,10 @@ def block_of(annotation: Any) -> tuple[type[Block] | None, bool]:
 
 def declaration(block: type[Block], key: str) -> Declared | None:
     """How a key of a block is declared, ``bodies.pod.mass`` or ``towbody.drag_area[0]``; None where it is not."""
-    plain = re.sub(r"\[\d+\]$", "", key)
+    parts = key.partition("[")[0].split(".")
     for one in declared(block):
-        if re.fullmatch(re.escape(one.key).replace("<name>", r"[^.]+"), plain):
+        own = one.key.split(".")
+        if len(own) == len(parts) and all(name in ("<name>", part) for name, part in zip(own, parts, strict=True)):
             return one
     return None
 

@@ -306,7 +306,7 @@ def line_settings(
 def build_line(
     elements: np.ndarray,
     held: np.ndarray,
-    bodies: tuple[np.ndarray, Rigid],
+    bodies: np.ndarray,
     body_nodes: Sequence[int],
     settings: np.ndarray,
     loads: np.ndarray | None = None,
@@ -315,14 +315,15 @@ def build_line(
     strum: tuple[np.ndarray, np.ndarray] | None = None,
     sea: Sea | None = None,
     wakes: np.ndarray | None = None,
+    rigid: Rigid | None = None,
 ) -> LineModel:
     """A line as numbers for kernels, in the one place that coerces them: every line has one type signature."""
     return LineModel(
         elements=np.require(elements, float, ["C", "W"]),  # written by the drum that feeds: a locked one is copied
         held=lock(held),
-        bodies=lock(bodies[0], BODY),
+        bodies=lock(bodies, BODY),
         body_nodes=lock(np.asarray(body_nodes), np.int64),
-        rigid=Rigid(*(lock(table, table.dtype) for table in bodies[1])),
+        rigid=Rigid(*(lock(table, table.dtype) for table in rigid or rigid_tables([], 0.0, 0.0))),
         beads=lock(np.zeros(0, BEAD) if beads is None else beads, BEAD),
         loads=records(0, LOAD) if loads is None else np.ascontiguousarray(loads, LOAD).view(np.recarray),
         struts=lock(np.zeros(0, STRUT) if struts is None else struts, STRUT),
@@ -369,13 +370,15 @@ def build_model(layout: Layout, mesh: FeedMesh | None = None) -> Model:
     strum = strum_rules(scene), strum_sections(scene)
     line["amplified"] |= len(strum[1]) > 0
     at = body_nodes(scene, mesh)
+    bodies, rigid = with_attitudes(body_table(scene), hung(scene), at, scene.gravity, scene.water.density)
     return Model(
         line=build_line(
             elements,
             held,
-            with_attitudes(body_table(scene), hung(scene), at, scene.gravity, scene.water.density),
+            bodies,
             at,
             line,
+            rigid=rigid,
             beads=bead_table(scene.cable, scene.water, scene.gravity),
             strum=strum,
             sea=sea_of(scene.water, scene.gravity, scene.seabed.depth),

@@ -22,7 +22,7 @@ from .statics.route import StartError
 from .tables.rigid_tables import SLOPE_OF_A_TAIL
 
 if TYPE_CHECKING:
-    from .simulator import Simulator
+    from .static_equilibrium import Tow
 
 AXES = "roll", "pitch", "yaw"
 SLACK = 1e-3  # of the weight times the length: a stiffness below that is none
@@ -35,19 +35,19 @@ def tangent_at_rest(line, state):
     return residual(line, state, AT_REST, YES)
 
 
-def rigid_names(sim: Simulator) -> list[str]:
+def rigid_names(sim: Tow) -> list[str]:
     """Keys of the bodies with an attitude, in their order."""
     names = ["towbody", *(f"bodies.{name}" for name in sim.scene.bodies)]
     return [name for name, row in zip(names, sim.model.line.bodies, strict=True) if row.rigid >= 0]
 
 
-def trim(sim: Simulator, i: int) -> tuple[float, float, float]:
+def trim(sim: Tow, i: int) -> tuple[float, float, float]:
     """Roll, pitch (nose down) and heading of rigid body i [rad]."""
     roll, pitch, yaw = roll_pitch_yaw(sim.state.attitude[NOW, i].quaternion)
     return float(roll), float(pitch), float(yaw)
 
 
-def unstable(sim: Simulator) -> Iterator[StartError]:
+def unstable(sim: Tow) -> Iterator[StartError]:
     """Errors of the bodies whose trim a small turn leaves: by the sign of the roots of det(D + x) = 0 (Routh)."""
     if not len(sim.model.line.rigid.bodies):
         return
@@ -69,11 +69,11 @@ def unstable(sim: Simulator) -> Iterator[StartError]:
         yield _unstable(sim, name, i, worst, float(d[worst, worst]), speed)
 
 
-def _unstable(sim: Simulator, name: str, i: int, worst: int, stiffness: float, speed: float) -> StartError:
+def _unstable(sim: Tow, name: str, i: int, worst: int, stiffness: float, speed: float) -> StartError:
     row, (roll, pitch, _) = sim.model.line.rigid.bodies[i], trim(sim, i)
     up = axes(sim.state.attitude[NOW, i].quaternion)[2]
     lever = row.mass * row.gravity * row.gravity_centre - row.buoyancy * row.buoyancy_centre
-    still = float(lever @ np.array(up)) if worst < 2 else 0.0  # of weight and buoyancy to roll and pitch
+    still = float((lever * np.array(up)).sum()) if worst < 2 else 0.0  # of weight and buoyancy to roll and pitch
     cures = []
     body = sim.scene.towbody if name == "towbody" else sim.scene.bodies[name.removeprefix("bodies.")]
     critical = critical_speed(sim.scene, body)

@@ -161,20 +161,22 @@ class Rig:
         settings = line_settings(cable, solver, gravity, tension, WHOLE)
         settings["mass_damping"] = mass_damping
         points = np.array([body_record(body, gravity, water.density) for body in carried.values()], BODY)
+        points, rigid = with_attitudes(points, list(carried.values()), list(carried), gravity, water.density)
         self.model = build_line(
             rows_in_air(elements) if air else elements,
             np.zeros((nodes, 6)),
-            with_attitudes(points, list(carried.values()), list(carried), gravity, water.density),
+            points,
             list(carried),
             settings,
             pulls,
             rods,
             beads,
             wakes=wake_table(cable, water),
+            rigid=rigid,
             sea=sea,
         )
-        rigid = len(self.model.rigid.bodies)
-        self.state = make_state(arc, np.array(surfaces or [], SURFACE), sea, self._links, rigid=rigid)
+        attitudes = len(rigid.bodies)
+        self.state = make_state(arc, np.array(surfaces or [], SURFACE), sea, self._links, rigid=attitudes)
         if endless:
             fill_space(self.state.work)
         begin_wakes(self.state, cable)
