@@ -24,6 +24,8 @@ CITED = {  # what the code cites -> its entry in docs/references.md; both sides 
     "Westin": "Westin (2018)",
     "Arnold & Bruls (2007)": "Arnold and Bruls (2007)",
     "Blevins (1990)": "Blevins (1990)",
+    "Bruls and Cardona (2010)": "Bruls and Cardona (2010)",
+    "Lamb (1932)": "Lamb (1932)",
     "Welch (1967)": "Welch (1967)",
     "Hannan and Thomson (1973)": "Hannan and Thomson (1973)",
     "Calnan": "Calnan (2016)",
