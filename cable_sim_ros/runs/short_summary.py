@@ -47,6 +47,10 @@ def _tow(m: dict[str, Any]) -> Iterator[Row]:
         yield Row("scope at the largest tension", m["tension_max_scope_m"], unit="m")
     depth = m["body_depth_min_m"], m["body_depth_max_m"], "m"
     yield Row("depth of the towbody", None if haul else m["body_depth_m"], m["body_depth_std_m"], *depth)
+    for name in ("pitch", "roll"):
+        if m[f"body_{name}_std_deg"] is not None:
+            what = f"{name} of the towbody{', nose up' if name == 'pitch' else ''}"
+            yield Row(what, m[f"body_{name}_mean_deg"], m[f"body_{name}_std_deg"], unit="deg")
     if haul:
         yield Row("scope", None, None, m["scope_min_m"], m["scope_max_m"], "m")
     if (m["layback_max_m"] or 0.0) > UPRIGHT * (m["scope_max_m"] or 0.0):

@@ -102,6 +102,14 @@ SUMMARY = (
         "volume of the ellipsoid of the same shape that holds 95 % of the positions "
         "themselves (Westin 2018, section 4.3); null of a haul or a turn",
     ),
+    (
+        "body_pitch_mean_deg",
+        "deg",
+        "mean pitch of the towbody, nose up; null of one of `model: level`, as what follows",
+    ),
+    ("body_pitch_std_deg", "deg", "its standard deviation"),
+    ("body_roll_mean_deg", "deg", "mean roll of the towbody, port side up"),
+    ("body_roll_std_deg", "deg", "its standard deviation"),
     ("contact_resultant_mean_n", "N", "mean resultant of the cable on the sheave"),
     ("contact_resultant_max_n", "N", "its largest value, in any time step"),
     ("wrap_angle_mean_deg", "deg", "mean arc between the first and the last loaded contact point"),
@@ -241,6 +249,7 @@ def summarize(frames: np.recarray, *, skip_s: float = SKIP, **outside: float | N
         "body_position_m": None if moves else [*map(float, product(tow_axes(kept), offset)), float(-depth.mean())],
         "ellipsoid_volume_m3": None if moves else volume,
         "ellipsoid_volume_points_m3": None if moves else volume_points,
+        **attitude(kept),
         "contact_resultant_mean_n": kept["contact_resultant"].mean(),
         "contact_resultant_max_n": np.fmax(kept["contact_resultant"], kept["contact_resultant_tick_max"]).max(),
         "wrap_angle_mean_deg": np.degrees(kept["wrap_angle"].mean()),
@@ -272,6 +281,18 @@ def of_bodies(names: Iterable[str], rows: np.ndarray, frames: np.recarray) -> di
         layback = np.hypot(*(body[:, :2] - frames["sheave_position"][:, :2]).T)
         values = depth.mean(), _deviation(depth), layback.mean(), above.mean(), above.max(), body[:, 4].min()
         found[name] = {key: float(value) for (key, *_), value in zip(OF_BODIES, values, strict=True)}
+    return found
+
+
+def attitude(frames: np.recarray) -> dict[str, float | None]:
+    """Mean and deviation of pitch and roll of the towbody; None of one that is always level."""
+    x, y, z, w = frames["body_quaternion"].T
+    pitch = -np.degrees(np.arcsin(np.clip(2.0 * (w * y - z * x), -1.0, 1.0)))
+    roll = np.degrees(np.arctan2(2.0 * (w * x + y * z), 1.0 - 2.0 * (x * x + y * y)))
+    level, found = not (x.any() or y.any()), dict[str, float | None]()
+    for name, angle in (("pitch", pitch), ("roll", roll)):
+        found[f"body_{name}_mean_deg"] = None if level else float(angle.mean())
+        found[f"body_{name}_std_deg"] = None if level else float(angle.std())
     return found
 
 

@@ -31,6 +31,7 @@ PEAKS = ("tension_std_n", "tension_min_n", "tension_max_n")
 CONTACT = ("contact_resultant_mean_n", "contact_resultant_max_n", "wrap_angle_mean_deg")
 PLACE = ("body_depth_m", "body_depth_std_m", "body_position_m")
 ELLIPSOIDS = ("ellipsoid_volume_m3", "ellipsoid_volume_points_m3")
+ATTITUDE = ("body_pitch_mean_deg", "body_pitch_std_deg", "body_roll_mean_deg", "body_roll_std_deg")
 BODY = (*PLACE, "body_depth_min_m", "body_depth_max_m", "layback_min_m", "layback_max_m", *ELLIPSOIDS)
 SEAWAY = ("tension_std_n", "tension_min_n", "tension_max_n", "body_depth_std_m", "sheave_heave_std_m", *ELLIPSOIDS)
 WINCH = ("payout_min_m", "payout_max_m", "scope_min_m", "scope_max_m")
@@ -256,7 +257,7 @@ RULES = (
         DOUBTFUL,
         1.0,
         0.01,
-        BODY,
+        (*BODY, *ATTITUDE),
         "a wing or fin was stalled: what it bears then is known to a third at best",
         "1 % of the run does not show in the rest",
         alarm=True,

@@ -26,6 +26,7 @@ from cable_sim_ros.runs.summary import (
     summary_table,
     tow_axes,
 )
+from cable_sim_ros.sim.flag_rules import ATTITUDE
 
 pytestmark = pytest.mark.trust
 
@@ -91,6 +92,7 @@ def test_a_haul_is_not_summed_up_as_a_tow_at_one_place():
         "body_position_m",
         "ellipsoid_volume_m3",
         "ellipsoid_volume_points_m3",
+        *ATTITUDE,
     }
     assert (metrics["scope_start_m"], metrics["scope_end_m"], metrics["body_depth_end_m"]) == (
         300.0,
@@ -231,7 +233,7 @@ def test_a_run_prints_at_most_twelve_rows_and_what_is_unusual_always():
 
 
 def test_what_is_not_there_has_no_row():
-    still = {name: 0.0 for name, *_ in SUMMARY} | {"strum_amplification": None, "latency_p99_ms": None}
+    still = {name: 0.0 for name, *_ in SUMMARY} | dict.fromkeys((*ATTITUDE, "strum_amplification", "latency_p99_ms"))
     printed = rows(still | {"missed_ticks": None})
     assert [row.what for row in printed] == [
         "tension at the sheave",
