@@ -2,15 +2,18 @@
 
 Every compiled function is optimised anew inside each compiled function that calls it, so depth costs compile time. The
 heavy kernels are therefore called through :func:`opaque`: by symbol, without being linked into the caller. A caller
-needs to know what they return, not their code, so that all of them can be compiled at the same time.
+needs to know what they return, not their code, so that all of them can be compiled at the same time. The symbol is that
+of a cell with the address, so that what a scene has no use for is compiled for the first scene that has.
 """
 
 from __future__ import annotations
 
+import ctypes
 import threading
 from typing import Any, NamedTuple
 
 import llvmlite.binding
+import llvmlite.ir
 import numba
 from numba.core import cgutils, types
 from numba.extending import intrinsic
@@ -53,6 +56,13 @@ driver = _compiler(nogil=True)  # arrays and lane loops
 _opaque: dict = {}  # symbol: the function that it stands for
 _published: dict = {}  # symbol: types of the version that was published
 _linked: set = set()  # what was asked for, by function and fingerprint of its arguments
+_cells: dict[str, ctypes.c_size_t] = {}  # symbol: where its callers find the address of its code
+
+
+@driver
+def not_linked():
+    """What stands in every cell before its kernel does: one address serves calls with any arguments."""
+    raise RuntimeError("a kernel was called that was linked as not needed: its linker and its caller do not agree")
 
 
 def symbol_of(dispatcher) -> str:
@@ -70,6 +80,21 @@ def _claimed(dispatcher) -> str:
             f"refused. Give it a name of its own in its module"
         )
     return symbol
+
+
+def _cell(symbol: str) -> ctypes.c_size_t:
+    """The cell of a symbol, which JIT code finds by that name."""
+    if symbol not in _cells:
+        _cells[symbol] = ctypes.c_size_t(0)
+        llvmlite.binding.add_symbol(symbol, ctypes.addressof(_cells[symbol]))
+    return _cells[symbol]
+
+
+def _address(form, types: tuple) -> int:
+    """Compile a form, or load it, for these types: the address of its code."""
+    form.compile(types)
+    compiled = form.overloads[types]
+    return compiled.library.get_pointer_to_function(compiled.fndesc.llvm_func_name)
 
 
 def returned_by(dispatcher) -> Any:
@@ -102,6 +127,7 @@ def opaque(dispatcher):
     symbol = _claimed(dispatcher)
     if numba.config.DISABLE_JIT:
         return dispatcher
+    _cell(symbol)
     said = returned_by(dispatcher)
 
     def build(args):
@@ -120,7 +146,10 @@ def opaque(dispatcher):
 
         def code(context, builder, signature, values):
             kind = context.call_conv.get_function_type(signature.return_type, signature.args)
-            function = cgutils.get_or_insert_function(builder.module, kind, symbol)
+            cell = builder.module.globals.get(symbol)
+            if cell is None:
+                cell = llvmlite.ir.GlobalVariable(builder.module, kind.as_pointer(), symbol)
+            function = builder.load(cell)
             status, value = context.call_conv.call_function(
                 builder, function, signature.return_type, signature.args, values
             )
@@ -165,13 +194,18 @@ def planned(linker, *parts) -> list[Task]:
     return tasks
 
 
-def link(dispatcher, *args) -> None:
+def link(dispatcher, *args, needed: bool = True) -> None:
     """Compile ``dispatcher`` for these arguments (or load it from the cache) and publish its address for opaque().
 
+    Where it is not needed, callers find one that raises, until it is.
     Raises ValueError where it has no name of its own, TypeError where it was published for other types, is called with
     others or returns something else than it says: callers by symbol would run that version.
     """
     if numba.config.DISABLE_JIT:
+        return
+    if not needed:
+        if not (cell := _cell(_claimed(dispatcher))).value:
+            cell.value = _address(_published_form(not_linked), ())
         return
     key = dispatcher, fingerprint(args)
     if key in _linked:  # not: compiled, a direct call compiles without publishing
@@ -193,15 +227,13 @@ def publish(task: Task) -> None:
             f"{symbol} is published for {_published[symbol]} and was linked for {types}: what calls it by symbol knows "
             f"one version, so the second was refused. Coerce the arguments where they are made"
         )
-    form.compile(types)
-    compiled = form.overloads[types]
-    result = compiled.signature.return_type
+    address = _address(form, types)
+    result = form.overloads[types].signature.return_type
     if returned_by(dispatcher) not in (None, result):
         raise TypeError(
             f"{symbol} returns {result} and says {returned_by(dispatcher)}: what calls it by symbol would misread it, "
             f"so it was not published. Correct what stands behind -> in its first line"
         )
     ask(symbol, types, result)
-    address = compiled.library.get_pointer_to_function(compiled.fndesc.llvm_func_name)
-    llvmlite.binding.add_symbol(symbol, address)
+    _cell(symbol).value = address
     _linked.add(key)

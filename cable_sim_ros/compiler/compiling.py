@@ -43,10 +43,9 @@ def prepare(linker: Callable[..., None], parts: tuple, entry: Any = None, argume
     """
     if numba.config.DISABLE_JIT:
         return
-    key = linker, fingerprint(parts), entry, fingerprint(arguments)
-    if key in _prepared:
+    key, links = (entry, fingerprint(arguments)), planned(linker, *parts)
+    if not links and key in _prepared:
         return
-    links = planned(linker, *parts)
     tasks = [(link.form, link.types) for link in links]
     if entry is not None:
         tasks.append((entry, tuple(numba.typeof(a) for a in arguments)))

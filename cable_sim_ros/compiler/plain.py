@@ -25,7 +25,7 @@ def opaque(dispatcher: Any) -> Any:
     return dispatcher
 
 
-def link(dispatcher: Any, *args: Any) -> None:
+def link(dispatcher: Any, *args: Any, needed: bool = True) -> None:
     """Nothing: a caller compiles what it calls."""
 
 

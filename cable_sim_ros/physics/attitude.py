@@ -10,7 +10,7 @@ from math import atan2, cos, sin, sqrt
 
 import numpy as np
 
-from ..compiler.jit import inline
+from ..compiler.jit import driver, inline, opaque
 
 ATTITUDE = np.dtype(
     [
@@ -104,3 +104,13 @@ def roll_pitch_yaw(e):
     r = axes(e)
     across = sqrt(r[2][1] * r[2][1] + r[2][2] * r[2][2])
     return atan2(r[2][1], r[2][2]), atan2(-r[2][0], across), atan2(r[1][0], r[0][0])
+
+
+@driver
+def _copy_attitudes(table, source, target) -> None:
+    """Copy a slot of the attitudes."""
+    for i in range(table.shape[1]):
+        table[target, i] = table[source, i]
+
+
+copy_attitudes = opaque(_copy_attitudes)  # by symbol: a record of its size is copied number by number

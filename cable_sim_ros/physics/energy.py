@@ -9,9 +9,8 @@ from .ancf import BUOYANCY, EA, EI, MASS_PER_LENGTH, WEIGHT_PER_LENGTH
 from .hermite import LINK, W5, X5, hermite_of, shape
 from .mesh_convection import convective, second
 from .point_mass import aboard, carried
-from .rigid_body import energy as rigid_energy
+from .rigid_body import rigid_energies
 from .state import ARC, NOW, STEP, Q, V
-from .vec import row3
 from .workspace import FED, HELD, LOADS, LOST_POWER, RUBBED, SURFACES, WATER
 
 
@@ -61,17 +60,15 @@ def energies(line, state):
     for i in range(line.bodies.shape[0]):
         body, n = line.bodies[i], line.body_nodes[i]
         if body.rigid >= 0:
-            rigid = line.rigid.bodies[body.rigid]
-            moving, centre, lifted = rigid_energy(rigid, state.attitude[NOW, body.rigid], q[n, 2], row3(v, n))
-            kinetic += moving
-            potential += body.mass * body.gravity * centre - body.buoyancy * min(lifted, 0.0)
-            dry += body.mass * body.gravity * centre
             continue
         for k in range(3):
             kinetic += 0.5 * body.mass * v[n, k] * v[n, k]
         z = q[n, 2]
         potential += body.mass * body.gravity * z - body.buoyancy * min(z, 0.0)
         dry += body.mass * body.gravity * z
+    if line.rigid.bodies.shape[0] > 0:
+        motion, weight, own = rigid_energies(line, state)
+        kinetic, potential, dry = kinetic + motion, potential + weight, dry + own
     for i in range(line.beads.shape[0]):
         bead = line.beads[i]
         if not aboard(bead.place, state, NOW):

@@ -11,6 +11,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..compiler.jit import NO, YES, driver, inline, link, opaque
+from .attitude import copy_attitudes
 from .block_tridiagonal import solve, solve_again
 from .cable_assembly import mean_at
 from .line import link_residual, residual
@@ -22,11 +23,8 @@ from .rigid_body import (
     correct_attitudes,
     follow_nodes,
     foresee_attitudes,
-    head,
-    keep_attitudes,
-    keep_gains,
+    head_bodies,
     rest_attitudes,
-    take_back_attitudes,
 )
 from .state import AT_REST, FLOW, GAIN, MEAN, NOW, STEP, A, Change, Q, V, X, checkpoint
 from .towbody import face_flow
@@ -139,10 +137,10 @@ def _predict(line, state, h) -> None:
     if line.settings[0].step_tension > 0.0 and before > 0.0 and before != h:
         ratio = h / before
         stretch_lag(state, ratio)
-    keep_gains(state, ratio)
     checkpoint(state, STEP)
     begin_mean(line.settings[0], state, h)
-    foresee_attitudes(state, h, fraction, rule)
+    if state.attitude.shape[1] > 0:
+        foresee_attitudes(state, h, ratio, fraction, rule)
     q, v, a, gain = state.nodes[NOW, Q], state.nodes[NOW, V], state.nodes[NOW, A], state.nodes[NOW, GAIN]
     old_v, old_a, old_x = state.nodes[STEP, V], state.nodes[STEP, A], state.nodes[STEP, X]
     for n in range(q.shape[0]):
@@ -165,7 +163,8 @@ def correct(state, change, part):
             q[n, k] += d
             v[n, k] += change.velocity * d
             a[n, k] += change.acceleration * d
-    correct_attitudes(state, change, part)
+    if state.attitude.shape[1] > 0:
+        correct_attitudes(state, change, part)
 
 
 @driver
@@ -198,7 +197,8 @@ def _newton(line, state, change) -> int:
                 enough = tangents
             before = r
             tangents += 1
-        follow_nodes(line, state)
+        if state.attitude.shape[1] > 0:
+            follow_nodes(line, state)
         correct(state, change, 1.0)
         searching = i >= PATIENCE and not again and plan.level >= SEARCHED
         if not again and tangents < wanted and not searching:
@@ -245,7 +245,8 @@ def conclude(line, state, h):
     """What follows from a solved step: auxiliary accelerations and the running mean."""
     rule = coefficients(h, line.settings[0].rho_inf)
     am, af, _, _, _, _ = rule
-    conclude_attitudes(state, rule)
+    if state.attitude.shape[1] > 0:
+        conclude_attitudes(state, rule)
     fraction = mean_fraction(line.settings[0], state.memory[NOW].known, h)
     a, x, mean = state.nodes[NOW, A], state.nodes[NOW, X], state.nodes[NOW, MEAN]
     old_a, old_x = state.nodes[STEP, A], state.nodes[STEP, X]
@@ -261,7 +262,8 @@ def conclude(line, state, h):
 def rest_still(state):
     """No velocity, no acceleration, and none in the mean; no load of a wake."""
     no_wake_load(state)
-    rest_attitudes(state)
+    if state.attitude.shape[1] > 0:
+        rest_attitudes(state)
     for row in (V, A, MEAN):
         table = state.nodes[NOW, row]
         for n in range(table.shape[0]):
@@ -276,9 +278,10 @@ def face(line, state):
     for i in range(line.bodies.shape[0]):
         n = line.body_nodes[i]
         if line.bodies[i].rigid >= 0:
-            head(state.attitude[NOW, line.bodies[i].rigid], flow[n])
             continue
         face_flow(line.bodies[i], (q[n], flow[n], state.work.around[n]), (m[0], m[1], m[2], m[3]))
+    if state.attitude.shape[1] > 0:
+        head_bodies(line, state)
 
 
 @driver
@@ -300,14 +303,16 @@ def _settle(line, state, sigma, max_steps, max_step) -> tuple[int, int, float]:
             for k in range(6):
                 a[n, k] = -old_v[n, k] / h
                 v[n, k] = 0.0
-        begin_still(state, h)
+        if state.attitude.shape[1] > 0:
+            begin_still(state, h)
         stir(line, state, STILL)
         used = newton(line, state, Change(1.0 / h, 1.0 / (h * h), sigma, 0.0))
         count += 1
         if used < 0:
             copy(old_q, q)
             copy(old_v, v)
-            take_back_attitudes(state)
+            if state.attitude.shape[1] > 0:
+                copy_attitudes(state.attitude, STEP, NOW)
             h *= 0.25
             plan.level = SEARCHED  # for the next: most starts need no shortened correction, and some mind them
             if h < 1e-5:
@@ -318,7 +323,8 @@ def _settle(line, state, sigma, max_steps, max_step) -> tuple[int, int, float]:
         face(line, state)
         if h >= min(1.0, max_step):  # balanced at rest is settled; a free end without tension needs no longer one
             copy(v, old_v)
-            keep_attitudes(state)
+            if state.attitude.shape[1] > 0:
+                copy_attitudes(state.attitude, NOW, STEP)
             rest_still(state)
             stir(line, state, STILL)
             rest = residual(line, state, AT_REST, NO)
@@ -326,7 +332,8 @@ def _settle(line, state, sigma, max_steps, max_step) -> tuple[int, int, float]:
                 copy(a, x)
                 return count, total, rest
             copy(old_v, v)
-            take_back_attitudes(state)
+            if state.attitude.shape[1] > 0:
+                copy_attitudes(state.attitude, STEP, NOW)
         h = min(1.7 * h, max_step)
     rest_still(state)
     stir(line, state, STILL)

@@ -16,10 +16,10 @@ from math import atan2, cos, sin, sqrt
 import numpy as np
 
 from ..compiler.jit import driver, inline, link, opaque
-from .attitude import axes, jacobian, to_body, to_world, turn_from
+from .attitude import _copy_attitudes, axes, jacobian, to_body, to_world, turn_from
 from .drag_laws import smooth
 from .sea import ELEVATION, EXTRA, ORBIT, RATE, SHEAR
-from .state import AT_REST, NOW, STEP, A, Q, V
+from .state import AT_REST, FLOW, NOW, STEP, A, Q, V
 from .towbody import LAG, TURNING, facing
 from .vec import add, at3, axpy, cross, dot, row3, scale, sub
 from .wing import wing_force
@@ -371,16 +371,8 @@ def _rigid_load(rigid, i, state, change, tangent) -> float:
     return power
 
 
-rigid_load = opaque(_rigid_load)
-
-
-def link_rigid(line, state) -> None:
-    """Compile or load the load of a rigid body and publish it; call before anything that uses it runs."""
-    link(_rigid_load, line.rigid, 0, state, AT_REST, np.bool_(False))
-
-
 @driver
-def condense(line, state):
+def _condense(line, state) -> float:
     """Take the moments that are not balanced into the balance of the nodes; returns the largest, as a force [N]."""
     worst = 0.0
     for i in range(line.rigid.bodies.shape[0]):
@@ -396,7 +388,7 @@ def condense(line, state):
 
 
 @driver
-def follow_nodes(line, state):
+def _follow_nodes(line, state) -> None:
     """Correction of the attitudes, from the moments and from the nodes' in work.step."""
     for i in range(line.rigid.bodies.shape[0]):
         attitude, n = state.attitude[NOW, i], line.rigid.bodies[i].node
@@ -406,7 +398,7 @@ def follow_nodes(line, state):
 
 
 @driver
-def correct_attitudes(state, change, part):
+def _correct_attitudes(state, change, part) -> None:
     """Add this part of the corrections to the attitudes."""
     for i in range(state.attitude.shape[1]):
         attitude = state.attitude[NOW, i]
@@ -419,23 +411,14 @@ def correct_attitudes(state, change, part):
 
 
 @driver
-def keep_gains(state, ratio):
-    """Gains of the angular accelerations over the step before, and their lag for a step ``ratio`` times as long."""
-    for i in range(state.attitude.shape[1]):
-        attitude, old = state.attitude[NOW, i], state.attitude[STEP, i]
-        for k in range(3):
-            attitude.gain[k] = attitude.acceleration[k] - old.acceleration[k]
-            lag = attitude.auxiliary[k] - attitude.acceleration[k]
-            attitude.auxiliary[k] = attitude.acceleration[k] + ratio * lag
-
-
-@driver
-def foresee_attitudes(state, h, fraction, rule):
-    """Predict the attitudes at the end of a step of h [s], as the nodes are; rule: see integrate.coefficients()."""
+def _foresee_attitudes(state, h, ratio, fraction, rule) -> None:
+    """Predict the attitudes at the end of a step of h [s], ``ratio`` times as long as the last, as the nodes are; rule:
+    see integrate.coefficients()."""
     am, af, beta, gamma, _, _ = rule
     for i in range(state.attitude.shape[1]):
         attitude, old = state.attitude[NOW, i], state.attitude[STEP, i]
         for k in range(3):
+            old.auxiliary[k] = old.acceleration[k] + ratio * (old.auxiliary[k] - old.acceleration[k])
             rise, x = fraction * attitude.gain[k], old.auxiliary[k]
             new = (old.acceleration[k] + (1.0 - af) * rise - am * x) / (1.0 - am)
             attitude.turned[k] = h * old.rate[k] + h * h * ((0.5 - beta) * x + beta * new)
@@ -445,18 +428,19 @@ def foresee_attitudes(state, h, fraction, rule):
 
 
 @driver
-def conclude_attitudes(state, rule):
-    """Auxiliary accelerations of a solved step."""
+def _conclude_attitudes(state, rule) -> None:
+    """Auxiliary accelerations of a solved step, and what its accelerations gained."""
     am, af = rule[0], rule[1]
     for i in range(state.attitude.shape[1]):
         attitude, old = state.attitude[NOW, i], state.attitude[STEP, i]
         for k in range(3):
             gained = (1.0 - af) * attitude.acceleration[k] + af * old.acceleration[k]
             attitude.auxiliary[k] = (gained - am * old.auxiliary[k]) / (1.0 - am)
+            attitude.gain[k] = attitude.acceleration[k] - old.acceleration[k]
 
 
 @driver
-def turn_error(line, state, fraction) -> float:
+def _turn_error(line, state, fraction) -> float:
     """Error of the solved step in the attitudes: of the place of a nose [m]; fraction: see step_error.local_error()."""
     worst = 0.0
     for i in range(line.rigid.bodies.shape[0]):
@@ -473,31 +457,17 @@ def turn_error(line, state, fraction) -> float:
 
 
 @driver
-def keep_attitudes(state):
-    """Remember the attitudes in slot STEP."""
-    for i in range(state.attitude.shape[1]):
-        state.attitude[STEP, i] = state.attitude[NOW, i]
-
-
-@driver
-def begin_still(state, h):
+def _begin_still(state, h) -> None:
     """Begin a step of backward Euler of h [s] with the attitudes as they are; keep them in slot STEP."""
-    keep_attitudes(state)
     for i in range(state.attitude.shape[1]):
         attitude = state.attitude[NOW, i]
+        state.attitude[STEP, i] = attitude
         for k in range(3):
             attitude.turned[k], attitude.acceleration[k], attitude.rate[k] = 0.0, -attitude.rate[k] / h, 0.0
 
 
 @driver
-def take_back_attitudes(state):
-    """Return to the attitudes kept in slot STEP."""
-    for i in range(state.attitude.shape[1]):
-        state.attitude[NOW, i] = state.attitude[STEP, i]
-
-
-@driver
-def rest_attitudes(state):
+def _rest_attitudes(state) -> None:
     """No rate and no acceleration of the attitudes."""
     for i in range(state.attitude.shape[1]):
         attitude = state.attitude[NOW, i]
@@ -506,19 +476,49 @@ def rest_attitudes(state):
             attitude.auxiliary[k], attitude.gain[k] = 0.0, 0.0
 
 
-@inline
-def energy(body, attitude, z, v):
-    """Kinetic energy, and height of the centre of gravity and of buoyancy [J, m, m]; z, v: of the tow point."""
-    r, omega = axes(attitude.quaternion), at3(attitude.rate, 0)
-    g = at3(body.gravity_centre, 0)
-    moved = dot(to_body(r, v), cross(omega, g))
-    kinetic = 0.5 * (body.mass * (dot(v, v) + 2.0 * moved) + dot(omega, times(body.inertia, 0, 0, omega)))
-    return kinetic, z + dot(r[2], g), z + dot(r[2], at3(body.buoyancy_centre, 0))
+@driver
+def _rigid_energies(line, state) -> tuple[float, float, float]:
+    """Kinetic energy, potential energy and that of the weights alone [J] of the rigid bodies."""
+    kinetic, potential, dry = 0.0, 0.0, 0.0
+    for i in range(line.rigid.bodies.shape[0]):
+        body, attitude = line.rigid.bodies[i], state.attitude[NOW, i]
+        z, v = state.nodes[NOW, Q, body.node, 2], row3(state.nodes[NOW, V], body.node)
+        r, omega, g = axes(attitude.quaternion), at3(attitude.rate, 0), at3(body.gravity_centre, 0)
+        moved = dot(to_body(r, v), cross(omega, g))
+        kinetic += 0.5 * (body.mass * (dot(v, v) + 2.0 * moved) + dot(omega, times(body.inertia, 0, 0, omega)))
+        weight = body.mass * body.gravity * (z + dot(r[2], g))
+        dry += weight
+        potential += weight - body.buoyancy * min(z + dot(r[2], at3(body.buoyancy_centre, 0)), 0.0)
+    return kinetic, potential, dry
 
 
 @driver
-def head(attitude, flow):
-    """Heading and rate of turn of a rigid body into the flow past it, a row of state.FLOW."""
-    r = axes(attitude.quaternion)
-    miss = atan2(r[1][0], r[0][0]) - facing(flow)
-    flow[LAG], flow[TURNING] = atan2(sin(miss), cos(miss)), dot(r[2], at3(attitude.rate, 0))
+def _head_bodies(line, state) -> None:
+    """Heading and rate of turn of the rigid bodies into the flow past them, in their rows of state.FLOW."""
+    for i in range(line.rigid.bodies.shape[0]):
+        attitude, flow = state.attitude[NOW, i], state.nodes[NOW, FLOW, line.rigid.bodies[i].node]
+        r = axes(attitude.quaternion)
+        miss = atan2(r[1][0], r[0][0]) - facing(flow)
+        flow[LAG], flow[TURNING] = atan2(sin(miss), cos(miss)), dot(r[2], at3(attitude.rate, 0))
+
+
+rigid_load, condense, follow_nodes = opaque(_rigid_load), opaque(_condense), opaque(_follow_nodes)
+foresee_attitudes, correct_attitudes = opaque(_foresee_attitudes), opaque(_correct_attitudes)
+conclude_attitudes, turn_error = opaque(_conclude_attitudes), opaque(_turn_error)
+begin_still, rest_attitudes = opaque(_begin_still), opaque(_rest_attitudes)
+head_bodies, rigid_energies = opaque(_head_bodies), opaque(_rigid_energies)
+
+
+def link_rigid(line, state) -> None:
+    """Compile or load what computes rigid bodies and publish it, where there is one; call before what uses it runs."""
+    rule, there = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0), len(line.rigid.bodies) > 0
+    link(_rigid_load, line.rigid, 0, state, AT_REST, np.bool_(False), needed=there)
+    for kernel in (_condense, _follow_nodes, _rigid_energies, _head_bodies):
+        link(kernel, line, state, needed=there)
+    link(_copy_attitudes, state.attitude, 0, 0, needed=there)
+    link(_rest_attitudes, state, needed=there)
+    link(_foresee_attitudes, state, 0.0, 0.0, 0.0, rule, needed=there)
+    link(_correct_attitudes, state, AT_REST, 0.0, needed=there)
+    link(_conclude_attitudes, state, rule, needed=there)
+    link(_begin_still, state, 0.0, needed=there)
+    link(_turn_error, line, state, 0.0, needed=there)

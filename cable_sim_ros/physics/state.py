@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..compiler.jit import driver, inline
-from .attitude import ATTITUDE
+from .attitude import ATTITUDE, copy_attitudes
 from .contact import CONTACT_POINT, CONTACT_POINTS_PER_ELEMENT, DETECTED, EVENTS
 from .contact_surface import SURFACE, check_surfaces
 from .heave_compensation import SETPOINT
@@ -381,8 +381,8 @@ def copy_slot(state, source, target):
     for i in range(nodes.shape[1]):
         nodes[target, i] = nodes[source, i]
     state.memory[target] = state.memory[source]
-    for i in range(state.attitude.shape[1]):
-        state.attitude[target, i] = state.attitude[source, i]
+    if state.attitude.shape[1] > 0:
+        copy_attitudes(state.attitude, source, target)
 
 
 @inline

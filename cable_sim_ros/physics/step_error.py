@@ -87,7 +87,10 @@ def local_error(line, state, h):
             stretch = dot(sub(d, (x[e, 0], x[e, 1], x[e, 2])), along) / norm(along)
             tension = line.elements[e // LANES, EA, e % LANES] * stretch / length
             pulled += length * tension * tension
-    return max(sqrt(moved / total), turn_error(line, state, fraction)), sqrt(pulled / (arc[arc.shape[0] - 1] - arc[0]))
+    place = sqrt(moved / total)
+    if state.attitude.shape[1] > 0:
+        place = max(place, turn_error(line, state, fraction))
+    return place, sqrt(pulled / (arc[arc.shape[0] - 1] - arc[0]))
 
 
 @driver
@@ -141,5 +144,6 @@ longest_step = opaque(_longest_step)
 
 def link_error(line, state) -> None:
     """Compile or load the estimates and publish them; call before anything that uses them runs."""
-    link(_error_ratio, line, state, 0.0)
-    link(_longest_step, line, state, 0.0)
+    chosen = line.settings[0].step_tension > 0.0
+    link(_error_ratio, line, state, 0.0, needed=chosen)
+    link(_longest_step, line, state, 0.0, needed=chosen)

@@ -12,7 +12,7 @@ from ..compiler.jit import driver, link, opaque
 from .heave_compensation import by_angle
 from .output import glance, no_peaks
 from .output import observe as _observe
-from .rigid_body import head
+from .rigid_body import head_bodies
 from .ringing import fade
 from .sensors import sense as _sense
 from .ship import follow
@@ -55,8 +55,8 @@ def turn_bodies(line, state, h):
     for i in range(line.bodies.shape[0]):
         n = line.body_nodes[i]
         turn_into_flow(line.bodies[i], (q[n], v[n], flow[n], state.work.around[n]), (m[0], m[1], m[2], m[3]), h)
-        if line.bodies[i].rigid >= 0:
-            head(state.attitude[NOW, line.bodies[i].rigid], flow[n])
+    if state.attitude.shape[1] > 0:
+        head_bodies(line, state)
 
 
 @driver

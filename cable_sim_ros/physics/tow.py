@@ -51,7 +51,7 @@ strum = opaque(_strum)
 
 def link_strum(model, state) -> None:
     """Compile or load what computes strumming and publish it; call before anything that uses it runs."""
-    link(_strum, model, state, 0.0, np.int64(0))
+    link(_strum, model, state, 0.0, np.int64(0), needed=len(model.line.strum.sections) > 0)
 
 
 @driver
