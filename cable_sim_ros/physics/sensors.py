@@ -195,7 +195,7 @@ def show(state, f):
 
 
 @driver
-def sense(model, state, f):
+def sense(model, state, f) -> None:
     """Let every device that is aboard show what it has at this tick; f: tick output, filled up to the truth."""
     now, sensors, h = state.memory[NOW], state.sensors, model.settings[0].tick_ns * 1e-9
     tick, new, lost = now.time.ticks, 0, 0

@@ -147,5 +147,5 @@ def link_tick(model, state, inputs, output) -> None:
     link_stepper(model.line, state)
     link_strum(model, state)
     link(_observe, model, state, output, 0, 0, False)
-    link(_sense, model, state, output.frame[0])
+    link(_sense, model, state, output.frame[0], needed=len(model.sensors.rules) > 0)
     link(_tick, model, state, inputs, output, 0)

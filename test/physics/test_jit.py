@@ -55,6 +55,26 @@ def test_a_second_version_of_a_function_is_refused():
         link(kernel, np.ones(1, np.float32))
 
 
+@compiled
+def test_what_is_not_needed_is_compiled_where_it_is():
+    """A caller that was compiled before runs the kernel as soon as it is linked; until then it says what is wrong."""
+    kernel = settle_of(2.0, "five")
+    by_symbol = opaque(kernel)
+
+    @numba.njit
+    def caller(x):
+        return by_symbol(x)
+
+    x = np.ones(1)
+    link(kernel, x, needed=False)
+    with pytest.raises(RuntimeError, match="linked as not needed"):
+        caller(x)
+    link(kernel, x)
+    assert caller(x) == 2.0
+    link(kernel, x, needed=False)
+    assert caller(x) == 2.0, "what one scene needs stays where the next does not"
+
+
 def test_every_symbol_of_the_product_is_its_module_and_name():
     from cable_sim_ros.physics import integrate, substeps, tick
 
