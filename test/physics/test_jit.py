@@ -58,7 +58,7 @@ def test_a_second_version_of_a_function_is_refused():
 @compiled
 def test_what_is_not_needed_is_compiled_where_it_is():
     """A caller that was compiled before runs the kernel as soon as it is linked; until then it says what is wrong."""
-    kernel = settle_of(2.0, "five")
+    kernel = settle_of(2.0, "later")
     by_symbol = opaque(kernel)
 
     @numba.njit
