@@ -226,7 +226,8 @@ def _example(path: tuple, field) -> str:
     inner, table = block_of(field.annotation)
     name = next(part for part in reversed(path) if isinstance(part, str))
     if inner:
-        first = next(iter(inner.model_fields))
+        needed = (key for key, part in inner.model_fields.items() if part.is_required())
+        first = next(needed, next(iter(inner.model_fields)))
         body = f"{{{first}: {_plain(_sample(inner.model_fields[first]))}, ...}}"
         if name in LISTS:
             return f"{name}: {LISTS[name]}"

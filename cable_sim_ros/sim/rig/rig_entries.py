@@ -52,7 +52,8 @@ def accelerate(line, state):
         for n in range(a.shape[0]):
             for k in range(6):
                 a[n, k] += big * state.work.step[n, k]
-        follow_nodes(line, state)
+        if state.attitude.shape[1] > 0:
+            follow_nodes(line, state)
         for i in range(state.attitude.shape[1]):
             for k in range(3):
                 state.attitude[NOW, i].acceleration[k] += big * state.attitude[NOW, i].correction[k]
