@@ -29,6 +29,7 @@ BEARS = 0.01  # of the weight of its body: a wing that bears more at a C_L of 1 
 # tables of work.body [TABLES, 6, 3]: derivatives of force and moment to velocity and rate, of the loads with the height
 # of what they act on to the height of P and to the rotation, and the sums to the place and to the rotation
 BY_SPEED, BY_RATE, BY_HEIGHT, BY_PLACE, BY_TURN = range(5)
+NONE = (0.0, 0.0, 0.0)
 ONE = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 
 
@@ -118,14 +119,32 @@ def outer(a, b):
 
 
 @inline
+def turned_by(place, d):
+    """-D hat(place) by its rows, D given by its rows."""
+    return (cross(place, d[0]), cross(place, d[1]), cross(place, d[2]))
+
+
+@inline
 def spread(t, d, place, wet):
     """A load f(w) at ``place`` with D = df/dw, given by its rows: its part of the residual's derivatives, of which it
     is minus the load: to the body's velocity D, to its rate -D hat(place), and the same of the moment."""
-    turned = (cross(place, d[0]), cross(place, d[1]), cross(place, d[2]))  # minus the rows of D hat(place)
+    turned = turned_by(place, d)
     plus_rows(t[BY_SPEED], 0, wet, d)
     plus_rows(t[BY_RATE], 0, wet, turned)
     plus_rows(t[BY_SPEED], 3, wet, hat_times(place, d))
     plus_rows(t[BY_RATE], 3, wet, hat_times(place, turned))
+
+
+@inline
+def spread_along(t, first, second, place):
+    """What loads at places x ahead of ``place`` add to spread(): sums of x D and of x^2 D over them, by their rows."""
+    ahead = (1.0, 0.0, 0.0)
+    turned = turned_by(ahead, first)
+    plus_rows(t[BY_RATE], 0, 1.0, turned)
+    plus_rows(t[BY_SPEED], 3, 1.0, hat_times(ahead, first))
+    plus_rows(t[BY_RATE], 3, 1.0, hat_times(place, turned))
+    plus_rows(t[BY_RATE], 3, 1.0, hat_times(ahead, turned_by(place, first)))
+    plus_rows(t[BY_RATE], 3, 1.0, hat_times(ahead, turned_by(ahead, second)))
 
 
 @inline
@@ -155,36 +174,42 @@ def hull_load(body, strips, motion, up, height, t, tangent):
     motion: velocity through the water and rate, body axes.
     """
     u, omega = motion
-    force, moment, lever, wetness, slopes = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), 0.0, 0.0
     c, b = at3(body.hull_centre, 0), at3(body.buoyancy_centre, 0)
+    fy, fz, my, mz, wetness, ahead, slopes = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    # rows of the strips' derivatives along y and z: their sums, and those times x and x^2 from the hull's centre
+    y0, z0, y1, z1, y2, z2 = (NONE, NONE, NONE, NONE, NONE, NONE)
+    wy, wz = -(u[1] + omega[2] * c[0] - omega[0] * c[2]), -(u[2] + omega[0] * c[1] - omega[1] * c[0])
     for i in range(body.strips[0], body.strips[1]):
         s = strips[i]
-        place, lift = (c[0] + s.along, c[1], c[2]), s.share * body.buoyancy
-        centre = (b[0] + s.along, b[1], b[2])
-        wet, slope = wet_share(place, up, height, s.half_height)
-        w = scale(-1.0, add(u, cross(omega, place)))
-        speed = sqrt(w[1] * w[1] + w[2] * w[2] + SPEED_FLOOR * SPEED_FLOOR)
-        ky, kz = s.across[0], s.across[1]
-        drag = (0.0, ky * speed * w[1], kz * speed * w[2])
-        f, m = axpy(lift, up, drag), axpy(lift, cross(centre, up), cross(place, drag))
-        force, moment, lever = axpy(wet, f, force), axpy(wet, m, moment), axpy(wet * lift, centre, lever)
+        x, ky, kz = s.along, s.across[0], s.across[1]
+        wet, slope = wet_share((c[0] + x, c[1], c[2]), up, height, s.half_height)
+        y, z = wy - omega[2] * x, wz + omega[1] * x
+        speed = sqrt(y * y + z * z + SPEED_FLOOR * SPEED_FLOOR)
+        dy, dz = wet * ky * speed * y, wet * kz * speed * z
+        fy, fz, my, mz = fy + dy, fz + dz, my + x * dy, mz + x * dz
         wetness += wet * s.share
+        ahead += wet * s.share * x
         slopes += slope * s.share
         if tangent:
-            d = (
-                (0.0, 0.0, 0.0),
-                (0.0, ky * (speed + w[1] * w[1] / speed), ky * w[1] * w[2] / speed),
-                (0.0, kz * w[1] * w[2] / speed, kz * (speed + w[2] * w[2] / speed)),
-            )
-            spread(t, d, place, wet)
-            rises(t, f, m, place, up, slope)
+            per = 1.0 / speed
+            by_y = scale(wet * ky, (0.0, speed + y * y * per, y * z * per))
+            by_z = scale(wet * kz, (0.0, y * z * per, speed + z * z * per))
+            y0, y1, y2 = add(y0, by_y), axpy(x, by_y, y1), axpy(x * x, by_y, y2)
+            z0, z1, z2 = add(z0, by_z), axpy(x, by_z, z1), axpy(x * x, by_z, z2)
+            if slope != 0.0:
+                lift, drag = s.share * body.buoyancy, (0.0, ky * speed * y, kz * speed * z)
+                place, centre = (c[0] + x, c[1], c[2]), (b[0] + x, b[1], b[2])
+                turn = axpy(lift, cross(centre, up), cross(place, drag))
+                rises(t, axpy(lift, up, drag), turn, place, up, slope)
+    lever = scale(body.buoyancy, (wetness * b[0] + ahead, wetness * b[1], wetness * b[2]))
     w = -(u[0] + omega[1] * c[2] - omega[2] * c[1])
     size = body.drag * abs(w) * wetness
-    along = (size * w, 0.0, 0.0)
-    force, moment = add(force, along), add(moment, cross(c, along))
+    drag = (size * w, fy, fz)
+    moment = add(add(cross(c, drag), (0.0, -mz, my)), cross(lever, up))
     if tangent:
-        spread(t, ((2.0 * size, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)), c, 1.0)
-    return force, moment, lever, wetness, slopes
+        spread(t, ((2.0 * size, 0.0, 0.0), y0, z0), c, 1.0)
+        spread_along(t, (NONE, y1, z1), (NONE, y2, z2), c)
+    return axpy(body.buoyancy * wetness, up, drag), moment, lever, wetness, slopes
 
 
 @driver
