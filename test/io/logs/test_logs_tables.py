@@ -188,6 +188,38 @@ def test_parquet_tables(made):
     assert parquet.recognise((made / "b.parquet").read_bytes(), made)
 
 
+SHORT = """
+import os
+import resource
+
+from cable_sim_ros.tools.logs.containers import parquet
+from cable_sim_ros.tools.logs.containers.bounded import MEMORY
+
+
+def prepare():  # as a session under `ulimit -v`
+    parquet.prepare()
+    with open("/proc/self/statm") as file:
+        limit = int(file.read().split()[0]) * resource.getpagesize() + MEMORY
+    resource.setrlimit(resource.RLIMIT_AS, (limit, limit))
+
+
+def read_here(path):
+    log = parquet.read_here(path)
+    if path.name == "b.parquet":
+        bytearray(2 * MEMORY)
+    log.notices.append(str(resource.getrlimit(resource.RLIMIT_AS)[1] != resource.RLIM_INFINITY))
+    return log
+"""
+
+
+def test_a_limit_of_memory_of_the_session_is_kept_and_named_where_it_is_too_little(made, tmp_path, monkeypatch):
+    (tmp_path / "short_session.py").write_text(SHORT)
+    monkeypatch.syspath_prepend(tmp_path)
+    room, short = read_all("short_session", [made / "a.parquet", made / "b.parquet"])
+    assert room.records == 100 and room.notices[-1] == "True", "read, and the limit not raised"
+    assert isinstance(short, LogError) and "where a limit of this session (ulimit -v) leaves " in str(short)
+
+
 def test_netcdf_files(made):
     new, old = read_all(f"{HERE}.netcdf", [made / "a.nc", made / "b.nc"])
     source = new.sources["time"]
