@@ -89,7 +89,7 @@ def from_above(axes: Axes, run: RecordedRun) -> None:
     axes.plot([], [], color=INK, lw=2.2, label="cable at the end")
     for track, mark, color in zip(tracks, ("o", "D"), (INK, ORANGE), strict=True):
         axes.plot(*track[-1], mark, color=color, mfc="white" if mark == "o" else color, ms=7, mew=2, zorder=4)
-    put_note(axes, fit(axes, np.vstack(tracks))[1])
+    put_note(axes, fit(axes, np.vstack(tracks), words=("east", "north"))[1])
     axes.legend(loc="best", handlelength=1.6)
 
 
@@ -156,7 +156,7 @@ def caption(run: RecordedRun, skip_s: float) -> str:
     left_out = f", the first {s['skip_s']:.0f} s (grey) left out of these figures" if s["skip_s"] > 0.0 else ""
     if s["tension_std_n"] is None:
         body = (
-            f"A haul, by {s['hauled_m']:.1f} m: scope {s['scope_start_m']:.1f} m to {s['scope_end_m']:.1f} m, towbody "
+            f"A haul: scope {s['scope_start_m']:.1f} m to {s['scope_end_m']:.1f} m, towbody "
             f"{s['body_depth_start_m']:.1f} m to {s['body_depth_end_m']:.1f} m deep. "
         )
         spread = ""

@@ -51,12 +51,15 @@ def cable_curves(run: RecordedRun) -> list[np.ndarray]:
 
 
 def fit(
-    axes: Axes, points: np.ndarray, pad: tuple[float, float, float, float] = PAD
+    axes: Axes,
+    points: np.ndarray,
+    pad: tuple[float, float, float, float] = PAD,
+    words: tuple[str, str] = ("across", "heights"),
 ) -> tuple[tuple[float, float], str]:
     """Limits that show points [n, 2] with inches of room beside them, without changing the panel.
 
-    A metre is as long across as up, unless that would draw a needle. Returns the scales [m/inch] and a note, "" where
-    they are equal.
+    A metre is as long across as up, unless that would draw a needle. Returns the scales [m/inch] and a note by the
+    words of the two axes, "" where they are equal.
     """
     box, size = axes.get_position(), axes.figure.get_size_inches()
     left, right, below, above = pad
@@ -67,8 +70,7 @@ def fit(
     if span.min() >= NEEDLE * scale.max() or scale.max() == scale.min():
         scale[:] = scale.max()
     else:
-        across = scale[0] < scale[1]
-        note = f"{'across' if across else 'heights'} enlarged × {float(f'{scale.max() / scale.min():.2g}'):g}"
+        note = f"{words[int(scale.argmin())]} enlarged × {float(f'{scale.max() / scale.min():.2g}'):g}"
     first = low - 0.5 * (room * scale - span) - np.array([left, below]) * scale
     whole = room + np.array([left + right, below + above])
     axes.set_xlim(first[0], first[0] + whole[0] * scale[0])

@@ -92,6 +92,17 @@ def recovered(waves=""):
     return reeled(recording._replace(frames=frames, shapes=shapes, custom_data={"scene_yaml": scene}))
 
 
+def turning(recording):
+    """The same tow under a ship that turns by 180 degrees and goes 20 m to one side of its way."""
+    frames = recording.frames.copy()
+    half = np.linspace(0.0, 0.5 * np.pi, len(frames))
+    frames["ship_quaternion"] = np.column_stack([0.0 * half, 0.0 * half, np.sin(half), np.cos(half)])
+    for place in (frames["sheave_position"], frames["body_position"]):
+        place[:, 0] += 600.0 * np.sin(half)
+        place[:, 1] = 10.0 * np.sin(2.0 * half)
+    return recording._replace(frames=frames)
+
+
 CASES = {
     "whole": run,
     "recovered": recovered,
@@ -99,6 +110,7 @@ CASES = {
     "deep": lambda: scaled(run(), 0.1, 8.0),
     "shallow": lambda: scaled(run(), 1.0, 0.02),
     "a flume": lambda: scaled(run(), 0.02, 0.02),
+    "a turn": lambda: turning(run()),
     "still": lambda: still(run()),
     "one tick": lambda: run(0.1),
     "no shapes": lambda: run()._replace(shapes=[]),
@@ -163,6 +175,12 @@ def test_a_deep_tow_fills_its_panel_and_says_that_it_is_not_to_scale():
             assert np.ptp(curve[:, 0]) > 0.4 * (x1 - x0) and np.ptp(curve[:, 1]) > 0.4 * (y1 - y0)
         else:
             assert (np.ptp(curve, axis=0) > 0.5 * np.array([x1 - x0, y1 - y0])).any()
+
+
+def test_a_turn_is_seen_from_above_and_says_which_way_is_not_to_scale():
+    with matplotlib.rc_context(STYLE):
+        above = compose(turning(run()), "a", 20.0).axes[3]
+    assert above.get_title(loc="left") == "From above" and above.get_title(loc="right").startswith("north enlarged × ")
 
 
 @pytest.mark.filterwarnings("ignore::cable_sim_ros.io.scenes.load.SceneWarning")

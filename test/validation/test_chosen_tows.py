@@ -63,6 +63,11 @@ def deep(scope: float) -> dict[str, Any]:
     return {"winch__scope": scope, "winch__most_scope": scope + 200.0}
 
 
+def faired(fairing: str) -> dict[str, Any]:
+    section = "cable.sections.faired."
+    return {"ship.tow_speed": 3.09, f"{section}drag_law": None, f"{section}fairing": fairing}
+
+
 def render(pull: float, mass: float, scope: float, heave: tuple[float, float]) -> Tow:
     """A rosette whose winch renders: the motor comes to the bound of its pull and leaves it, wave by wave."""
     values = motor("lowered_ctd", mass, 2e4, drive__mode="render", drive__set_pull=pull, **deep(scope))
@@ -159,6 +164,22 @@ TOWS = {
         motor("lowered_ctd", 300.0, 2e4, drive__mode="tension", drive__set_pull=4300.0, **deep(600.0)),
         {"heave": (0.5, 4.0), "duration": 40.0},
     ),
+    # friction of groove, bearing and gear
+    "friction, hauling": Tow(
+        "full_scale",
+        {"sheave.friction": 0.15, "sheave.bearing_friction": 0.02, "setpoint.algorithm": "hold"},
+        {"winch": "1 rate -0.6", "heave": (0.7, 7.0), "duration": 40.0},
+    ),
+    "friction, motor": Tow(
+        "full_scale",
+        motor(
+            "full_scale", 500.0, 2e4, sheave__friction=0.12, sheave__bearing_friction=0.05, drive__dry_friction=300.0
+        ),
+        {"winch": "1 rate 0.5", "heave": (0.8, 6.0), "duration": 40.0},
+    ),
+    # bare cable above, faired below, at 6 kn
+    "fairing, hair": Tow("full_scale", faired("hair"), {"heave": (1.0, 6.0), "duration": 40.0}),
+    "fairing, airfoil": Tow("full_scale", faired("airfoil"), {"heave": (1.0, 6.0), "duration": 40.0}),
     # the motor renders at its bound: lost 0.07 to 0.42 m, ok in the verdict
     "render": render(3500.0, 300.0, 300.0, (1.0, 6.0)),
     "render, short waves": render(3500.0, 300.0, 300.0, (0.3, 3.0)),
