@@ -38,6 +38,11 @@ def in_ned(kind, data):
     return data[: -8 * count] + struct.pack(f"<{count}d", *d)
 
 
+def reversed_force(kind, data):
+    """The message of a driver that sends gravity for specific force."""
+    return data[:-96] + struct.pack("<3d", *(-f for f in struct.unpack("<3d", data[-96:-72]))) + data[-72:]
+
+
 @pytest.fixture(scope="module")
 def messages():
     """Time, kind and bytes of the first seconds of the shipped motion."""
@@ -51,14 +56,19 @@ def messages():
 
 @pytest.fixture(scope="module")
 def bags(messages, tmp_path_factory):
-    """The motion as it is, all in NED, and with the IMU alone in NED, under topics of another name."""
+    """The motion as it is, all in NED, with the IMU alone in NED or its force reversed; topics of another name."""
     folder, paths = tmp_path_factory.mktemp("bags"), {}
-    for name, turned in (("enu", ()), ("ned", ("imu", "odometry")), ("ned_imu", ("imu",))):
+    for name, turn, turned in (
+        ("enu", in_ned, ()),
+        ("ned", in_ned, ("imu", "odometry")),
+        ("ned_imu", in_ned, ("imu",)),
+        ("reversed", reversed_force, ("imu",)),
+    ):
         paths[name] = folder / name
         writer = BagWriter(paths[name], custom_data={})
         for time, kind, data in messages:
             for topic in (f"/mru/{KINDS[kind][1]}", f"/spare/{KINDS[kind][1]}"):
-                writer.add(topic, KINDS[kind][0], time, in_ned(kind, data) if kind in turned else data, time)
+                writer.add(topic, KINDS[kind][0], time, turn(kind, data) if kind in turned else data, time)
         writer.close()
     return paths
 
@@ -94,6 +104,15 @@ def test_a_bag_in_ned_is_refused_and_right_once_its_axes_are_given(bags):
     beside = ran(bags["ned_imu"])  # odometry that is right, beside an IMU that is not: the heading is not the IMU's
     assert beside.metrics["tension_std_n"] == pytest.approx(true.metrics["tension_std_n"], rel=1e-3)
     assert beside.metrics["motion_refused"]["gravity_sign"] > 50
+
+
+def test_a_force_of_the_other_sign_is_refused_and_right_once_it_is_said(bags):
+    with pytest.raises(MotionError, match=r"Then --set motion\.force_reversed=true\."):
+        ran(bags["reversed"], imu_only=True)
+    true = ran(bags["enu"], imu_only=True)
+    given = ran(bags["reversed"], imu_only=True, settings=settings_of(("motion.force_reversed=true",), None))
+    assert given.metrics["motion_refused"] == {}
+    assert given.metrics["tension_std_n"] == true.metrics["tension_std_n"] > 0.0
 
 
 def test_the_axes_are_kept_in_a_recording_and_in_a_saved_state(bags, tmp_path):

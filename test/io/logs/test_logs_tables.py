@@ -138,6 +138,7 @@ def test_texts_of_times():
     assert instant("2014-08-01") == NOON - 12 * 3600 * SECOND
     assert instant("2014/8/1 12:00") == instant("8/1/2014 12:00 pm", True) == instant("01.08.2014 12:00:00") == NOON
     assert instant("2014-08-01T12:00:00.1234567891+05:30") == NOON + 123_456_789 - 19_800 * SECOND
+    assert instant("2014-08-02T02:00+14:00") == NOON and instant("2014-08-01T12:00+25:00") is None
     assert instant("2014-02-30") is None and instant("1066-10-14") is None and instant("12:00") is None
     assert of_day("12:30 AM") == 1800 * SECOND and of_day("24:00:00") is None
     assert number("1.5", SECOND) == 1_500_000_000 and number("1e99", SECOND) is None
