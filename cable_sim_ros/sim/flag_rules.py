@@ -100,7 +100,8 @@ RULES = (
         0.0,
         (*CONTACT, *TENSION, *BODY),
         "the cable was off its sheave or out of its groove: contact, wrap angle and line loads are not those of one in "
-        "its groove, tension is that of a cable without its sheave, and the towbody hangs on another length outboard",
+        "its groove, tension is that of a cable without its sheave, and the towbody hangs on another length outboard; "
+        "in a turn a block that swivels keeps it (sheave.swivel)",
         "a lift of some tenths of a second is a snap that comes down again; longer, it lies beside the sheave",
         at_end=True,
         alarm=True,

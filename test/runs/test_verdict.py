@@ -111,7 +111,7 @@ def test_a_cable_beside_its_sheave():
         "verdict: doubtful: the run came to its end, but figures cannot be taken as they are (docs/flags.md)",
         "  DETACHED for 5 s (100 % of the run): the cable was off its sheave or out of its groove: contact, wrap angle "
         "and line loads are not those of one in its groove, tension is that of a cable without its sheave, and the "
-        "towbody hangs on another length outboard",
+        "towbody hangs on another length outboard; in a turn a block that swivels keeps it (sheave.swivel)",
     ]
     assert {"body_depth_m", "body_depth_max_m", "layback_min_m", "layback_max_m"} <= set(found.reasons[0].metrics)
     assert found.headline == "DOUBTFUL: DETACHED 5 s"
