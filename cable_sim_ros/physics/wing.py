@@ -54,7 +54,9 @@ class Wing(Block):
         18.0, "deg", 1.0, 60.0, "15 to 20 for a > 3, 25 to 35 for 1 to 2", "Whicker and Fehlner 1958"
     )
     flap_share: float = quantity(0.0, "1", 0.0, 0.9, "chord of the flap over that of the wing; 0: none")
-    flap: float = quantity(0.0, "deg", -60.0, 60.0, "angle of the flap, trailing edge down")
+    flap: float = quantity(
+        0.0, "deg", -60.0, 60.0, "angle of the flap, trailing edge down; a change acts at once", configure=False
+    )
 
     @property
     def area(self) -> float:
@@ -73,10 +75,15 @@ class Wing(Block):
             return self.lift_slope
         return 2.0 * pi * self.aspect / (2.0 + sqrt(4.0 + self.aspect**2))
 
+    @property
+    def lift_of_flap(self) -> float:
+        """C_L of the flap as it stands."""
+        return self.slope * flap_effect(self.flap_share) * radians(self.flap)
+
     def level(self) -> tuple[float, float]:
         """S C_L upward and S C_D [m^2] where its body is level and heads into the flow; C_L as at stall at most."""
-        angle = radians(self.incidence + flap_effect(self.flap_share) * self.flap)
-        lift = self.slope * min(max(angle, -radians(self.stall_angle)), radians(self.stall_angle))
+        lift, most = self.slope * radians(self.incidence) + self.lift_of_flap, self.slope * radians(self.stall_angle)
+        lift = min(max(lift, -most), most)
         drag = self.drag_coefficient + lift**2 / (pi * self.span_efficiency * self.aspect)
         return self.area * lift * cos(radians(self.dihedral)), self.area * drag
 
@@ -97,7 +104,7 @@ def wing_record(wing: Wing, density: float) -> np.ndarray:
     row["normal"] = cos(i) * normal - sin(i) * np.array([1.0, 0.0, 0.0])
     row["size"], row["slope"], row["drag"] = 0.5 * density * wing.area, wing.slope, wing.drag_coefficient
     row["induced"], row["stall"] = 1.0 / (pi * wing.span_efficiency * wing.aspect), radians(wing.stall_angle)
-    row["lift_of_flap"] = wing.slope * flap_effect(wing.flap_share) * radians(wing.flap)
+    row["lift_of_flap"] = wing.lift_of_flap
     row["half_height"] = 0.5 * (wing.span * abs(sin(d)) + THICK * wing.chord * abs(cos(d)))
     return row
 

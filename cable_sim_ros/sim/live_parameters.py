@@ -15,7 +15,9 @@ from ..physics.contact_surface import SHEAVE_ROW, rub_sheave
 from ..physics.heave_compensation import SetpointLaw
 from ..physics.sensor_models import DEVICES, TARGETS, FaultKind
 from ..physics.state import NOW
+from ..physics.towbody import BodyModel
 from ..physics.winch_drive import MODES, WinchMode
+from .checks.attitude_checks import attitude_problems
 from .checks.drive_checks import mode_problems
 from .checks.instrument_checks import DEVICE_OF, fault_problems, feed_problems
 from .checks.setpoint_checks import feed_forward_problems
@@ -53,6 +55,10 @@ def _sheave(sim: Simulator, _: float) -> None:
     rub_sheave(sim.state.surfaces[SHEAVE_ROW], sim.scene.sheave)
 
 
+def _flap(sim: Simulator, _: float, key: str, row: int) -> None:
+    _rows("line.rigid.wings", "lift_of_flap", slice(row, row + 1))(sim, value_of(sim.scene, key).lift_of_flap)
+
+
 def _fault(sim: Simulator, _: Any, target: str) -> None:
     put_fault(sim.state, sim.scene, target)
 
@@ -77,6 +83,9 @@ def ways(scene: Scene) -> dict[str, Way]:
     names = ["towbody", *(f"bodies.{name}" for name in scene.bodies)]
     for place, name in enumerate(names):
         table[f"{name}.flow_time_constant"] = _rows("line.bodies", "flow_time", slice(place, place + 1))
+    rigid = [(name, value_of(scene, name).wings) for name in names if value_of(scene, name).model is BodyModel.RIGID]
+    for row, key in enumerate(f"{name}.wings.{wing}" for name, wings in rigid for wing in wings):
+        table[f"{key}.flap"] = partial(_flap, key=key, row=row)
     return table
 
 
@@ -125,6 +134,7 @@ def unfit(scene: Scene) -> str:
         except StartError as error:
             return str(error).replace("nothing was started", "nothing was changed")
     problems = *mode_problems(scene), *feed_problems(scene), *fault_problems(scene), *feed_forward_problems(scene)
+    problems += (*attitude_problems(scene),)
     for problem in problems:
         return f"{problem.key} {problem.text}; nothing was changed. {problem.remedy}"
     return ""

@@ -167,6 +167,24 @@ def test_a_pitching_body_is_restored_and_chosen_steps_follow_it(fish, tmp_path):
     assert np.abs(2.0 * np.arcsin(found.body_quaternion[:, 1]) - pitch).max() < np.radians(0.1)
 
 
+def test_a_flap_is_moved_while_the_tow_runs(fish):
+    """A tail flap of 8 deg down lifts the tail: the nose goes down, the wing presses harder and the body dives."""
+    flapped = {"towbody.wings.tail.flap_share": 0.25, "towbody.wings.depressor.flap_share": 0.25}
+    sim = Simulator(scene_of(flapped))
+    sim.start()
+    before = sim.frame.copy()
+    sim.set("towbody.wings.tail.flap", 8.0)
+    frames = sim.run(20000)
+    pitch = np.degrees(2.0 * np.arcsin(frames.body_quaternion[:, 1] - before.body_quaternion[1]))
+    assert pitch[-1] > 0.3 and frames.body_position[-1, 2] < before.body_position[2] - 0.3
+    begun = Simulator(scene_of(flapped | {"towbody.wings.tail.flap": 8.0}))
+    begun.start()
+    turned = begun.frame.body_quaternion[1] - before.body_quaternion[1]
+    assert np.radians(pitch[-1]) / 2.0 == pytest.approx(turned, rel=0.1)
+    with pytest.raises(ValueError, match=r"towbody\.wings\.depressor\.flap .*stall_angle.*nothing was changed"):
+        sim.set("towbody.wings.depressor.flap", -50.0)
+
+
 def test_a_stalled_wing_is_flagged_and_doubtful():
     sim = Simulator(scene_of({"towbody.wings.depressor.incidence": -16.0, "towbody.wings.depressor.stall_angle": 15.0}))
     sim.start()
