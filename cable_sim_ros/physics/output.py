@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..compiler.jit import driver, inline
-from .attitude import axes, to_world
+from .attitude import axes, roll_pitch_yaw, to_world
 from .contact import latch
 from .contact_output import in_block, pull_of, read_drums, read_ground, read_sheave, rub_moment
 from .drum_layers import lay_of, layer_of, radius_of, turns_of
@@ -49,7 +49,7 @@ class Output(NamedTuple):
     """A ring of tick outputs with their tables."""
 
     frame: np.ndarray  # records of tick_output.TICK_OUTPUT [rows]
-    shape: np.ndarray  # [rows, nodes, 8], with five columns more where viv is on (tick_output.STRUM_COLUMNS)
+    shape: np.ndarray  # [rows, nodes, 8], with STRUM_COLUMNS but three where viv is on, TURNED where a body is rigid
     contact: np.ndarray  # [rows, contact points, 9]
 
 
@@ -313,6 +313,9 @@ def fill_shape(line, state, aboard, table):
         for k in range(3):
             table[n, 5 + k] = 0.0 if links else q[n, 3 + k]
     show(state, table)
+    for i in range(state.attitude.shape[1]):
+        n, last = line.rigid.bodies[i].node, table.shape[1] - 1
+        table[n, last - 1], table[n, last], _ = roll_pitch_yaw(state.attitude[NOW, i].quaternion)
 
 
 @driver

@@ -314,6 +314,7 @@ STRUM_COLUMNS = (
     ("amplitude", "1"),  # of the antinodes, in diameters
     ("amplification", "1"),  # drag factor in force
 )
+WIDTH, STRUMMING = len(SHAPE_COLUMNS) + len(SLOPE_COLUMNS), len(STRUM_COLUMNS) - 3  # of the shape table, of its parts
 CONTACT_COLUMNS = (  # sheave_link axes, one row a contact point of the sheave, inboard to outboard
     ("x", "m"),
     ("y", "m"),
@@ -330,7 +331,10 @@ BODY_COLUMNS = (  # odom, one row a body on the line, in the order of the scene
     ("tension_above", "N"),  # of the cable on its inboard side
     ("tension_below", "N"),  # on its outboard side
     ("arc_length", "m"),
+    ("roll", "rad"),  # port side up
+    ("pitch", "rad"),  # nose down, as in REP 103
 )
+TURNED = 2  # columns of roll and pitch at the end of the shape table, where a body is rigid
 MAX_CONTACT_POINTS = 512
 
 
@@ -346,6 +350,8 @@ def body_rows(shape: np.ndarray, places: tuple[float, ...]) -> np.ndarray:
     for k, place in enumerate(places):
         n = int(np.abs(arc.reshape(-1, count)[0] - place).argmin())
         rows[..., k, :3], rows[..., k, 5] = shape[..., n, :3], arc[..., n]
+        if (shape.shape[-1] - WIDTH) % STRUMMING == TURNED:
+            rows[..., k, 6:] = shape[..., n, -TURNED:]
         for column, side in ((3, -1), (4, 1)):
             near, far = n + side, n + 2 * side
             rows[..., k, column] = tension[..., near]
@@ -356,8 +362,7 @@ def body_rows(shape: np.ndarray, places: tuple[float, ...]) -> np.ndarray:
 
 
 def strum_table(shape: np.ndarray) -> np.ndarray:
-    """Strumming [nodes, STRUM_COLUMNS] out of a shape table [nodes, 8 or 13]; no rows where viv is off."""
-    width = len(SHAPE_COLUMNS) + len(SLOPE_COLUMNS)
-    if shape.shape[1] <= width:
+    """Strumming [nodes, STRUM_COLUMNS] out of a shape table [nodes, 8, 10, 13 or 15]; no rows where viv is off."""
+    if shape.shape[1] < WIDTH + STRUMMING:
         return np.zeros((0, len(STRUM_COLUMNS)))
-    return np.concatenate((shape[:, :3], shape[:, width:]), axis=1)
+    return np.concatenate((shape[:, :3], shape[:, WIDTH : WIDTH + STRUMMING]), axis=1)

@@ -266,7 +266,7 @@ def sum_up(line, state):
 @driver
 def show(state, table):
     """The columns of a shape table that follow those of the shape: speed, frequency, mode, amplitude, drag factor."""
-    if table.shape[1] == SHAPE_ONLY:
+    if table.shape[1] < SHAPE_ONLY + 5:
         return
     row = state.nodes[NOW, STRUM]
     for n in range(table.shape[0]):

@@ -72,8 +72,7 @@ BODIES = """
 ### `cable/bodies`
 
 Where bodies hang on the line: one row each, in the order of the scene. The tensions of its two
-sides are drawn on from the next two nodes. A body has no attitude of its own: it stays level and
-turns into the flow.
+sides are drawn on from the next two nodes. Roll and pitch are 0 of a body of `model: level`.
 """
 RECORDING = """
 ## Topics of a recording
@@ -94,6 +93,8 @@ MEANING = {  # of the columns; KeyError where one has none
     "z": "place along z",
     "tension": "effective tension at the node",
     "arc_length": "unstretched arc length from the drum end",
+    "roll": "of the body, port side up",
+    "pitch": "of the body, nose down (REP 103)",
     "tension_above": "effective tension on the inboard side of the body",
     "tension_below": "that on its outboard side",
     "slope_x": "dr/ds along x",

@@ -70,6 +70,8 @@ def _winch(m: dict[str, Any]) -> Iterator[Row]:
 def _bodies(m: dict[str, Any]) -> Iterator[Row]:
     for name, body in list(m.get("bodies", {}).items())[:BODIES]:
         yield Row(f"depth of {name}", body["depth_m"], body["depth_std_m"], unit="m")
+        if body.get("pitch_std_deg"):
+            yield Row(f"pitch of {name}, nose up", body["pitch_mean_deg"], body["pitch_std_deg"], unit="deg")
 
 
 def _beside(m: dict[str, Any]) -> Iterator[Row]:

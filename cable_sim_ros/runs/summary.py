@@ -176,6 +176,9 @@ OF_BODIES = (  # of each body on the line, after the start-up: name, unit, meani
     ("tension_above_mean_n", "N", "mean tension of the cable on its inboard side"),
     ("tension_above_max_n", "N", "its largest value"),
     ("tension_below_min_n", "N", "least tension of the cable on its outboard side"),
+    ("pitch_mean_deg", "deg", "mean pitch, nose up; 0 of one of `model: level`, as what follows"),
+    ("pitch_std_deg", "deg", "its standard deviation"),
+    ("roll_std_deg", "deg", "standard deviation of the roll"),
 )
 OUTSIDE = ("realtime_factor", "missed_ticks", "latency_p50_ms", "latency_p99_ms", "jitter_p99_ms")
 
@@ -279,7 +282,9 @@ def of_bodies(names: Iterable[str], rows: np.ndarray, frames: np.recarray) -> di
     for name, body in zip(names, rows.swapaxes(0, 1), strict=True):
         depth, above = -body[:, 2], body[:, 3]
         layback = np.hypot(*(body[:, :2] - frames["sheave_position"][:, :2]).T)
-        values = depth.mean(), _deviation(depth), layback.mean(), above.mean(), above.max(), body[:, 4].min()
+        roll, pitch = np.degrees(body[:, 6]), np.degrees(body[:, 7])
+        values = [depth.mean(), _deviation(depth), layback.mean(), above.mean(), above.max(), body[:, 4].min()]
+        values += [0.0 - pitch.mean(), _deviation(pitch), _deviation(roll)]
         found[name] = {key: float(value) for (key, *_), value in zip(OF_BODIES, values, strict=True)}
     return found
 

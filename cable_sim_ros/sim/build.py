@@ -41,14 +41,7 @@ from ..physics.state import (
 )
 from ..physics.substeps import LEAVE_STEP, MAX_TURN
 from ..physics.swivel import SWIVEL, swivel_record
-from ..physics.tick_output import (
-    CONTACT_COLUMNS,
-    MAX_CONTACT_POINTS,
-    SHAPE_COLUMNS,
-    SLOPE_COLUMNS,
-    STRUM_COLUMNS,
-    TICK_OUTPUT,
-)
+from ..physics.tick_output import CONTACT_COLUMNS, MAX_CONTACT_POINTS, STRUMMING, TICK_OUTPUT, TURNED, WIDTH
 from ..physics.towbody import BODY, BodyModel, Towbody, body_record
 from ..physics.wake_oscillator import WAKE_SECTION
 from ..physics.water import Water
@@ -401,7 +394,7 @@ def build_state(layout: Layout, mesh: FeedMesh | None = None) -> State:
 
 def make_output(model: Model, nodes: int, rows: int) -> Output:
     """A ring of ``rows`` tick outputs with their shape and contact tables."""
-    width = len(SHAPE_COLUMNS) + len(SLOPE_COLUMNS) + (len(STRUM_COLUMNS) - 3) * len(model.line.strum.rules)
+    width = WIDTH + STRUMMING * len(model.line.strum.rules) + TURNED * (len(model.line.rigid.bodies) > 0)
     return Output(
         np.zeros(rows, TICK_OUTPUT),
         np.zeros((rows, nodes, width)),

@@ -278,8 +278,8 @@ def no_equilibrium(sim: Tow, departure: Departure, tried: int, iterations: int, 
     )
     if len(sim.model.line.rigid.bodies):
         helps += (
-            "; a body of model rigid may have no trim that it keeps: a lower centre_of_gravity, less wing, more fin, or "
-            "model: level"
+            "; a body of model rigid may have no trim that it keeps: a lower centre_of_gravity, less wing, more fin, "
+            "or model: level"
         )
     ground = "; cable that lies slack on the seabed has no one place: a ship under way (ship.tow_speed) draws it tight"
     return StartError(

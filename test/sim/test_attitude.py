@@ -8,12 +8,15 @@ import numpy as np
 import pytest
 
 from cable_sim_ros import ShipMotion, Simulator
-from cable_sim_ros.io.scenes.load import SceneError, SceneWarning, load_scene, override
-from cable_sim_ros.physics.tick_output import Flag
+from cable_sim_ros.io.recordings.recorded_run import load_run
+from cable_sim_ros.io.scenes.load import SceneError, SceneWarning, load_scene, override, scene_from_dict
+from cable_sim_ros.physics.tick_output import BODY_COLUMNS, Flag
+from cable_sim_ros.runs.offline import run
 from cable_sim_ros.sim.checks.attitude_checks import critical_speed, semidefinite
 from cable_sim_ros.sim.statics.route import StartError
 
-pytestmark = pytest.mark.trust
+pytestmark = [pytest.mark.trust, pytest.mark.filterwarnings("ignore::cable_sim_ros.io.scenes.load.SceneWarning")]
+COLUMNS = {name: k for k, (name, _) in enumerate(BODY_COLUMNS)}
 
 # the body of full_scale with six degrees of freedom: its lift from a wing, held in its way by tail and fin
 FISH = {
@@ -183,6 +186,22 @@ def test_a_flap_is_moved_while_the_tow_runs(fish):
     assert np.radians(pitch[-1]) / 2.0 == pytest.approx(turned, rel=0.1)
     with pytest.raises(ValueError, match=r"towbody\.wings\.depressor\.flap .*stall_angle.*nothing was changed"):
         sim.set("towbody.wings.depressor.flap", -50.0)
+
+
+def test_a_depressor_on_the_line_pitches_in_metrics_and_topic(tmp_path):
+    """A two-part tow: the depressor at the end of the main cable, a fish of next to no weight behind it."""
+    data = load_scene("full_scale").model_dump(mode="json")
+    data["cable"]["sections"]["umbilical"] = {"length": 40.0, "diameter": 0.02, "mass_per_length": 0.33}
+    weight = {"mass": 250.0, "net_weight": 445.0, "added_mass": [10.9, 217.6, 217.6]}
+    data["bodies"] = {"depressor": FISH | weight | {"at": "faired"}}
+    data["towbody"] = {"mass": 60.0, "net_weight": 10.0, "drag_area": [0.02, 0.2, 0.2]}
+    data["setpoint"] = {"algorithm": "hold"}
+    result = run(scene_from_dict(data, "two_part.yaml"), heave=(1.0, 6.0), duration=12.0, out=tmp_path)
+    found, recorded = result.metrics["bodies"]["depressor"], load_run(tmp_path / "tow")
+    pitch = np.degrees([rows[0, COLUMNS["pitch"]] for _, rows in recorded.bodies])
+    assert found["pitch_std_deg"] > 0.1 and found["roll_std_deg"] < 1e-6
+    assert -found["pitch_mean_deg"] == pytest.approx(pitch[len(pitch) // 2 :].mean(), abs=0.02)
+    assert result.metrics["body_pitch_std_deg"] is None, "the fish is level"
 
 
 def test_a_stalled_wing_is_flagged_and_doubtful():
