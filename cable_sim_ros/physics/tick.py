@@ -19,7 +19,7 @@ from .ship import follow
 from .state import FLOW, NOW, TICK, Q, V, checkpoint, restore
 from .substeps import begin, link_stepper, start, unfinished
 from .tick_output import HALVED, NEWTON_FAILED, NOT_FINITE, SETPOINT_LIMITED
-from .tow import advance_tow, end_step, impose, link_strum, place_surfaces, strum
+from .tow import advance_tow, end_step, impose, link_tow, place_surfaces, strum
 from .towbody import turn_into_flow
 from .winch import forget, note_command, winch_flags
 from .winch_command import command, command_between
@@ -60,7 +60,7 @@ def turn_bodies(line, state, h):
 
 
 @driver
-def stride(model, state, inputs, output, slot, begun):
+def _stride(model, state, inputs, output, slot, begun) -> tuple[bool, bool]:
     """Take the next step of a tick that began at ``begun`` [ns] and whose steps are chosen: all that is looked at once
     a tick is looked at once a step. Returns (False: no halving left, is a source blending).
     """
@@ -81,6 +81,9 @@ def stride(model, state, inputs, output, slot, begun):
         if plan.done < 1.0 and by_angle(now.setpoint.algorithm):
             observe(model, state, output, slot, 0, blending)
     return going_on, blending
+
+
+stride = opaque(_stride)
 
 
 @driver
@@ -145,7 +148,9 @@ tick = opaque(_tick)
 def link_tick(model, state, inputs, output) -> None:
     """Compile or load the tick and what it calls by symbol; call before a compiled function that ticks runs."""
     link_stepper(model.line, state)
-    link_strum(model, state)
+    link_tow(model, state, inputs)
     link(_observe, model, state, output, 0, 0, False)
+    chosen = model.line.settings[0].step_tension > 0.0
+    link(_stride, model, state, inputs, output, 0, 0, needed=chosen)
     link(_sense, model, state, output.frame[0], needed=len(model.sensors.rules) > 0)
     link(_tick, model, state, inputs, output, 0)

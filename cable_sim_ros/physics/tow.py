@@ -49,11 +49,6 @@ def _strum(model, state, h, tick) -> float:
 strum = opaque(_strum)
 
 
-def link_strum(model, state) -> None:
-    """Compile or load what computes strumming and publish it; call before anything that uses it runs."""
-    link(_strum, model, state, 0.0, np.int64(0), needed=len(model.line.strum.sections) > 0)
-
-
 @driver
 def place_surfaces(model, state):
     """Contact surfaces and sheave at the ship's present pose; what stands on the ground drifts past the tow."""
@@ -113,7 +108,7 @@ def hold_end(model, state):
 
 
 @driver
-def impose(model, state, inputs, t, h, command_rate):
+def _impose(model, state, inputs, t, h, command_rate) -> bool:
     """Ship, surfaces, set-point, winch and cable end at the end t [ns] of a step of h [s]. Is a source blending?"""
     now, settings = state.memory[NOW], model.settings[0]
     blending = evaluate(t, inputs, now, settings.ship.stale_decay)
@@ -136,6 +131,9 @@ def impose(model, state, inputs, t, h, command_rate):
     flow_of(h, coefficients(h, model.line.settings[0].rho_inf), state.memory[STEP].winch, now.winch)
     hold_end(model, state)
     return blending
+
+
+impose = opaque(_impose)
 
 
 @inline
@@ -166,6 +164,37 @@ def spoiled_set_point(fault, length, rate, time):
 
 
 @driver
+def begin_drive(model, state, before):
+    """A drive at rest: its motor holds the cable, or its brake where that is to be set."""
+    drum, drive = model.settings[0].drum, model.settings[0].drive
+    before.tension = pull_of(drum, state) / drum.radius
+    before.tension_before, before.integral = before.tension, before.tension
+    before.stiffness = model.line.elements[0, EA, 0] / max(drum.payout_0 + drum.max_length - drum.min_length, 1.0)
+    before.brake = 1.0 if drive.mode >= BRAKE else 0.0
+    before.begun = 1
+
+
+@driver
+def _turn_motor(model, state, h, given, given_rate) -> None:
+    """The same, a drum that a motor turns against the pull of the cable and its own inertia."""
+    now, settings = state.memory[NOW], model.settings[0]
+    drive, driving, old, before = settings.drive, now.drive, state.memory[STEP].winch, state.memory[STEP].drive
+    if before.begun == 0:
+        begin_drive(model, state, before)
+    begin_turn(h, settings.drum, drive, old, before, driving, now.winch, given, given_rate)
+    if driving.following == 0:  # nor does the mean flow know of a command that moves nothing
+        now.winch.command_rate = 0.0
+    driving.begun, driving.stiffness = 1, before.stiffness
+    trend = (before.tension - before.tension_before) * (h / before.step if before.step > 0.0 else 0.0)
+    at = old.length + h * (old.rate + 0.5 * h * old.accel)
+    alpha = coefficients(h, model.line.settings[0].rho_inf)
+    balance(h, alpha, settings.drum, drive, old, before, now.winch, driving, at, before.tension + trend)
+
+
+turn_motor = opaque(_turn_motor)
+
+
+@driver
 def turn(model, state, h, length, rate):
     """Drum at the end of a step of h [s] towards a set-point (length [m], rate [m/s]), by the model of its drive."""
     now, settings = state.memory[NOW], model.settings[0]
@@ -181,34 +210,13 @@ def turn(model, state, h, length, rate):
     elif drive.model == RATE_LOOP:
         follow_rate(h, settings.drum, drive, now.winch, driving, given, given_rate)
     else:
-        old, before = state.memory[STEP].winch, state.memory[STEP].drive
-        if before.begun == 0:
-            begin_drive(model, state, before)
-        begin_turn(h, settings.drum, drive, old, before, driving, now.winch, given, given_rate)
-        if driving.following == 0:  # nor does the mean flow know of a command that moves nothing
-            now.winch.command_rate = 0.0
-        driving.begun, driving.stiffness = 1, before.stiffness
-        trend = (before.tension - before.tension_before) * (h / before.step if before.step > 0.0 else 0.0)
-        at = old.length + h * (old.rate + 0.5 * h * old.accel)
-        alpha = coefficients(h, model.line.settings[0].rho_inf)
-        balance(h, alpha, settings.drum, drive, old, before, now.winch, driving, at, before.tension + trend)
+        turn_motor(model, state, h, given, given_rate)
     now.setpoint.length, now.setpoint.rate = length, rate
     driving.given, driving.given_rate = given, given_rate
 
 
 @driver
-def begin_drive(model, state, before):
-    """A drive at rest: its motor holds the cable, or its brake where that is to be set."""
-    drum, drive = model.settings[0].drum, model.settings[0].drive
-    before.tension = pull_of(drum, state) / drum.radius
-    before.tension_before, before.integral = before.tension, before.tension
-    before.stiffness = model.line.elements[0, EA, 0] / max(drum.payout_0 + drum.max_length - drum.min_length, 1.0)
-    before.brake = 1.0 if drive.mode >= BRAKE else 0.0
-    before.begun = 1
-
-
-@driver
-def solve_driven(model, state, h):
+def _solve_driven(model, state, h) -> int:
     """Solve cable and drum together, see winch_drive.py. Returns the corrections, negative where they do not meet."""
     now, line, drum, drive = state.memory[NOW], model.line, model.settings[0].drum, model.settings[0].drive
     winch, driving, total = now.winch, now.drive, 0
@@ -241,6 +249,9 @@ def solve_driven(model, state, h):
         flow_of(h, alpha, old, winch)
         hold_end(model, state)
     return -1
+
+
+solve_driven = opaque(_solve_driven)
 
 
 @driver
@@ -294,3 +305,12 @@ def rest(model, state, sigma, max_steps, max_step):
         state.memory[NOW].winch.wound[i] = strain
     detect_contact(state, 0.0, NO)
     return result
+
+
+def link_tow(model, state, inputs) -> None:
+    """Compile or load what a step of a tow calls by symbol and publish it; call before anything that uses it runs."""
+    motor = model.settings[0].drive.model == MOTOR
+    link(_impose, model, state, inputs, 0, 0.0, 0.0)
+    link(_turn_motor, model, state, 0.0, 0.0, 0.0, needed=motor)
+    link(_solve_driven, model, state, 0.0, needed=motor)
+    link(_strum, model, state, 0.0, np.int64(0), needed=len(model.line.strum.sections) > 0)
