@@ -103,6 +103,7 @@ COMMANDS = {  # what extensions.py finds; a package of its own adds to the same 
     "sweep": "sweeps.command",
     "table": "sweeps.table",
     "telegrams": "telegrams.command",
+    "towbody": "towbody.command",
     "view": "view.command",
     "viv": "spans.viv_command",
 }

@@ -28,6 +28,14 @@ AXES = "roll", "pitch", "yaw"
 SLACK = 1e-3  # of the weight times the length: a stiffness below that is none
 
 
+class UnstableTrim(StartError):
+    """A body does not keep the trim that balances it; body: its key, axis: the one in which a small turn grows."""
+
+    def __init__(self, message: str, body: str, axis: str):
+        super().__init__(message, 0.0)
+        self.body, self.axis = body, axis
+
+
 @driver
 def tangent_at_rest(line, state):
     """Residual and tangent of the present nodes and attitudes, at rest [N]."""
@@ -47,7 +55,7 @@ def trim(sim: Tow, i: int) -> tuple[float, float, float]:
     return float(roll), float(pitch), float(yaw)
 
 
-def unstable(sim: Tow) -> Iterator[StartError]:
+def unstable(sim: Tow) -> Iterator[UnstableTrim]:
     """Errors of the bodies whose trim a small turn leaves: by the sign of the roots of det(D + x) = 0 (Routh)."""
     if not len(sim.model.line.rigid.bodies):
         return
@@ -69,7 +77,7 @@ def unstable(sim: Tow) -> Iterator[StartError]:
         yield _unstable(sim, name, i, worst, float(d[worst, worst]), speed)
 
 
-def _unstable(sim: Tow, name: str, i: int, worst: int, stiffness: float, speed: float) -> StartError:
+def _unstable(sim: Tow, name: str, i: int, worst: int, stiffness: float, speed: float) -> UnstableTrim:
     row, (roll, pitch, _) = sim.model.line.rigid.bodies[i], trim(sim, i)
     up = axes(sim.state.attitude[NOW, i].quaternion)[2]
     lever = row.mass * row.gravity * row.gravity_centre - row.buoyancy * row.buoyancy_centre
@@ -88,10 +96,11 @@ def _unstable(sim: Tow, name: str, i: int, worst: int, stiffness: float, speed: 
         kind = "level" if worst == 1 else "upright"
         cures.append(f"give it {area:.2g} m^2 more of {kind} fins (aspect ratio 2) at its tail")
     cures.append("lower centre_of_gravity" if worst < 2 else "move the tow point ahead")
-    return StartError(
+    return UnstableTrim(
         f"{sim.scene.name}: {name} would not keep the trim that balances it, roll {degrees(roll):.1f} and pitch "
         f"{degrees(-pitch):.1f} deg (nose up) at {speed:.3g} m/s: a small turn in {AXES[worst]} grows (moment "
         f"{stiffness:.3g} N m/rad, that of weight and buoyancy {-still:.3g}); nothing was started. "
         f"Remedy: {', or '.join(cures)}",
-        0.0,
+        name,
+        AXES[worst],
     )

@@ -1,0 +1,1 @@
+"""`cable-sim towbody`: trim, loads and stability of a body with an attitude."""

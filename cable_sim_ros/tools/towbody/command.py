@@ -1,0 +1,77 @@
+"""`cable-sim towbody`: trim, loads, stability and polar of a body with an attitude."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import click
+import numpy as np
+
+from ...cli.answer import Answer, answers, drawn
+from ...terminal import print_table, say
+
+MOST_SPEEDS = 100
+
+
+class Speeds(click.ParamType):
+    """FROM:TO:STEP, m/s."""
+
+    name = "speeds"
+
+    def convert(self, value: Any, param: Any, context: Any) -> tuple[float, ...]:
+        """Raises click's error."""
+        if isinstance(value, tuple):
+            return value
+        try:
+            low, high, step = (float(part) for part in str(value).split(":"))
+        except ValueError:
+            self.fail(f"'{value}' is not FROM:TO:STEP, three numbers in m/s; nothing was computed", param, context)
+        if not (0.0 < low <= high <= 15.0 and step > 0.0 and (high - low) / step < MOST_SPEEDS):
+            self.fail(
+                f"'{value}' is not 0 < FROM <= TO <= 15 m/s in at most {MOST_SPEEDS} steps; nothing was computed",
+                param,
+                context,
+            )
+        return tuple((low + step * np.arange(int((high - low) / step + 1.0 + 1e-9))).tolist())
+
+
+@click.command()
+@click.argument("scene")
+@click.option("--body", default="towbody", metavar="NAME", help="Body: towbody, or one of bodies. Default: towbody.")
+@click.option("--speeds", type=Speeds(), default="1:4:0.5", metavar="FROM:TO:STEP", help="m/s. Default: 1:4:0.5.")
+@click.option("--out", type=click.Path(path_type=Path), metavar="PAGE.png", help="Page of pictures, PNG or SVG.")
+@answers
+def towbody(scene, body, speeds, out) -> Answer:
+    """Trim, loads, stability and polar of a body with an attitude (model: rigid), pitch nose up."""
+    from ...io.scenes.load import load_scene
+    from .figures import figures_of
+    from .picture import plot
+
+    found = figures_of(load_scene(scene), body, speeds)
+    return Answer(found, lambda: _tell(found), files=drawn(lambda: plot(found, out)) if out else ())
+
+
+def _tell(found: dict[str, Any]) -> None:
+    critical = found["critical_speed_mps"]
+    say(
+        f"{found['scene']}, {found['body']}: "
+        + ("pitch keeps at any speed" if critical is None else f"level, pitch is lost above {critical:.4g} m/s")
+        + f"; upright fins {found['fin_area_m2']:.3g} m^2, least {found['least_fin_m2']:.3g} m^2 (aspect ratio 2)"
+    )
+    columns = ("m/s", "roll", "pitch up", "heading", "depth m", "drag N", "lift N", "tension N", "of stall", "period s")
+    print_table("Trim over speed; period with damping ratio", columns, [_row(row) for row in found["speeds"]])
+    fins = [(f"{r['ahead_m']:.3g}", _or_none(r["found_m2"]), f"{r['formula_m2']:.3g}") for r in found["fins"]]
+    print_table("Least upright fins over tow point", ("tow point ahead m", "found m^2", "by formula m^2"), fins)
+
+
+def _or_none(value: float | None) -> str:
+    return "-" if value is None else f"{value:.3g}"
+
+
+def _row(row: dict[str, Any]) -> tuple[str, ...]:
+    if row["unstable"] is not None:
+        return (f"{row['speed_mps']:.3g}", f"unstable: {row['unstable']} of {row['body']}", *[""] * 8)
+    numbers = ("roll_deg", "pitch_up_deg", "heading_deg", "depth_m", "drag_n", "lift_n", "tension_n", "stall_share")
+    periods = " ".join(f"{one['period_s']:.3g}({one['damping_ratio']:.2f})" for one in row["oscillations"])
+    return (f"{row['speed_mps']:.3g}", *(f"{row[name]:.4g}" for name in numbers), periods or "-")
