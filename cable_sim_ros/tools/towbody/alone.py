@@ -64,7 +64,9 @@ class Alone:
 def oscillations(modes: np.ndarray) -> list[dict[str, float]]:
     """Natural period [s] and damping ratio of the modes that swing, the slowest first."""
     return [
-        {"period_s": float(2.0 * np.pi / abs(x)), "damping_ratio": float(-x.real / abs(x))} for x in modes if x.imag > 1e-9
+        {"period_s": float(2.0 * np.pi / abs(x)), "damping_ratio": float(-x.real / abs(x))}
+        for x in modes
+        if x.imag > 1e-9
     ]
 
 
@@ -80,9 +82,7 @@ def moved(body: Towbody, ahead: float, scale: float = 1.0) -> Towbody:
     for name, wing in body.wings.items():
         size = scale**0.5 if wing.place[0] < behind and abs(np.sin(radians(wing.dihedral))) > 0.5 else 1.0
         place = tuple((np.array(wing.place) + shift).tolist())
-        wings[name] = wing.model_copy(
-            update={"place": place, "span": wing.span * size, "chord": wing.chord * size}
-        )
+        wings[name] = wing.model_copy(update={"place": place, "span": wing.span * size, "chord": wing.chord * size})
     return body.model_copy(update=values | {"wings": wings})
 
 

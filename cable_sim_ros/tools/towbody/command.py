@@ -61,6 +61,11 @@ def _tell(found: dict[str, Any]) -> None:
     )
     columns = ("m/s", "roll", "pitch up", "heading", "depth m", "drag N", "lift N", "tension N", "of stall", "period s")
     print_table("Trim over speed; period with damping ratio", columns, [_row(row) for row in found["speeds"]])
+    for row in found["speeds"]:
+        if row["unstable"] is None and row["fastest_growth_per_s"] > 0.0:
+            say(
+                f"at {row['speed_mps']:.3g} m/s a small turn swings and grows with {row['fastest_growth_per_s']:.3g} 1/s"
+            )
     fins = [(f"{r['ahead_m']:.3g}", _or_none(r["found_m2"]), f"{r['formula_m2']:.3g}") for r in found["fins"]]
     print_table("Least upright fins over tow point", ("tow point ahead m", "found m^2", "by formula m^2"), fins)
 
@@ -74,4 +79,8 @@ def _row(row: dict[str, Any]) -> tuple[str, ...]:
         return (f"{row['speed_mps']:.3g}", f"unstable: {row['unstable']} of {row['body']}", *[""] * 8)
     numbers = ("roll_deg", "pitch_up_deg", "heading_deg", "depth_m", "drag_n", "lift_n", "tension_n", "stall_share")
     periods = " ".join(f"{one['period_s']:.3g}({one['damping_ratio']:.2f})" for one in row["oscillations"])
-    return (f"{row['speed_mps']:.3g}", *(f"{row[name]:.4g}" for name in numbers), periods or "-")
+    return (
+        f"{row['speed_mps']:.3g}",
+        *(f"{row[name]:.3f}" if "deg" in name else f"{row[name]:.4g}" for name in numbers),
+        periods or "-",
+    )

@@ -1,0 +1,84 @@
+"""`cable-sim towbody`: against closed forms of the theory page, on a body of full_scale; what is refused and reported."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+from cable_sim_ros.io.scenes.load import load_scene, override
+from cable_sim_ros.physics.towbody import Towbody
+from cable_sim_ros.physics.wing import Wing
+from cable_sim_ros.sim.checks.attitude_checks import critical_speed
+from cable_sim_ros.tools.towbody.alone import Alone, least_scale
+from cable_sim_ros.tools.towbody.command import towbody
+from cable_sim_ros.tools.towbody.figures import at_speed
+
+pytestmark = pytest.mark.check
+
+BUOYANCY = 250.0 * 9.81 - 445.0
+LOW = (233.9 + 0.25 * BUOYANCY) / (250.0 * 9.81)
+
+
+def body(centre, gravity_centre, **fin):
+    """The body of the theory page with fins of aspect ratio 2 and lift alone."""
+    chord = np.sqrt(0.5 * fin.pop("area"))
+    return Towbody(
+        model="rigid",
+        mass=250.0,
+        net_weight=445.0,
+        inertia=(2.81, 188.9, 188.9),
+        centre_of_buoyancy=centre,
+        centre_of_gravity=gravity_centre,
+        added_mass=(10.9, 217.6, 217.6),
+        added_inertia=(0.0, 163.2, 163.2),
+        crossflow_coefficient=0.0,
+        length=3.0,
+        diameter=0.3,
+        wings={"tail": Wing(span=2.0 * chord, chord=chord, drag_coefficient=0.0, **fin)},
+    )
+
+
+@pytest.fixture(scope="module")
+def scene():
+    return load_scene("depressor")
+
+
+def test_pitch_is_lost_at_the_critical_speed(scene):
+    """1.573 m/s by formula, and where the moment changes its sign; +0.0826 1/s at 1.05 of it."""
+    fins = body((0.0, 0.0, -0.25), (0.0, 0.0, -LOW), area=0.06, place=(-1.4, 0.0, -0.25))
+    assert critical_speed(scene, fins) == pytest.approx(1.573, abs=2e-3)
+    below, above = (Alone(scene, fins, share * 1.573) for share in (0.95, 1.05))
+    assert below.stiffness()[1, 1] > 0.0 > above.stiffness()[1, 1]
+    assert np.min(abs(above.modes() - 0.0826)) < 1e-3
+
+
+def test_the_least_fins_are_those_of_the_formula(scene):
+    """0.0968 m^2 with the tow point 0.2 m ahead of the centre and the fins 1.6 m behind."""
+    fins = body((-0.2, 0.0, 0.0), (-0.2, 0.0, 0.0), area=0.1, place=(-1.6, 0.0, 0.0), dihedral=90.0)
+    assert 0.1 * least_scale(scene, fins, 0.0, 2.2) == pytest.approx(0.0968, abs=2e-4)
+
+
+def test_an_unstable_speed_is_a_row(scene):
+    """Without fins it is reported with its axis, not raised."""
+    bare = override(scene, {"towbody.wings": {}})
+    row = at_speed(bare, "towbody", bare.towbody, 3.0)
+    assert row["unstable"] in ("pitch", "yaw")
+    assert row["body"] == "towbody"
+
+
+def test_the_command_gives_its_figures():
+    answer = CliRunner().invoke(towbody, ["depressor", "--speeds", "2:2:1", "--json"])
+    assert answer.exit_code == 0, answer.output
+    found = json.loads(answer.stdout)
+    row = found["speeds"][0]
+    assert found["body"] == "towbody"
+    assert row["lift_n"] < -400.0 < 0.0 < row["drag_n"]
+    assert min(row["stiffness_nm"].values()) > 0.0
+
+
+def test_a_level_body_is_refused():
+    answer = CliRunner().invoke(towbody, ["side_scan"])
+    assert "Give towbody.model: rigid" in str(answer.exception)
