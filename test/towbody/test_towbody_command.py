@@ -1,4 +1,4 @@
-"""`cable-sim towbody`: against closed forms of the theory page, on a body of full_scale; what is refused and reported."""
+"""`cable-sim towbody` against closed forms of the theory page; what is refused and reported."""
 
 from __future__ import annotations
 

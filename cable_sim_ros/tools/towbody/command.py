@@ -63,9 +63,7 @@ def _tell(found: dict[str, Any]) -> None:
     print_table("Trim over speed; period with damping ratio", columns, [_row(row) for row in found["speeds"]])
     for row in found["speeds"]:
         if row["unstable"] is None and row["fastest_growth_per_s"] > 0.0:
-            say(
-                f"at {row['speed_mps']:.3g} m/s a small turn swings and grows with {row['fastest_growth_per_s']:.3g} 1/s"
-            )
+            say(f"at {row['speed_mps']:.3g} m/s a small turn grows with {row['fastest_growth_per_s']:.3g} 1/s")
     fins = [(f"{r['ahead_m']:.3g}", _or_none(r["found_m2"]), f"{r['formula_m2']:.3g}") for r in found["fins"]]
     print_table("Least upright fins over tow point", ("tow point ahead m", "found m^2", "by formula m^2"), fins)
 
