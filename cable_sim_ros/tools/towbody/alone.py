@@ -52,7 +52,7 @@ class Alone:
         """Eigenvalues [1/s] of small turns about the held tow point: lambda^2 M + lambda C + K, each of the tangent."""
         parts = []
         for change in (Change(1.0, 1.0, 0.0, 0.0), Change(2.0, 1.0, 0.0, 0.0), Change(1.0, 2.0, 0.0, 0.0)):
-            self.rig.state.attitude.turned[:] = 0.0
+            self.rig.state.attitude["turned"][:] = 0.0
             self.rig.residual(change, True)
             parts.append(np.array(self.rig.state.attitude[NOW, 0].stiffness))
         c, m = parts[1] - parts[0], parts[2] - parts[0]
