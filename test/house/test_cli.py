@@ -48,6 +48,7 @@ COMMANDS = {
     "recover",
     "make-bags",
     "telegrams",
+    "towbody",
     "export",
     "fmu",
     "view",
