@@ -74,7 +74,7 @@ def _or_none(value: float | None) -> str:
 
 def _row(row: dict[str, Any]) -> tuple[str, ...]:
     if row["unstable"] is not None:
-        return (f"{row['speed_mps']:.3g}", f"unstable: {row['unstable']} of {row['body']}", *[""] * 8)
+        return (f"{row['speed_mps']:.3g}", f"{row['unstable']}: {row['body']}", *[""] * 8)
     numbers = ("roll_deg", "pitch_up_deg", "heading_deg", "depth_m", "drag_n", "lift_n", "tension_n", "stall_share")
     periods = " ".join(f"{one['period_s']:.3g}({one['damping_ratio']:.2f})" for one in row["oscillations"])
     return (

@@ -15,6 +15,7 @@ from ...physics.towbody import BodyModel, Towbody, facing
 from ...sim.checks.attitude_checks import critical_speed, fin_area, least_fin
 from ...sim.scene import Scene
 from ...sim.simulator import Simulator
+from ...sim.statics.route import StartError
 from ...sim.trim import UnstableTrim, rigid_names, trim
 from .alone import Alone, least_scale, moved, oscillations
 
@@ -41,12 +42,14 @@ def body_of(scene: Scene, name: str) -> tuple[str, Towbody]:
 
 
 def at_speed(scene: Scene, key: str, body: Towbody, speed: float) -> dict[str, Any]:
-    """The static tow at a speed of the ship [m/s]: trim, loads and small motions, or the axis in which it has none."""
+    """The static tow at a speed of the ship [m/s]: trim, loads and small motions, or why it has none."""
     sim = Simulator(override(scene, {"ship.tow_speed": speed}))
     try:
         sim.start()
     except UnstableTrim as error:
-        return {"speed_mps": speed, "unstable": error.axis, "body": error.body}
+        return {"speed_mps": speed, "unstable": f"unstable in {error.axis}", "body": error.body}
+    except StartError:
+        return {"speed_mps": speed, "unstable": "no static tow", "body": key}
     i = rigid_names(sim).index(key)
     node = int(sim.model.line.rigid.bodies[i].node)
     nodes = sim.state.nodes[NOW]
