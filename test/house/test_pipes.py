@@ -23,11 +23,12 @@ READS = {  # options that name a file or bag that is read; a new option is put h
     *("page", "rao", "scene", "ship", "winch"),
 }
 OTHERS = {  # options of words, numbers and what is written
-    *("align", "antenna", "astern", "band", "began", "bias", "camera", "case", "cluster", "command", "convention"),
-    *("counter-offset", "data", "every", "factor", "fidelity", "fields", "fmi", "format", "fps", "free", "gain"),
+    *("align", "antenna", "astern", "band", "began", "bias", "body", "camera", "case", "cluster", "command"),
+    *("convention", "counter-offset", "data", "every", "factor", "fidelity", "fields", "fmi", "format", "fps"),
+    *("free", "gain"),
     *("heading", "heave", "height", "hold-out", "host", "intervals", "junit", "key", "lag", "mapping-out", "max-lag"),
     *("name", "namespace", "only", "origin", "out", "outside", "parameter", "picture", "range", "report", "save"),
-    *("scope", "search", "set", "setpoint", "signal", "size", "slope", "speed", "step", "tables", "tension"),
+    *("scope", "search", "set", "setpoint", "signal", "size", "slope", "speed", "speeds", "step", "tables", "tension"),
     *("tension-unit", "topic", "track", "vary", "duration", "copies", "repeats", "against", "rounds", "processes"),
     *("seed", "smallest", "twins", "wait", "workers", "to", "start", "seconds", "rate", "port", "number", "markers"),
 }

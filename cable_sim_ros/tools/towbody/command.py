@@ -6,7 +6,6 @@ from pathlib import Path
 from typing import Any
 
 import click
-import numpy as np
 
 from ...cli.answer import Answer, answers, drawn
 from ...terminal import print_table, say
@@ -33,7 +32,7 @@ class Speeds(click.ParamType):
                 param,
                 context,
             )
-        return tuple((low + step * np.arange(int((high - low) / step + 1.0 + 1e-9))).tolist())
+        return tuple(low + step * k for k in range(int((high - low) / step + 1.0 + 1e-9)))
 
 
 @click.command()
