@@ -102,6 +102,7 @@ def test_a_body_with_an_attitude_meets_no_ground():
     ("changes", "parts"),
     [
         ({"centre_of_gravity": [-0.1, 0.0, 0.3]}, ("hangs", "upside down", "sign of z")),
+        ({"length": None}, ("towbody.length", "ten times as long", "Give both")),
         ({"wings.fin.span": 0.05}, ("upright", "Munk's moment", "fins")),
     ],
 )

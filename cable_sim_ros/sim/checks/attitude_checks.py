@@ -113,6 +113,14 @@ def attitude_warnings(scene: Scene, speed: float) -> Iterator[Problem]:
         if body.model is not BodyModel.RIGID or None in (body.centre_of_gravity, body.centre_of_buoyancy):
             continue
         assert body.centre_of_gravity is not None and body.centre_of_buoyancy is not None
+        if None in (body.length, body.diameter):
+            length, diameter = extent(body, scene.gravity, scene.water.density)
+            yield Problem(
+                f"{key}.length",
+                f"or diameter is not given: drag across, added mass and slope of the moments are those of a hull of "
+                f"{length:.3g} m by {diameter:.3g} m, a cylinder of the displaced volume, ten times as long as wide",
+                "Give both",
+            )
         buoyancy = body.mass * scene.gravity - body.net_weight
         holds = buoyancy * body.centre_of_buoyancy[2] - body.mass * scene.gravity * body.centre_of_gravity[2]
         if holds < 0.0:
