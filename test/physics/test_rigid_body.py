@@ -339,6 +339,33 @@ def test_a_pendulum_over_the_top_is_of_second_order():
     assert coarse / fine == pytest.approx(4.125, rel=0.1)
 
 
+def test_a_winged_body_on_a_heaving_line_is_of_second_order():
+    """Wing, fins and strips below 10 m of line whose upper end heaves 0.25 m in 5 s, at 2.2 m/s."""
+    wings = {
+        "wing": Wing(place=(0.0, 0.0, -0.25), span=1.414, chord=0.3536, incidence=-8.8),
+        "tail": Wing(place=(-1.5, 0.0, -0.25), span=0.6, chord=0.3),
+        "fin": Wing(place=(-1.5, 0.0, -0.1), span=0.6, chord=0.3, dihedral=90.0),
+    }
+    carried = body((-0.1, 0.0, -0.25), (-0.1, 0.0, -0.3), wings=wings, crossflow_coefficient=1.1)
+
+    def heave(t):
+        w = 2.0 * np.pi / 5.0
+        rows = np.zeros((len(t), 1, 9))
+        rows[:, 0, 2] = -20.0 + 0.125 * (1.0 - np.cos(w * t))
+        rows[:, 0, 5], rows[:, 0, 8] = 0.125 * w * np.sin(w * t), 0.125 * w * w * np.cos(w * t)
+        return rows
+
+    ends = []
+    for step in (0.04, 0.02, 0.01, 0.0025):
+        rig = rig_of(carried, speed=2.2, length=10.0, held=(0,))
+        rig.settle()
+        run = rig.run(4.0, step, moved=(0,), motion=heave)
+        ends.append(np.append(run.q[-1, -1, :3], Rotation.from_quat(run.attitude[-1, 0, :4]).as_rotvec()))
+    off = [np.linalg.norm(end - ends[-1]) for end in ends[:-1]]
+    assert off[0] / off[1] == pytest.approx(4.0, rel=0.15) and off[1] / off[2] == pytest.approx(4.2, rel=0.15)
+    assert off[0] < 1e-4
+
+
 def test_nothing_depends_on_where_north_is(winged):
     """All turned about the vertical: the same moments, and forces turned with it."""
     rig, state = winged, winged.state

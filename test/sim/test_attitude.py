@@ -83,6 +83,7 @@ def fish():
         ),
         ({"wings.depressor.span": 0.0}, ("towbody.wings.depressor.span", "outside (0, 100] m")),
         ({"wings.depressor.chrod": 1.0}, ("towbody.wings.depressor.chrod", "chord")),
+        ({"wings": {"tail": 3.0}}, ("towbody.wings.tail = 3.0", "tail: {place:")),
         ({"model": "level"}, ("towbody.inertia", "level", "towbody.model: rigid")),
     ],
 )

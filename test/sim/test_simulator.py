@@ -326,7 +326,7 @@ def test_every_scene_has_one_type_signature(started):
     """A scene that compiles a second version of the entry would stop a running node for a minute."""
     count = len(getattr(_drive, "overloads", [0]))
     scenes = [load_scene(path) for path in SCENES]
-    scenes.append(override(scenes[0], {"seabed.depth": 150.0}))
+    scenes.append(override(load_scene("side_scan"), {"seabed.depth": 150.0}))
     for scene in scenes:
         sim = Simulator(scene)
         sim.start()

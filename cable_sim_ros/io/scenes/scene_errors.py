@@ -21,6 +21,7 @@ LONGEST_SYMBOL = 2  # letters
 ENTRIES = {  # of tables by free names, as examples
     "sections": "{length: 10.0}",
     "bodies": "{at: first, mass: 50.0, net_weight: 300.0}",
+    "wings": "{place: [-1.5, 0.0, 0.0], span: 0.6, chord: 0.3}",
     "mesh": "{elements: 4}",
     "signals": "{source: PSXN23, field: heave}",
     "cases": "{length: 2.0, tension: 200.0, wind: 0.3}",
