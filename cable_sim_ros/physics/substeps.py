@@ -91,7 +91,8 @@ def begin(line, state, length):
     """Begin what is to be taken next of a step of ``length`` [s]; returns its own length."""
     h = state.plan[0].fraction * length
     predict(line, state, h)
-    stir(line, state, h)
+    if state.work.stream.shape[0] > 0:
+        stir(line, state, h)
     if line.wakes.shape[0] > 0:
         advance_wake(line, state, h)
     return h
