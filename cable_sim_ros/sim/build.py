@@ -53,7 +53,7 @@ from .scene import Scene
 from .statics.route import DRUM_RESERVE, ROUND_OFF
 from .tables.drum_layers import layered
 from .tables.material import arc_lengths, extreme, material_rows, section_ends, termination_weight
-from .tables.rigid_tables import rigid_tables
+from .tables.rigid_tables import added_of, rigid_tables
 from .tables.sea_tables import sea_of
 from .tables.sensor_tables import remembered, sensor_rules, signal_table
 from .tables.viv_tables import strum_rules, strum_sections
@@ -135,7 +135,10 @@ def with_attitudes(
 ) -> tuple[np.ndarray, Rigid]:
     """BODY records that know which of the bodies have an attitude of their own, and the tables of those."""
     rigid = [(node, body) for node, body in zip(nodes, bodies, strict=True) if body.model is BodyModel.RIGID]
-    rows["rigid"][[body.model is BodyModel.RIGID for body in bodies]] = np.arange(len(rigid))
+    there = [body.model is BodyModel.RIGID for body in bodies]
+    rows["rigid"][there] = np.arange(len(rigid))
+    if rigid:  # that of a spheroid where the scene gives none
+        rows["added"][there] = [np.diag(added_of(body, gravity, density))[:3] for _, body in rigid]
     return rows, rigid_tables(rigid, gravity, density)
 
 

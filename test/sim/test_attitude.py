@@ -13,6 +13,8 @@ from cable_sim_ros.io.scenes.load import SceneError, SceneWarning, load_scene, o
 from cable_sim_ros.physics.tick_output import BODY_COLUMNS, Flag
 from cable_sim_ros.runs.offline import run
 from cable_sim_ros.sim.checks.attitude_checks import critical_speed, semidefinite
+from cable_sim_ros.sim.static_equilibrium import Departure, no_equilibrium
+from cable_sim_ros.sim.static_gradients import StaticGradients
 from cable_sim_ros.sim.statics.route import StartError
 
 pytestmark = [pytest.mark.trust, pytest.mark.filterwarnings("ignore::cable_sim_ros.io.scenes.load.SceneWarning")]
@@ -134,7 +136,7 @@ def test_a_trim_that_a_small_turn_leaves_is_no_start():
         Simulator(scene).start()
 
 
-def test_the_level_body_is_the_limit_of_a_stiff_one():
+def test_the_level_body_is_the_limit_of_a_stiff_one(tmp_path):
     """Drag along alone, at the tow point, and more inertia than a heave can turn."""
     same = {"towbody.drag_area": [0.0641, 0.0, 0.0], "towbody.lift_area": 0.0}
     stiff = {
@@ -151,7 +153,10 @@ def test_the_level_body_is_the_limit_of_a_stiff_one():
         level = override(
             load_scene("full_scale"), {"setpoint.algorithm": "hold"} | same | {"towbody.added_mass": [10.9, 10.9, 10.9]}
         )
-    one, other = (heaving(Simulator(scene), 18.0) for scene in (level, scene_of(stiff)))
+    rigid = Simulator(scene_of(stiff))
+    one, other = heaving(Simulator(level), 18.0), heaving(rigid, 18.0)
+    rigid.save(tmp_path / "stiff.npz")
+    assert Simulator.load(tmp_path / "stiff.npz").tick().tension == rigid.tick().tension, "however stiff"
     assert np.abs(one.tension / other.tension - 1.0).max() < 1e-3
     assert np.abs(one.body_position - other.body_position).max() < 0.01
 
@@ -170,6 +175,23 @@ def test_a_pitching_body_is_restored_and_chosen_steps_follow_it(fish, tmp_path):
     found = heaving(chosen, 12.0)
     assert np.abs(found.body_position - frames.body_position).max() < 0.01
     assert np.abs(2.0 * np.arcsin(found.body_quaternion[:, 1]) - pitch).max() < np.radians(0.1)
+
+
+def test_a_body_without_added_mass_of_its_own_weighs_that_of_its_spheroid_for_ringing_and_steps(fish):
+    body, row = fish.scene.towbody, fish.model.line.bodies[0]
+    water = (body.mass * 9.81 - body.net_weight) / 9.81
+    given = Simulator(scene_of({"towbody.added_mass": [0.0, 0.0, 0.0]})).model.line.bodies[0]
+    np.testing.assert_allclose(row["added"], body.added_mass)
+    np.testing.assert_allclose(given["added"], np.array([0.0207, 0.9602, 0.9602]) * water, rtol=2e-3)
+
+
+def test_gradients_are_refused_beside_an_attitude(fish):
+    assert "attitude" in StaticGradients(fish.scene)("towbody.net_weight").refused
+
+
+def test_a_start_without_rest_points_to_the_trim(fish):
+    said = str(no_equilibrium(fish, Departure(0.0, 0.0, 0.1), 3, 4, 5.0))
+    assert "no trim that it keeps" in said and "model: level" in said
 
 
 def test_a_flap_is_moved_while_the_tow_runs(fish):

@@ -82,3 +82,21 @@ def test_the_command_gives_its_figures():
 def test_a_level_body_is_refused():
     answer = CliRunner().invoke(towbody, ["side_scan"])
     assert "Give towbody.model: rigid" in str(answer.exception)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "parts"),
+    [
+        (["depressor", "--body", "pod"], ("no body 'pod'", "nothing was computed", "Give --body towbody")),
+        (["depressor", "--speeds", "1:2"], ("'1:2' is not FROM:TO:STEP", "nothing was computed")),
+        (["depressor", "--speeds", "0:2:0.1"], ("0 < FROM <= TO <= 15 m/s", "nothing was computed")),
+        (["depressor", "--speeds", "1:2:1e-9"], ("at most 100 steps", "nothing was computed")),
+        (["depressor", "--speeds", "1:nan:1"], ("is not 0 < FROM", "nothing was computed")),
+    ],
+)
+def test_a_mistake_is_one_clear_line(arguments, parts):
+    answer = CliRunner().invoke(towbody, arguments)
+    said = " ".join((answer.output + str(answer.exception or "")).split())
+    assert answer.exit_code != 0
+    for part in parts:
+        assert part in said

@@ -18,6 +18,7 @@ from ..inputs import MAX_POSITION
 
 MAX = 1e12  # of any number; its square and cube are still numbers
 MAX_ENERGY = 1e18  # J, W: sums since the start
+MAX_STIFFNESS = 1e24  # N m: the largest inertia over the square of the shortest step
 NO_PEAK = 1e300  # of a step before the first: physics/output.no_peaks; each tick begins with it
 UNIT = 1e-6  # of the square of a quaternion, off 1
 MAX_TIME = 2**62  # ns; the difference of two still is an int64
@@ -86,6 +87,8 @@ def _out_of_bounds(name: str, field: str, values: np.ndarray) -> str:
     if not np.isfinite(values).all():
         return f"{where} is not finite"
     largest, max_is = float(np.abs(values).max()), MAX_ENERGY if field.startswith("account.") else MAX
+    if name.endswith("attitude") and field == "stiffness":
+        max_is = MAX_STIFFNESS
     if field.startswith("health.") and field.endswith(("_min", "_max")) and (np.abs(values) == NO_PEAK).all():
         return ""
     return "" if largest <= max_is else f"{where} is {largest:.3g}"
