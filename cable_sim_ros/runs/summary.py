@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 FRACTION = 0.95  # of the towbody positions inside the ellipsoid
 FLAT = 1e-6  # m; an ellipsoid whose least standard deviation is below this has no volume
-NOTHING = 1e-9  # of the mean: a deviation below this is round-off
+NOTHING = 1e-9  # of the mean, or deg: what is below this is round-off
 AT_REST = 0.05  # m/s; a slower ship has no track, its heading is taken instead
 
 EXTREMES = (  # of a haul: name, meaning
@@ -296,8 +296,9 @@ def attitude(frames: np.recarray) -> dict[str, float | None]:
     roll = np.degrees(np.arctan2(2.0 * (w * x + y * z), 1.0 - 2.0 * (x * x + y * y)))
     level, found = not (x.any() or y.any()), dict[str, float | None]()
     for name, angle in (("pitch", pitch), ("roll", roll)):
+        angle = angle * (np.abs(angle).max() > NOTHING)  # without round-off
         found[f"body_{name}_mean_deg"] = None if level else float(angle.mean())
-        found[f"body_{name}_std_deg"] = None if level else float(angle.std())
+        found[f"body_{name}_std_deg"] = None if level else _deviation(angle)
     return found
 
 
