@@ -13,6 +13,7 @@ _FACE = {  # name -> module
     "BagReader": "io.bags.bag",
     "CableSimError": "errors",
     "ControllerError": "runs.controller",
+    "FlapCommand": "sim.inputs",
     "Rig": "sim.rig.rig",
     "SceneWarning": "io.scenes.load",
     "ShipMotion": "sim.inputs",
@@ -33,6 +34,7 @@ __all__ = [
     "BagReader",
     "CableSimError",
     "ControllerError",
+    "FlapCommand",
     "Rig",
     "SceneWarning",
     "ShipMotion",
@@ -62,7 +64,7 @@ if TYPE_CHECKING:
     from .runs.controller import ControllerError
     from .runs.offline import replay, run
     from .runs.sources import motion_of_bag
-    from .sim.inputs import ShipMotion, WinchCommand
+    from .sim.inputs import FlapCommand, ShipMotion, WinchCommand
     from .sim.rig.rig import Rig
     from .tools.spans.in_time.wake_run import run_span
 

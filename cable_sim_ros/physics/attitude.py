@@ -11,6 +11,8 @@ from math import atan2, cos, sin, sqrt
 import numpy as np
 
 from ..compiler.jit import driver, inline, opaque
+from .inputs import MAX_WINGS
+from .sensor_models import FAULT
 
 ATTITUDE = np.dtype(
     [
@@ -29,6 +31,13 @@ ATTITUDE = np.dtype(
         ("moment", "f8", 3),  # N m that are not balanced, about the tow point
         ("correction", "f8", 3),  # rad, Newton's last
         ("attack", "f8"),  # largest angle of attack of a wing that bears something, over its angle of stall
+        # see flaps.py
+        ("flap", "f8", MAX_WINGS),  # rad, trailing edge down
+        ("demanded", "f8", MAX_WINGS),
+        ("since", "i8", MAX_WINGS),  # ns, when that came
+        ("heard", "i8"),  # ns, of the newest row that was taken
+        ("fault", FAULT),
+        ("said", "i8"),
     ],
     align=True,
 )

@@ -1,7 +1,7 @@
-"""Inputs: what a tick is told. Rings of motion samples and winch commands, one writer, no lock.
+"""Inputs: what a tick is told. Rings of motion samples, winch commands and angles of flaps, one writer, no lock.
 
-The writer stores the row first and the head last. A tick works on the heads as they stood when it began, `motion_seen`
-and `command_seen`, which the compiled entry sets: what comes while it runs is for the next one.
+The writer stores the row first and the head last. A tick works on the heads as they stood when it began, `motion_seen`,
+`command_seen` and `flap_seen`, which the compiled entry sets: what comes while it runs is for the next one.
 """
 
 from __future__ import annotations
@@ -12,6 +12,8 @@ import numpy as np
 
 MOTION_ROWS = 1024
 COMMAND_ROWS = 256
+FLAP_ROWS = 128
+MAX_WINGS = 16  # of all rigid bodies together
 MOTION_COLUMNS = 14  # x y z roll pitch yaw, their six rates, epoch, source
 EPOCH, SOURCE = 12, 13
 
@@ -25,6 +27,15 @@ class Inputs(NamedTuple):
     command: np.ndarray  # float64 [COMMAND_ROWS, 2]: pay-out m, rate m/s; NaN = not commanded
     command_head: np.ndarray  # int64 [1]
     command_seen: np.ndarray  # int64 [1]
+    flap_time: np.ndarray  # int64 [FLAP_ROWS], ns
+    flap: np.ndarray  # float64 [FLAP_ROWS, MAX_WINGS]: rad, a column a wing; NaN = not commanded
+    flap_head: np.ndarray  # int64 [1]
+    flap_seen: np.ndarray  # int64 [1]
+
+    @property
+    def heads(self) -> tuple[int, int, int]:
+        """Motion samples, winch commands and rows of flaps written since the start."""
+        return int(self.motion_head[0]), int(self.command_head[0]), int(self.flap_head[0])
 
 
 def make_inputs() -> Inputs:
@@ -36,6 +47,10 @@ def make_inputs() -> Inputs:
         np.zeros(1, np.int64),
         np.zeros(COMMAND_ROWS, np.int64),
         np.zeros((COMMAND_ROWS, 2)),
+        np.zeros(1, np.int64),
+        np.zeros(1, np.int64),
+        np.zeros(FLAP_ROWS, np.int64),
+        np.zeros((FLAP_ROWS, MAX_WINGS)),
         np.zeros(1, np.int64),
         np.zeros(1, np.int64),
     )
@@ -66,3 +81,11 @@ def push_command(inputs: Inputs, time_ns: int, payout: float, rate: float) -> No
     inputs.command[head % COMMAND_ROWS] = (payout, rate)
     inputs.command_time[head % COMMAND_ROWS] = time_ns
     inputs.command_head[0] = head + 1
+
+
+def push_flaps(inputs: Inputs, time_ns: int, angles) -> None:
+    """Append one row of flap angles [rad, MAX_WINGS]; NaN = not commanded. Its time is later than the row before."""
+    head = int(inputs.flap_head[0])
+    inputs.flap[head % FLAP_ROWS] = angles
+    inputs.flap_time[head % FLAP_ROWS] = time_ns
+    inputs.flap_head[0] = head + 1

@@ -16,6 +16,7 @@ from .contact import latch
 from .contact_output import in_block, pull_of, read_drums, read_ground, read_sheave, rub_moment
 from .drum_layers import lay_of, layer_of, radius_of, turns_of
 from .energy import fill_energy, slack_gain
+from .flaps import LIMITED, STALE
 from .instruments import direction_at, measure, node_tension, tension_at
 from .link_element import is_links, joint_tension
 from .ringing import missing
@@ -26,6 +27,8 @@ from .swivel import aim_block
 from .tick_output import (
     COARSE_AT_SURFACE,
     DETACHED,
+    FLAP_LIMITED,
+    FLAP_STALE,
     LOW_FLOW,
     MOTION_BLENDING,
     MOTION_STALE,
@@ -315,7 +318,10 @@ def fill_shape(line, state, aboard, table):
     show(state, table)
     for i in range(state.attitude.shape[1]):
         n, last = line.rigid.bodies[i].node, table.shape[1] - 1
-        table[n, last - 1], table[n, last], _ = roll_pitch_yaw(state.attitude[NOW, i].quaternion)
+        table[n, last - 2], table[n, last - 1], _ = roll_pitch_yaw(state.attitude[NOW, i].quaternion)
+        begin = line.rigid.bodies[i].wings[0]
+        for k in range(begin, line.rigid.bodies[i].wings[1]):
+            table[k, last] = state.attitude[NOW, i].flap[k - begin]
 
 
 @driver
@@ -334,6 +340,10 @@ def observe(model, state, output, slot, flags, blending) -> int:
     for i in range(state.attitude.shape[1]):
         if state.attitude[NOW, i].attack > 1.0:
             flags |= STALLED
+        if state.attitude[NOW, i].said & STALE != 0:
+            flags |= FLAP_STALE
+        if state.attitude[NOW, i].said & LIMITED != 0:
+            flags |= FLAP_LIMITED
     if model.line.bodies[0].rigid < 0 and heading_held(model.line.bodies[0], state.nodes[NOW, FLOW, body]):
         flags |= LOW_FLOW
     if slack_gain(state.memory[NOW].account, f, flags & SLACK != 0, model.settings[0].energy_share):

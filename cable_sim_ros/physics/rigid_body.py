@@ -213,15 +213,18 @@ def hull_load(body, strips, motion, up, height, t, tangent):
 
 
 @driver
-def wing_loads(body, wings, motion, up, height, t, tangent):
-    """Force and moment of the wings; the largest angle of attack over that of stall of those that bear something."""
+def wing_loads(body, wings, flaps, motion, up, height, t, tangent):
+    """Force and moment of the wings; the largest angle of attack over that of stall of those that bear something.
+
+    flaps: angles [rad] of those of the body."""
     u, omega = motion
     force, moment, attack = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), 0.0
     for i in range(body.wings[0], body.wings[1]):
         wing = wings[i]
         place = at3(wing.place, 0)
         wet, slope = wet_share(place, up, height, wing.half_height)
-        f, d, stall, size = wing_force(wing, scale(-1.0, add(u, cross(omega, place))), tangent)
+        past, flap = scale(-1.0, add(u, cross(omega, place))), flaps[i - body.wings[0]]
+        f, d, stall, size = wing_force(wing, flap, past, tangent)
         if wet * size > BEARS * body.mass * body.gravity:
             attack = max(attack, stall)
         m = cross(place, f)
@@ -366,7 +369,7 @@ def _rigid_load(rigid, i, state, change, tangent) -> float:
         clear(t)
     height = q[2] - water[ELEVATION]
     force, moment, lever, wetness, slope = hull_load(body, rigid.strips, (u, omega), up, height, t, tangent)
-    lift, turn, attitude.attack = wing_loads(body, rigid.wings, (u, omega), up, height, t, tangent)
+    lift, turn, attitude.attack = wing_loads(body, rigid.wings, attitude.flap, (u, omega), up, height, t, tangent)
     force, moment = add(force, lift), add(moment, turn)
     p = add(times(body.added, 0, 0, u), times(body.added, 0, 3, omega))
     h = add(times(body.added, 3, 0, u), times(body.added, 3, 3, omega))

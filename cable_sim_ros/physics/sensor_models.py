@@ -39,7 +39,7 @@ SIGNALS = (  # one number that a device shows: its device, and what its faults a
 COUNT = len(SIGNALS)
 HEAVE, ROLL, ENCODED, METERED, PIN, FIX, DEPTH_SHOWN = 2, 6, 10, 12, 14, 15, 18  # rows of SIGNALS
 MAX_LATE = 5.0  # s, of a latency and of a fault that is late
-PATHS = ("command", "drive")  # of faults that are no instrument's
+PATHS = ("command", "drive", "flaps")  # of faults that are no instrument's
 TARGETS = (*dict.fromkeys(fault for _, _, fault in SIGNALS if fault), *PATHS)
 
 
@@ -292,3 +292,4 @@ class Faults(Block):
     depth: Fault = quantity(Fault(), "", None, None, "pressure sensor")
     command: Fault = quantity(Fault(), "", None, None, "way of a command to the winch: rates in m/s, lengths in m")
     drive: Fault = quantity(Fault(), "", None, None, "set-point of the drive as it comes to it: lengths in m")
+    flaps: Fault = quantity(Fault(), "", None, None, "flaps of rigid bodies: angles in rad")

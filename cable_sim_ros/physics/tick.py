@@ -9,6 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..compiler.jit import driver, link, opaque
+from .flaps import link_flaps, move_flaps
 from .heave_compensation import by_angle
 from .output import glance, no_peaks
 from .output import observe as _observe
@@ -71,6 +72,8 @@ def _stride(model, state, inputs, output, slot, begun) -> tuple[bool, bool]:
     follow(first, last, inputs, now, settings.ship)
     rate = command_between(first, last, settings.drum, inputs, now.winch)
     note_command(settings.drum, now.winch, before, h)
+    if state.attitude.shape[1] > 0:
+        move_flaps(model.line.rigid, state, inputs, last, h)
     blending = impose(model, state, inputs, last, h, rate)
     going_on = end_step(model, state, h)
     if plan.done > done:
@@ -109,6 +112,8 @@ def _tick(model, state, inputs, output, slot) -> int:
         follow(begun, end, inputs, now, settings.ship)
         command(end, h, settings.drum, inputs, now.winch)
         note_command(settings.drum, now.winch, commanded[1], h)
+        if state.attitude.shape[1] > 0:
+            move_flaps(model.line.rigid, state, inputs, end, h)
     until = now.winch.commanded, now.winch.command_rate
     start(state)
     while unfinished(state):
@@ -149,6 +154,7 @@ def link_tick(model, state, inputs, output) -> None:
     """Compile or load the tick and what it calls by symbol; call before a compiled function that ticks runs."""
     link_stepper(model.line, state)
     link_tow(model, state, inputs)
+    link_flaps(model.line.rigid, state, inputs)
     link(_observe, model, state, output, 0, 0, False)
     chosen = model.line.settings[0].step_tension > 0.0
     link(_stride, model, state, inputs, output, 0, 0, needed=chosen)

@@ -44,6 +44,8 @@ class Flag(IntFlag):
     BRAKE_SLIPPED = 1048576, "the drum turned against its brake"
     SURFACE_CROSSED = 2097152, "towbody or a body on the line is in the water surface: its slam is left out"
     STALLED = 4194304, "a wing or fin of a rigid body is stalled: it bears about what a plate does"
+    FLAP_STALE = 8388608, "a commanded flap ran into its flap_timeout: it goes to its flap_neutral"
+    FLAP_LIMITED = 16777216, "a flap is commanded beyond its flap_range: it goes to the end of that"
 
 
 # the same as plain numbers, each by its own name: kernels know no enums
@@ -70,6 +72,8 @@ MOTOR_LIMITED = int(Flag.MOTOR_LIMITED)
 BRAKE_SLIPPED = int(Flag.BRAKE_SLIPPED)
 SURFACE_CROSSED = int(Flag.SURFACE_CROSSED)
 STALLED = int(Flag.STALLED)
+FLAP_STALE = int(Flag.FLAP_STALE)
+FLAP_LIMITED = int(Flag.FLAP_LIMITED)
 
 
 class Source(IntFlag):
@@ -334,7 +338,9 @@ BODY_COLUMNS = (  # odom, one row a body on the line, in the order of the scene
     ("roll", "rad"),  # port side up
     ("pitch", "rad"),  # nose down, as in REP 103
 )
-TURNED = 2  # columns of roll and pitch at the end of the shape table, where a body is rigid
+# columns at the end of the shape table, where a body is rigid: roll and pitch at its node, and in row k the angle of
+# the flap of wing k in the order of the bodies, rad
+TURNED = 3
 MAX_CONTACT_POINTS = 512
 
 
@@ -351,7 +357,7 @@ def body_rows(shape: np.ndarray, places: tuple[float, ...]) -> np.ndarray:
         n = int(np.abs(arc.reshape(-1, count)[0] - place).argmin())
         rows[..., k, :3], rows[..., k, 5] = shape[..., n, :3], arc[..., n]
         if (shape.shape[-1] - WIDTH) % STRUMMING == TURNED:
-            rows[..., k, 6:] = shape[..., n, -TURNED:]
+            rows[..., k, 6:] = shape[..., n, -TURNED:-1]
         for column, side in ((3, -1), (4, 1)):
             near, far = n + side, n + 2 * side
             rows[..., k, column] = tension[..., near]

@@ -24,7 +24,12 @@ WING = np.dtype(
         ("drag", "f8"),  # C_D0
         ("induced", "f8"),  # 1/(pi e a)
         ("stall", "f8"),  # rad
-        ("lift_of_flap", "f8"),  # C_L of the flap as it stands
+        ("lift_of_flap", "f8"),  # dC_L/d angle of the flap, 1/rad; 0: there is none
+        ("range", "f8"),  # rad, of the flap, either way
+        ("rate", "f8"),  # rad/s
+        ("neutral", "f8"),  # rad
+        ("timeout", "i8"),  # ns; 0: none
+        ("begins", "f8"),  # rad, where the flap stands before any command
         ("half_height", "f8"),  # m, half of that over which it leaves the water
     ],
     align=True,
@@ -55,8 +60,16 @@ class Wing(Block):
     )
     flap_share: float = quantity(0.0, "1", 0.0, 0.9, "chord of the flap over that of the wing; 0: none")
     flap: float = quantity(
-        0.0, "deg", -60.0, 60.0, "angle of the flap, trailing edge down; a change acts at once", configure=False
+        0.0, "deg", -60.0, 60.0, "angle of the flap, trailing edge down; a change goes to it", configure=False
     )
+    flap_range: float | None = quantity(
+        None, "deg", None, 60.0, "largest angle of the flap either way; none: worth the angle of stall", above=0.0
+    )
+    flap_rate: float | None = quantity(None, "deg/s", None, 1e4, "of the flap; none: at once", above=0.0)
+    flap_timeout: float | None = quantity(
+        None, "s", None, 3600.0, "after a command, until the flap goes to flap_neutral; none: it stays", above=0.0
+    )
+    flap_neutral: float = quantity(0.0, "deg", -60.0, 60.0, "angle of the flap after flap_timeout")
 
     @property
     def area(self) -> float:
@@ -77,12 +90,19 @@ class Wing(Block):
 
     @property
     def lift_of_flap(self) -> float:
-        """C_L of the flap as it stands."""
-        return self.slope * flap_effect(self.flap_share) * radians(self.flap)
+        """dC_L/d angle of the flap [1/rad]."""
+        return self.slope * flap_effect(self.flap_share)
+
+    @property
+    def reach(self) -> float:
+        """Largest angle of the flap either way [deg]."""
+        worth = flap_effect(self.flap_share)
+        return min(60.0, self.stall_angle / worth if worth else 60.0) if self.flap_range is None else self.flap_range
 
     def level(self) -> tuple[float, float]:
         """S C_L upward and S C_D [m^2] where its body is level and heads into the flow; C_L as at stall at most."""
-        lift, most = self.slope * radians(self.incidence) + self.lift_of_flap, self.slope * radians(self.stall_angle)
+        lift = self.slope * radians(self.incidence) + self.lift_of_flap * radians(self.flap)
+        most = self.slope * radians(self.stall_angle)
         lift = min(max(lift, -most), most)
         drag = self.drag_coefficient + lift**2 / (pi * self.span_efficiency * self.aspect)
         return self.area * lift * cos(radians(self.dihedral)), self.area * drag
@@ -104,19 +124,22 @@ def wing_record(wing: Wing, density: float) -> np.ndarray:
     row["normal"] = cos(i) * normal - sin(i) * np.array([1.0, 0.0, 0.0])
     row["size"], row["slope"], row["drag"] = 0.5 * density * wing.area, wing.slope, wing.drag_coefficient
     row["induced"], row["stall"] = 1.0 / (pi * wing.span_efficiency * wing.aspect), radians(wing.stall_angle)
-    row["lift_of_flap"] = wing.lift_of_flap
+    row["lift_of_flap"], row["range"] = wing.lift_of_flap, radians(wing.reach)
+    row["rate"] = np.inf if wing.flap_rate is None else radians(wing.flap_rate)
+    row["neutral"], row["timeout"] = radians(wing.flap_neutral), round((wing.flap_timeout or 0.0) * 1e9)
+    row["begins"] = radians(wing.flap)
     row["half_height"] = 0.5 * (wing.span * abs(sin(d)) + THICK * wing.chord * abs(cos(d)))
     return row
 
 
 @inline
-def coefficients_of(wing, angle):
-    """C_L and C_D at an angle of attack [rad], and their derivatives."""
+def coefficients_of(wing, angle, flap):
+    """C_L and C_D at an angle of attack [rad] and of the flap [rad], and their derivatives to the first."""
     one = 1.0 / (1.0 + exp(min(max(-SHARP * (angle - wing.stall), -CLIP), CLIP)))
     two = 1.0 / (1.0 + exp(min(max(SHARP * (angle + wing.stall), -CLIP), CLIP)))
     share = 1.0 - (1.0 - one) * (1.0 - two)
     by_angle = SHARP * ((1.0 - two) * one * (1.0 - one) - (1.0 - one) * two * (1.0 - two))
-    lift = wing.slope * angle + wing.lift_of_flap
+    lift = wing.slope * angle + wing.lift_of_flap * flap
     drag = wing.induced * lift * lift
     s, c = sin(angle), cos(angle)
     side = 1.0 if s >= 0.0 else -1.0
@@ -133,15 +156,15 @@ def coefficients_of(wing, angle):
 
 
 @inline
-def wing_force(wing, w, tangent):
+def wing_force(wing, flap, w, tangent):
     """Force [N] of water that comes with the velocity w [m/s], body axes, rows of its derivative to w, angle of attack
-    over that of stall, and the size of what it bears at a C_L of 1 [N]."""
+    over that of stall, and the size of what it bears at a C_L of 1 [N]; flap: its angle [rad]."""
     c, n = (wing.chord[0], wing.chord[1], wing.chord[2]), (wing.normal[0], wing.normal[1], wing.normal[2])
     along, across = dot(w, c), dot(w, n)
     square = along * along + across * across + SPEED_FLOOR * SPEED_FLOOR
     speed = sqrt(square)
     angle = atan2(across, -along)
-    lift, drag, lift_slope, drag_slope = coefficients_of(wing, angle)
+    lift, drag, lift_slope, drag_slope = coefficients_of(wing, angle, flap)
     fc, fn = lift * across + drag * along, drag * across - lift * along
     k = wing.size * speed
     force = axpy(k * fc, c, scale(k * fn, n))

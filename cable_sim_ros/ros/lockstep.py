@@ -69,12 +69,14 @@ class Lockstep:
         self.gate = MotionGate(settings.silent_after, delay)
         given = None if settings.command_period is None else round(settings.command_period * SECOND)
         self.commands = Cadence(settings.silent_after, given, True, round(settings.chain_delay * SECOND))
+        self.flaps = Cadence(settings.silent_after, None, True, round(settings.chain_delay * SECOND))
         self.late = self.early = self.unstamped = 0
         self.phase = Phase.BETWEEN
         self._waited = 0
         self._called: int | None = None
         self._next_step = self._said = 0  # wall time
         self._stamps: deque[int] = deque(maxlen=REMEMBERED)
+        self._flap_stamps: deque[int] = deque(maxlen=REMEMBERED)
 
     # ---- the order of things
 
@@ -101,10 +103,11 @@ class Lockstep:
             self.steps += 1
             return Do.TICK, 0.0
         if self.phase is Phase.COMMAND:
-            if self.commands.due(self.clock):
-                if not self._over:
-                    return self._stand(now, REPEAT)
-                self.commands.miss(self.clock)
+            awaited = [sender for sender in (self.commands, self.flaps) if sender.due(self.clock)]
+            if awaited and not self._over:
+                return self._stand(now, REPEAT)
+            for sender in awaited:
+                sender.miss(self.clock)
             self.phase = Phase.BETWEEN
         if now < self._next_step and (starts or not self.steps_left):
             return self._stand(now, self._next_step - now)
@@ -144,8 +147,9 @@ class Lockstep:
         self.clock = clock
         self.phase = Phase.BETWEEN
         self.gate.reset()
-        self.commands.reset()
-        self._stamps.clear()
+        for sender, stamps in map(self._of, ("command", "flaps")):
+            sender.reset()
+            stamps.clear()
 
     def set_back(self, tree: Any) -> None:
         """As it was when it was taken, but for what is of the present: whether it stands, and its pace.
@@ -167,33 +171,39 @@ class Lockstep:
         """Hold a message of motion; as `MotionGate.put`."""
         return self.gate.put(kind, stamp, data, self.clock)
 
-    def command(self, stamp: int) -> str:
+    def _of(self, kind: str) -> tuple[Cadence, deque[int]]:
+        """Who sends this kind of commands, and the stamps of what it sent."""
+        return (self.flaps, self._flap_stamps) if kind == "flaps" else (self.commands, self._stamps)
+
+    def command(self, stamp: int, kind: str = "command") -> str:
         """Judge a command by its stamp: "" or the cause of its refusal, which is counted with the others."""
+        sender, stamps = self._of(kind)
         if not stamp or abs(stamp - self.clock) > OF_A_CLOCK:
             self.unstamped += 1
             return ""
         if stamp > self.clock:
             return "step_future"
-        due = stamp + self.commands.delay  # the clock that it belongs to
+        due = stamp + sender.delay  # the clock that it belongs to
         if self.clock - due > FAR:
             return "step_past"
-        if stamp in self._stamps:
+        if stamp in stamps:
             return "step_twice"
-        if due <= self.clock - self.period - self.commands.slack:
+        if due <= self.clock - self.period - sender.slack:
             self.late += 1
         elif due > self.clock:
             self.early += 1  # nothing waited for it: when it counts was up to the machine
-        if self._stamps and stamp < self._stamps[-1]:
+        if stamps and stamp < stamps[-1]:
             return "step_past"
         return ""
 
-    def took(self, stamp: int) -> None:
+    def took(self, stamp: int, kind: str = "command") -> None:
         """A command that was judged fit has been taken: its sender has spoken."""
+        sender, stamps = self._of(kind)
         if stamp and abs(stamp - self.clock) <= OF_A_CLOCK:
-            self._stamps.append(stamp)
+            stamps.append(stamp)
         else:
             stamp = self.clock
-        self.commands.received(stamp, self.clock)
+        sender.received(stamp, self.clock)
 
     @property
     def awaits(self) -> bool:

@@ -24,12 +24,13 @@ from rclpy.serialization import serialize_message
 from ..errors import CableSimError
 from ..io.messages.channels import Context, Encoder
 from ..io.messages.markers import TOPIC as MARKERS
-from ..io.messages.messages import CAUSES, COMMANDS, JOINT_COMMAND, KINDS, Event, stamp_of
+from ..io.messages.messages import CAUSES, COMMANDED, COMMANDS, JOINT_COMMAND, KINDS, Event, stamp_of
 from ..io.recordings.recording_place import name_problem, state_problem
 from ..sim.checks.friction_checks import slow
 from ..sim.flag_rules import FAILED
 from ..sim.live_parameters import changed, unfit, ways
 from ..sim.tables.material import body_places
+from ..sim.tables.rigid_tables import flaps_of
 from ..terminal import clean, say
 from . import discovery
 from .arrival import Arrivals, StampArrivals
@@ -149,6 +150,8 @@ class CableSimNode(LifecycleNode):
         self.recording = RecordingControl(self.settings, self.get_namespace())
         self.inputs: list = []
         self.heard, self._unheard = inputs_there()
+        if not flaps_of(self.settings.scene):
+            del self.heard["flaps"]
         self._diagnostics = self.create_publisher(DiagnosticArray, "/diagnostics", 10)
         self.control = SimulationControl(self)
         self.standard = simulation_interfaces.offer(self.control)
@@ -176,7 +179,7 @@ class CableSimNode(LifecycleNode):
             return TransitionCallbackReturn.FAILURE
         node, frames = self.settings.node, self.settings.node.frame
         links, scene = (frames.odom, frames.base_link, frames.sheave_link, frames.towbody_link), self.settings.scene
-        context = Context(*links, self.get_namespace(), body_places(scene))
+        context = Context(*links, self.get_namespace(), body_places(scene), tuple(flaps_of(scene).items()))
         channels = rows_of(scene, node.publish)
         publishers, missing = publishers_of(self, context, channels, STEPPED_QOS if self.session.lockstep else QOS)
         for text in missing:
@@ -293,10 +296,10 @@ class CableSimNode(LifecycleNode):
                 self._refuse_giant(kind)
                 return
             clock = self.session.clock
-            stamp = None if kind in COMMANDS else stamp_of(data)
+            stamp = None if kind in COMMANDED else stamp_of(data)
             arrival = self.arrivals.of(info, stamp, clock.offset)
             self.record(topic, msgtype, data, arrival)
-            if kind in COMMANDS:
+            if kind in COMMANDED:
                 self._command(data, arrival, kind)
             else:
                 self.session.motion(Event(stamp, arrival, kind, data))
@@ -305,14 +308,14 @@ class CableSimNode(LifecycleNode):
         return callback
 
     def _refuse_giant(self, kind: str) -> None:
-        (self.session.intake.commands.refused if kind in COMMANDS else self.session.refused)["size"] += 1
+        (self.session.intake.commands.refused if kind in COMMANDED else self.session.refused)["size"] += 1
         text = f"{kind} of more than {LARGEST // 1000} kB refused: {CAUSES['size']}"
         self.get_logger().warning(clean(text), throttle_duration_sec=5.0)
 
     def _command(self, data: bytes, arrival: int, kind: str) -> None:
         cause = self.session.command(data, arrival, kind)
         if cause:
-            self.get_logger().warning(clean(f"winch command refused: {CAUSES[cause]}"), throttle_duration_sec=5.0)
+            self.get_logger().warning(clean(f"{KINDS[kind][1]} refused: {CAUSES[cause]}"), throttle_duration_sec=5.0)
 
     def record(self, topic: str, msgtype: str, data: bytes, arrival: int | None = None) -> None:
         """A message of this node into the recording under way, if there is one."""

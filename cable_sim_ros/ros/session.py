@@ -209,7 +209,7 @@ class Session:
                 self._start()
 
     def command(self, data: bytes, arrival: int, kind: str = "command") -> str:
-        """One winch command as CDR bytes; arrival: CLOCK_MONOTONIC, ns; kind: of COMMANDS. Returns "" or the cause of
+        """One command as CDR bytes; arrival: CLOCK_MONOTONIC, ns; kind: of COMMANDED. Returns "" or the cause of
         its refusal."""
         return self.intake.command(data, arrival, kind)
 

@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from ..io.messages.messages import Event, stamp_of
+from ..io.messages.messages import KINDS, Event, stamp_of
 from ..io.motion.arrival_order import Took
 from ..io.motion.checkpoint import check, set_back, taken
 from ..io.motion.time_sequencer import CONFIRM, FAR
@@ -44,7 +44,8 @@ class SteppedSession(Session):
         self.rate = math.nan  # simulated over wall time, achieved
         self._rates: deque[tuple[int, int]] = deque()
         self.spoken = False  # has any motion come?
-        self._early: tuple[int, bytes, str] | None = None  # clock, bytes, kind of the newest command before the motion
+        # clock, bytes, kind of the newest command of winch and flaps before the motion
+        self._early: dict[bool, tuple[int, bytes, str]] = {}
         self._recorded = self._ahead = 0  # ns: newest time in a recording, which is so far ahead of the clock
 
     def _new_loop(self, *parts, **settings) -> Loop:
@@ -152,29 +153,30 @@ class SteppedSession(Session):
                 self._take_early()
 
     def command(self, data: bytes, arrival: int, kind: str = "command") -> str:
-        """One winch command as CDR bytes; it arrives at the clock, so that its own step's tick does not know it yet.
+        """One command as CDR bytes; it arrives at the clock, so that its own step's tick does not know it yet.
 
         One from before the motion is kept while the clock stands: the tow may start at this clock.
         """
         stamp = stamp_of(data) or 0
-        cause = self.steps.command(stamp)
+        cause = self.steps.command(stamp, kind)
         if cause:
             return self.intake.commands.refuse(cause)
         cause = self.intake.command(data, self.steps.clock + (self.delay == 0), kind)
         if cause in ("", "before_motion"):
-            self.steps.took(stamp)
+            self.steps.took(stamp, kind)
         if cause == "before_motion":
-            self._early = self.steps.clock, data, kind
+            self._early[kind == "flaps"] = self.steps.clock, data, kind
         return cause
 
     def _take_early(self) -> None:
         """At the start: what came at this clock, but before the motion, came in time."""
-        early, self._early = self._early, None
-        if early is None or early[0] != self.steps.clock:
-            return
-        self.intake.commands.refused["before_motion"] -= 1
-        self.log("info", "a winch command came before the motion of the same /clock: it counts from the start")
-        self.intake.command(early[1], self.steps.clock + (self.delay == 0), early[2])
+        early, self._early = self._early, {}
+        for clock, data, kind in early.values():
+            if clock == self.steps.clock:
+                self.intake.commands.refused["before_motion"] -= 1
+                what = KINDS[kind][1]
+                self.log("info", f"{what} came before the motion of the same /clock: it counts from the start")
+                self.intake.command(data, self.steps.clock + (self.delay == 0), kind)
 
     # ---- start
 
@@ -190,7 +192,7 @@ class SteppedSession(Session):
 
     def reset(self) -> tuple[bool, str]:
         """Static start again; where the motion has left the clock, its next stamp decides what the clock says."""
-        self.steps.steps_left, self._early = 0, None
+        self.steps.steps_left, self._early = 0, {}
         if self.loop is not None and self.steps.gate.refused_in_row >= CONFIRM:
             self.intake.jump()
             self.steps.gate.reset()
@@ -236,7 +238,7 @@ class SteppedSession(Session):
         self.intake.jump()
         self.steps.go_to(round(self.node.lockstep.start * SECOND))
         self.steps.paused, self.steps.steps_left = self.node.lockstep.paused, 0
-        self._early = None
+        self._early = {}
         self.spoken, self._cause = False, "start"
         self.activate()
         return True, f"/clock {self.steps.clock / SECOND:.3f} s; waiting for motion"

@@ -1,21 +1,22 @@
-"""A winch controller of the user's own in an offline run: a callable that takes a row and gives a command."""
+"""A controller of the user's own in an offline run: a callable that takes a row and gives commands."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ..errors import RunError
 from ..physics.sensor_models import Feedback, Instruments
-from ..sim.inputs import InputError, WinchCommand
+from ..sim.inputs import FlapCommand, InputError, WinchCommand
 
 if TYPE_CHECKING:
     from .result import Run
 
-Controller = Callable[[np.record], WinchCommand | None]  # row of the last tick -> command, None: as it was
+Command = WinchCommand | FlapCommand
+Controller = Callable[[np.record], Command | Sequence[Command] | None]  # row of the last tick; None: as it was
 SHEAVE = ("sheave_position", "sheave_velocity", "sheave_ahead_rate", "sheave_port_rate", "sheave_up_rate")
 WHOLE = 1e-6  # of a tick: a control period nearer to a whole number of ticks is one
 NOTHING_DONE = "nothing was simulated"
@@ -70,14 +71,19 @@ class ControlLoop:
     """
 
     def __init__(
-        self, controller: Controller, period: float | None, tick: float, instruments: Instruments | None = None
+        self,
+        controller: Controller,
+        period: float | None,
+        tick: float,
+        instruments: Instruments | None = None,
+        flaps: Mapping[str, int] | None = None,
     ) -> None:
-        """period: s, None: every tick; tick: s; instruments: aboard, with what it is fed by. Raises
-        ControllerError for a period that is not made of ticks."""
+        """period: s, None: every tick; tick: s; instruments: aboard, with what it is fed by; flaps: that it may
+        command. Raises ControllerError for a period that is not made of ticks."""
         if not callable(controller):
             raise ControllerError(
                 f"controller = {controller!r:.60} is a {type(controller).__name__}, no callable; {NOTHING_DONE}. Give "
-                f"a function that takes the row of a tick and returns a WinchCommand or None"
+                f"a function that takes the row of a tick and returns WinchCommand, FlapCommand, a list of both or None"
             )
         given: object = period  # whatever the user gave
         if given is not None and (isinstance(given, bool) or not isinstance(given, (int, float, np.number))):
@@ -90,7 +96,7 @@ class ControlLoop:
                 f"control_period = {period:g} s is no whole number of ticks of {tick:g} s; {NOTHING_DONE}. Give a "
                 f"multiple of {tick:g} s, or another length of the ticks with `every`"
             )
-        self.controller, self.ticks, self.tick = controller, round(ticks), tick
+        self.controller, self.ticks, self.tick, self.flaps = controller, round(ticks), tick, flaps or {}
         fed = instruments is not None and instruments.feed is Feedback.INSTRUMENTS
         self.seen = shown_for(instruments) if instruments is not None and fed else {}
         self.depth = instruments is not None and fed and instruments.depth.on
@@ -101,48 +107,54 @@ class ControlLoop:
         """Ticks that may be simulated before it is asked."""
         return self.left or self.ticks
 
-    def ask(self, row: np.record, now: int, begin: int) -> WinchCommand | None:
-        """Its command on the row of the last tick, if it is due; now, begin: ns, of the present and of the run.
+    def ask(self, row: np.record, now: int, begin: int) -> list[Command]:
+        """Its commands on the row of the last tick, if it is due; now, begin: ns, of the present and of the run.
 
         A row of another time, after a jump of the clock, is not shown: the controller is asked a tick later. Raises
         ControllerError.
         """
         if self.left:
-            return None
+            return []
         if int(row["time"]) != now:
             self.left = 1
-            return None
+            return []
         self.left = self.ticks
         self.calls += 1
         where = f"controller, after {(now - begin) * 1e-9:.3f} s of the run"
         try:
-            command = self.controller(self.as_seen(row))
+            given = self.controller(self.as_seen(row))
         except Exception as error:
             raise ControllerError(
                 f"{where}: raised {type(error).__name__}: {error}. The run ended there; correct the controller. What "
                 f"was simulated before is `run` of this error"
             ) from error
-        if command is None:
-            return None
-        if not isinstance(command, WinchCommand):
+        several = isinstance(given, (list, tuple))
+        commands: list[Any] = [] if given is None else list(given) if several else [given]  # type: ignore[arg-type]
+        for command in commands:
+            self._check(command, now, where)
+        return commands
+
+    def _check(self, command: Command, now: int, where: str) -> None:
+        if not isinstance(command, (WinchCommand, FlapCommand)):
             raise ControllerError(
-                f"{where}: returned {command!r:.60}, a {type(command).__name__} and neither a WinchCommand nor None. "
+                f"{where}: returned {command!r:.60}, a {type(command).__name__} and no command. "
                 f"The run ended there; return WinchCommand(rate=...) in m/s or WinchCommand(payout=...) in m, positive "
-                f"out, or None to leave the winch with the command before"
+                f"out, FlapCommand(angles=...) in rad, a list of both, or None to leave the commands before"
             )
         try:
             replace(command)  # one that was changed after it was made is checked again
+            if isinstance(command, FlapCommand):
+                command.row(self.flaps)
         except InputError as error:
             raise ControllerError(f"{where}: returned what is no command. {error}. The run ended there") from error
         until = now + round(self.ticks * self.tick * 1e9)
         if command.time_ns is not None and not now < command.time_ns <= until:
             raise ControllerError(
-                f"{where}: returned WinchCommand.time_ns = {command.time_ns} ns, outside ({now}, {until}] ns, the "
-                f"control period that begins. The run ended there; leave time_ns out, a command then counts at once; "
-                f"a dead time of the drive is winch.command_delay of the scene"
+                f"{where}: returned {type(command).__name__}.time_ns = {command.time_ns} ns, outside ({now}, {until}] "
+                f"ns, the control period that begins. The run ended there; leave time_ns out, a command then counts at "
+                f"once; a dead time of the drive is winch.command_delay of the scene"
             )
         self.commands += 1
-        return command
 
     def as_seen(self, row: np.record) -> np.record:
         """A copy of the row, in which readings stand for what an instrument aboard measures."""

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ..io.messages.commands import CommandIngest, encode_command
+from ..io.messages.commands import CommandIngest, encode_command, encode_flaps
 from ..io.messages.messages import CAUSES, Event, Refused, decode_imu, decode_odometry
 from ..io.messages.mounting import mounting_of
 from ..io.motion.motion import MotionIngest
@@ -20,11 +20,12 @@ from ..io.sources.motion_table import MotionError
 from ..io.sources.recorded_tow import Feeder, RecordedTow
 from ..physics.inputs import MOTION_ROWS
 from ..sim.checks import checks
-from ..sim.inputs import WinchCommand
+from ..sim.inputs import FlapCommand, WinchCommand
 from ..sim.layout import layout_of
 from ..sim.mesh.mesh_kinds import FeedMesh
 from ..sim.rebase import carried_over
 from ..sim.scene import Scene
+from ..sim.tables.rigid_tables import flaps_of
 from ..sim.verdict import Reason
 from . import mean_track, motion_preview
 from .controller import ControllerError, ControlLoop
@@ -68,7 +69,8 @@ class MessageRun(Runner):
         drum = self.sim.model.settings[0].drum
         self.feeder = None if tow is None else Feeder(self.sim.inputs, tow, scene, *recorded_intake(tow), drum)
         self.pending: list[Event] = []
-        self.commands = CommandIngest(self.sim.inputs, drum) if self.feeder is None else self.feeder.intake.commands
+        own = CommandIngest(self.sim.inputs, drum, flaps=flaps_of(scene))
+        self.commands = own if self.feeder is None else self.feeder.intake.commands
         self.winch, self.control = winch, control
         self.failed: ControllerError | None = None
         if winch is not None:
@@ -238,23 +240,26 @@ class MessageRun(Runner):
         self.pending.sort(key=lambda event: event.arrival)
 
     def _ask(self, control: ControlLoop, now: int) -> None:
-        """Ask the controller if it is due, and push its command, as a message like those of a plan.
+        """Ask the controller if it is due, and push its commands, as messages like those of a plan.
 
-        The command counts a nanosecond late, see `WinchPlan.commands`. Raises ControllerError.
+        A command counts a nanosecond late, see `WinchPlan.commands`. Raises ControllerError.
         """
-        command = control.ask(self.sim.frame, now, self.origin.time)
-        if command is not None:
+        for command in control.ask(self.sim.frame, now, self.origin.time):
             self._push(command, now + 1 if command.time_ns is None else command.time_ns)
-            self.pending.sort(key=lambda event: event.arrival)
+        self.pending.sort(key=lambda event: event.arrival)
 
-    def _push(self, command: WinchCommand, stamp: int) -> None:
+    def _push(self, command: WinchCommand | FlapCommand, stamp: int) -> None:
         """Push a command as a message with this stamp [ns]."""
         offset, minimum = 0, 0
         if self.feeder is not None:
             offset, minimum = self.feeder.intake.clock.offset or 0, (self.feeder.intake.clock.first or 0) + 1
-        data, arrival = encode_command(stamp, command.payout, command.rate), max(stamp + offset, minimum)
-        self.pending.append(Event(stamp, arrival, "command", data))
-        self.commands.take(data, arrival, stamp)
+        arrival, kind = max(stamp + offset, minimum), "command"
+        if isinstance(command, FlapCommand):
+            kind, data = "flaps", encode_flaps(stamp, command.angles)
+        else:
+            data = encode_command(stamp, command.payout, command.rate)
+        self.pending.append(Event(stamp, arrival, kind, data))
+        self.commands.take(data, arrival, stamp, kind)
 
     def _check_ring(self) -> None:
         """A tick needs all the motion it lasts, and what comes before and after it, in the ring of inputs."""

@@ -28,6 +28,7 @@ from ..sim.rules.watch import watched
 from ..sim.saved.savefile import SaveError, check_place, same_scene
 from ..sim.scene import Scene
 from ..sim.simulator import Simulator
+from ..sim.tables.rigid_tables import flaps_of
 from ..sim.verdict import Reason
 from . import motion_preview, refinement_check, verdict
 from .controller import Controller, ControlLoop, alone
@@ -204,7 +205,7 @@ def run(
         scene = _scene_of(scene, resumed, algorithm, step, every, settings)
     control = None
     if controller is not None:
-        control = ControlLoop(controller, control_period, scene.solver.tick, scene.instruments)
+        control = ControlLoop(controller, control_period, scene.solver.tick, scene.instruments, flaps_of(scene))
     if duration is None and motion is None:
         last = max([one.time for one in live] + ([plan.last - before] if plan is not None else []), default=-AFTER_PLAN)
         duration = max(seconds_of(heave, rao, scene, way) - (0.0 if way is None else before), last + AFTER_PLAN) or None

@@ -26,6 +26,7 @@ from ..sim.rules.watch import rule_watch
 from ..sim.scene import Scene
 from ..sim.simulator import Simulator, SolverError
 from ..sim.tables.material import body_places
+from ..sim.tables.rigid_tables import flaps_of
 from ..version import __version__
 
 COUNT_OVER = 100  # ticks, fewer than the ring of inputs keeps commands
@@ -94,7 +95,7 @@ class Stepper:
         recording, inputs = self.recording, self.sim.inputs
         if recording is not None:
             recording.inputs(events or [])
-            rows = heads if heads is not None else [(inputs.motion_head[0], inputs.command_head[0])]
+            rows = heads if heads is not None else [inputs.heads]
             recording.seen(self.done, rows)
         begun, used = time.perf_counter(), time.process_time()
         halted = None
@@ -144,7 +145,7 @@ class RunRecorder:
         self, path: Path, scene: Scene, tow: RecordedTow | None, winch: WinchPlan | None, markers: float = 0.0
     ) -> None:
         """markers: rate of cable/markers [Hz], 0: none."""
-        self.context = Context(bodies=body_places(scene))
+        self.context = Context(bodies=body_places(scene), flaps=tuple(flaps_of(scene).items()))
         drawn = (markers_channel(scene, markers),) if markers > 0.0 else ()
         self.encoder = Encoder(self.context, scene.solver.tick, (*channels_of(scene), *drawn))
         about = {
@@ -191,10 +192,10 @@ class RunRecorder:
             self.writer.add(f"{self.context.namespace}/{topic}", msgtype, event.arrival, event.data, event.time)
 
     def seen(self, done: int, rows: Iterable) -> None:
-        """Samples and commands that each of the next ticks sees: (motion, commands) a tick, see `Simulator.run`."""
+        """What each of the next ticks sees of the rings: heads a tick, see `Simulator.run`."""
         assert self.journal is not None, "begin comes first"
-        for k, (motion, command) in enumerate(rows):
-            self.journal.tick(done + k, int(motion), int(command))
+        for k, heads in enumerate(rows):
+            self.journal.tick(done + k, *map(int, heads))
 
     def outputs(self, frames: np.recarray, shapes: np.ndarray, contacts: np.ndarray) -> None:
         """What a chunk of ticks answered."""

@@ -5,15 +5,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from math import isfinite, isnan, nan, pi, radians, sqrt
 from operator import index
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
 
 from ..errors import CableSimError
-from ..physics.inputs import COMMAND_ROWS, EPOCH, MOTION_ROWS, SOURCE, Inputs, push_command, push_motion
+from ..physics.inputs import EPOCH, MAX_WINGS, MOTION_ROWS, SOURCE, Inputs, push_command, push_flaps, push_motion
 from ..physics.tick_output import Source
 from .tables.attitude import angle_rates, angles_of
 
@@ -24,6 +26,7 @@ MAX_PITCH = radians(80.0)  # roll and yaw have no meaning near 90 deg
 MAX_TURNS = 1e3  # rad, of roll and yaw: an angle beyond it is no attitude
 NORM_WITHIN = 1e-2  # a quaternion nearer to norm 1 is renormalised
 MAX_COMMAND = 1e5  # m, m/s: a number beyond this is no command
+MAX_FLAP = pi  # rad: an angle beyond this is none, or in degrees
 SPARE = 16  # rows of a ring that stay free of samples ahead: the tick needs those around the present
 YAW = 5  # column of a motion sample
 
@@ -122,17 +125,65 @@ class WinchCommand:
                 _set(self, **{name: _number(self, name, getattr(self, name), unit, MAX_COMMAND)})
 
 
-def push(inputs: Inputs, item: ShipMotion | WinchCommand, now_ns: int, max_gap: float) -> None:
-    """Write one sample or command into its ring. now_ns: time of the last tick; max_gap: `ship.max_gap`, s.
+@dataclass(frozen=True, kw_only=True)
+class FlapCommand:
+    """Angles of flaps, rad, trailing edge down positive, by the name of the wing (of a body on the line BODY/WING).
+
+    A flap that is not named keeps the angle it was commanded. Each goes there at ``flap_rate``, within ``flap_range``,
+    and after ``flap_timeout`` without another to ``flap_neutral``. time_ns: when it comes, integer ns; None: now.
+    Raises InputError.
+    """
+
+    angles: Mapping[str, float]
+    time_ns: int | None = None
+
+    def __post_init__(self) -> None:
+        if self.time_ns is not None:
+            _set(self, time_ns=_stamp(self, self.time_ns))
+        if not isinstance(self.angles, Mapping) or not self.angles:
+            raise InputError(
+                f"FlapCommand.angles = {self.angles!r:.60} names no flap: nothing was pushed. Give a dict of names of "
+                "wings and angles in rad, {'tail': 0.05}"
+            )
+        taken = {str(k): _number(self, f"angles[{str(k)!r:.40}]", v, "rad", MAX_FLAP) for k, v in self.angles.items()}
+        _set(self, angles=MappingProxyType(taken))
+
+    def row(self, flaps: Mapping[str, int]) -> np.ndarray:
+        """Columns of `physics.inputs.push_flaps`; flaps: columns by name. Raises InputError for one that is none."""
+        row = np.full(MAX_WINGS, nan)
+        for name, angle in self.angles.items():
+            if name not in flaps:
+                raise InputError(
+                    f"FlapCommand.angles: {name!r:.60} is no flap of this tow: nothing was pushed. "
+                    + (f"Its flaps are {', '.join(flaps)}" if flaps else "It has none: give a wing flap_share")
+                )
+            row[flaps[name]] = angle
+        return row
+
+
+def push(
+    inputs: Inputs,
+    item: ShipMotion | WinchCommand | FlapCommand,
+    now_ns: int,
+    max_gap: float,
+    flaps: Mapping[str, int] = MappingProxyType({}),
+) -> None:
+    """Write one sample or command into its ring. now_ns: time of the last tick; max_gap: `ship.max_gap`, s; flaps:
+    columns by name.
 
     Raises InputError for a stamp that does not advance or a full ring, TypeError for anything else.
     """
     if isinstance(item, ShipMotion):
         _push_motion(inputs, item, now_ns, max_gap)
     elif isinstance(item, WinchCommand):
-        _push_command(inputs, item, now_ns)
+        stamp = _command_stamp(item, inputs.command_time, int(inputs.command_head[0]), now_ns)
+        values = (nan if value is None else value for value in (item.payout, item.rate))
+        push_command(inputs, stamp, *values)
+    elif isinstance(item, FlapCommand):
+        row = item.row(flaps)
+        push_flaps(inputs, _command_stamp(item, inputs.flap_time, int(inputs.flap_head[0]), now_ns), row)
     else:
-        raise TypeError(f"{item!r:.60} is a {type(item).__name__}: push a ShipMotion or a WinchCommand")
+        raise TypeError(f"{item!r:.60} is a {type(item).__name__}: push a ShipMotion, WinchCommand or FlapCommand")
 
 
 def _push_motion(inputs: Inputs, item: ShipMotion, now_ns: int, max_gap: float) -> None:
@@ -149,20 +200,16 @@ def _push_motion(inputs: Inputs, item: ShipMotion, now_ns: int, max_gap: float) 
     push_motion(inputs, item.time_ns, item.row(epoch, near))
 
 
-def _push_command(inputs: Inputs, item: WinchCommand, now_ns: int) -> None:
-    head, stamp = int(inputs.command_head[0]), item.time_ns
-    if head:
-        before = int(inputs.command_time[(head - 1) % COMMAND_ROWS])
-        if stamp is None:
-            stamp = max(now_ns, before + 1)
-        _advances("WinchCommand", stamp, before)
-        _room("WinchCommand", "commands", inputs.command_time, head, COMMAND_ROWS, now_ns)
-    push_command(
-        inputs,
-        now_ns if stamp is None else stamp,
-        nan if item.payout is None else item.payout,
-        nan if item.rate is None else item.rate,
-    )
+def _command_stamp(item: WinchCommand | FlapCommand, times: np.ndarray, head: int, now_ns: int) -> int:
+    """Time [ns] at which a command counts, behind those in its ring. Raises InputError."""
+    owner, stamp, rows = type(item).__name__, item.time_ns, len(times)
+    if not head:
+        return now_ns if stamp is None else stamp
+    before = int(times[(head - 1) % rows])
+    stamp = max(now_ns, before + 1) if stamp is None else stamp
+    _advances(owner, stamp, before)
+    _room(owner, "commands", times, head, rows, now_ns)
+    return stamp
 
 
 def _advances(owner: str, stamp: int, before: int) -> None:

@@ -8,14 +8,15 @@ from __future__ import annotations
 import difflib
 from collections.abc import Callable, Iterable
 from functools import partial, reduce
+from math import radians
 from operator import attrgetter, getitem
 from typing import Any, Protocol
 
 from ..physics.contact_surface import SHEAVE_ROW, rub_sheave
+from ..physics.flaps import put_flap
 from ..physics.heave_compensation import SetpointLaw
 from ..physics.sensor_models import DEVICES, TARGETS, FaultKind
 from ..physics.state import NOW
-from ..physics.towbody import BodyModel
 from ..physics.winch_drive import MODES, WinchMode
 from .checks.attitude_checks import attitude_problems
 from .checks.drive_checks import mode_problems
@@ -23,6 +24,7 @@ from .checks.instrument_checks import DEVICE_OF, fault_problems, feed_problems
 from .checks.setpoint_checks import feed_forward_problems
 from .scene import Scene
 from .simulator import Simulator, StartError
+from .tables.rigid_tables import wings_of
 from .tables.sensor_tables import put_fault
 
 Way = Callable[[Simulator, Any], None]
@@ -55,8 +57,10 @@ def _sheave(sim: Simulator, _: float) -> None:
     rub_sheave(sim.state.surfaces[SHEAVE_ROW], sim.scene.sheave)
 
 
-def _flap(sim: Simulator, _: float, key: str, row: int) -> None:
-    _rows("line.rigid.wings", "lift_of_flap", slice(row, row + 1))(sim, value_of(sim.scene, key).lift_of_flap)
+def _flap(sim: Simulator, value: float, row: int, body: int) -> None:
+    begins = radians(value)
+    _rows("line.rigid.wings", "begins", slice(row, row + 1))(sim, begins)
+    put_flap(sim.state, body, row - int(sim.model.line.rigid.bodies[body]["wings"][0]), begins)
 
 
 def _fault(sim: Simulator, _: Any, target: str) -> None:
@@ -83,9 +87,8 @@ def ways(scene: Scene) -> dict[str, Way]:
     names = ["towbody", *(f"bodies.{name}" for name in scene.bodies)]
     for place, name in enumerate(names):
         table[f"{name}.flow_time_constant"] = _rows("line.bodies", "flow_time", slice(place, place + 1))
-    rigid = [(name, value_of(scene, name).wings) for name in names if value_of(scene, name).model is BodyModel.RIGID]
-    for row, key in enumerate(f"{name}.wings.{wing}" for name, wings in rigid for wing in wings):
-        table[f"{key}.flap"] = partial(_flap, key=key, row=row)
+    for row, one in enumerate(wings_of(scene)):
+        table[f"{one.key}.wings.{one.name}.flap"] = partial(_flap, row=row, body=one.body)
     return table
 
 

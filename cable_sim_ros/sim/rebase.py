@@ -6,6 +6,7 @@ from math import degrees, hypot, pi, remainder
 
 import numpy as np
 
+from ..physics.flaps import NEVER
 from ..physics.sensor_models import FIX
 from ..physics.ship import NO_EPOCH
 
@@ -75,6 +76,10 @@ def carried_over(saved: dict, time_ns: int, position: tuple[float, float]) -> di
     ship.blend_length = 1.0  # any: the first tick takes the offset whole
     for fault in (memory.winch.fault, memory.winch.drive_fault):
         fault.since += later
+    attitude = saved["attitude"].copy()
+    attitude["since"][attitude["since"] != NEVER] += later
+    attitude["fault"]["since"] += later
+    attitude["heard"] = NEVER  # the rows of flaps so far are gone too
     sensed, truth = saved["sensors_sensed"].copy(), saved["sensors_truth"].copy()
     sensed["fault"]["since"] += later
     if len(sensed):  # fixes are in odom
@@ -82,4 +87,5 @@ def carried_over(saved: dict, time_ns: int, position: tuple[float, float]) -> di
         for name in ("shown", "filtered"):
             sensed[name][FIX : FIX + 2] += moved
         sensed["fault"]["at"][FIX : FIX + 2] += moved
-    return saved | {"memory": memory, "step_memory": memory, "sensors_sensed": sensed, "sensors_truth": truth}
+    taken = {"sensors_sensed": sensed, "sensors_truth": truth, "attitude": attitude, "step_attitude": attitude}
+    return saved | {"memory": memory, "step_memory": memory} | taken

@@ -10,7 +10,7 @@ from math import cos, radians, sin
 import numpy as np
 
 from ..errors import RunError
-from ..physics.attitude import ATTITUDE
+from ..physics.flaps import clear_attitudes
 from ..physics.heave_compensation import CONSTANT_TENSION, LAWS, SetpointLaw
 from ..physics.inputs import Inputs, make_inputs
 from ..physics.mesh_motion import lay_mesh
@@ -20,9 +20,9 @@ from ..physics.state import ARC, CARRIED, MEMORY, NOW, STEP
 from ..physics.tick_output import SHAPE_COLUMNS, TICK_OUTPUT, Flag, strum_table
 from .build import build_model, build_state, make_output
 from .compensation_setup import declare, take_rest, take_slope
-from .inputs import YAW, InputError, ShipMotion, WinchCommand, push
+from .inputs import YAW, FlapCommand, InputError, ShipMotion, WinchCommand, push
 from .layout import layout_of
-from .loop import CONTROL_WORDS, SETTLE, STATS_COLUMNS, TICKS, drive
+from .loop import CONTROL_WORDS, HEADS, SETTLE, STATS_COLUMNS, TICKS, drive
 from .mesh.mesh_kinds import FeedMesh
 from .rebase import start_problem
 from .saved import savefile
@@ -31,6 +31,7 @@ from .scene import Scene
 from .static_equilibrium import settle, tension_slope, turn_bodies
 from .statics.route import StartError
 from .tables.current import declare_water
+from .tables.rigid_tables import flaps_of
 from .tables.sensor_tables import declare_faults, keep_faults, pin_problem
 from .trim import unstable
 from .wake_tables import begin_wakes
@@ -62,12 +63,13 @@ class Simulator:
         self.state = build_state(self.layout, mesh)
         self.inputs = make_inputs()
         self._algorithm = LAWS.index(scene.setpoint.algorithm)
+        self._flaps = flaps_of(scene)
         self.nodes = len(self.state.arc)
         self.output = make_output(self.model, self.nodes, 1)
         self._chunk = make_output(self.model, self.nodes, 1)
         self._control = np.zeros(CONTROL_WORDS, np.int64)
         self._stats = np.zeros((1, STATS_COLUMNS), np.int64)
-        self._all = np.zeros((0, 2), np.int64)
+        self._all = np.zeros((0, HEADS), np.int64)
         self.start_report: dict[str, float] = {}
         self._begun = False
 
@@ -149,8 +151,7 @@ class Simulator:
         """Nothing has happened yet; returns the present memory."""
         self.state.memory[:] = np.zeros((), MEMORY)
         self.state.nodes[:, :ARC] = 0.0
-        self.state.attitude[:] = np.zeros((), ATTITUDE)
-        self.state.attitude["quaternion"][..., 3] = 1.0
+        clear_attitudes(self.state, self.model.line.rigid)
         self.state.delayed[:] = 0.0
         for array in self.state.sensors:
             array[...] = np.zeros((), array.dtype)
@@ -182,12 +183,12 @@ class Simulator:
         """Contact points of the last tick [contact points, 9], columns CONTACT_COLUMNS."""
         return self.output.contact[0, : int(self.output.frame[0]["contact_stations"])]
 
-    def push(self, item: ShipMotion | WinchCommand) -> None:
-        """Queue one sample of ship motion or one winch command. Raises InputError, also where the first sample is of
-        another heading or place than the start: see `sim.rebase.start_problem`."""
+    def push(self, item: ShipMotion | WinchCommand | FlapCommand) -> None:
+        """Queue one sample of ship motion, one winch command or angles of flaps. Raises InputError, also where the
+        first sample is of another heading or place than the start: see `sim.rebase.start_problem`."""
         if self._begun and isinstance(item, ShipMotion) and not self.inputs.motion_head[0]:
             self._fits_start(item.angles[2], item.position[:2])
-        push(self.inputs, item, int(self.frame["time"]), self.scene.ship.max_gap)
+        push(self.inputs, item, int(self.frame["time"]), self.scene.ship.max_gap, self._flaps)
 
     def tick(self, inputs: Inputs | None = None) -> np.record:
         """Advance one tick with ``inputs`` (default: self.inputs); returns its tick output. Raises SolverError."""
@@ -198,8 +199,8 @@ class Simulator:
     def run(self, count: int, *, heads: np.ndarray | None = None) -> np.recarray:
         """Advance ``count`` ticks in one compiled call; returns their tick outputs. Raises SolverError.
 
-        heads, int64 [count, 2]: motion samples and commands, counted from the first, that each tick sees of those
-        written; default all.
+        heads, int64 [count, 3]: motion samples, commands and rows of flaps, counted from the first, that each tick
+        sees of those written; default all.
         """
         if len(self._chunk.frame) < count:
             self._chunk = make_output(self.model, self.nodes, count)

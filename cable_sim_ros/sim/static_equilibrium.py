@@ -14,8 +14,8 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
-from ..physics.attitude import ATTITUDE
 from ..physics.contact_surface import FLOOR, GROOVE, SHEAVE_ROW
+from ..physics.flaps import clear_attitudes
 from ..physics.section import material_of
 from ..physics.state import FLOW, NOW, Model, State
 from ..physics.swivel import leads, rolled
@@ -306,7 +306,7 @@ def turn_bodies(sim: Tow, shape: TowShape, yaw: float) -> None:
 
 def level_bodies(sim: Tow) -> None:
     """Level the bodies with an attitude, each facing the water that passes it."""
-    sim.state.attitude[:] = np.zeros((), ATTITUDE)
+    clear_attitudes(sim.state, sim.model.line.rigid)
     for i, row in enumerate(sim.model.line.rigid.bodies):
         x, y = sim.state.nodes[NOW, FLOW, row.node, :2].tolist()
         facing = atan2(-y, -x)

@@ -16,11 +16,11 @@ from rclpy.parameter import Parameter
 from rclpy.time import Time
 
 from ..errors import TowError
-from ..io.messages.messages import COMMANDS, KINDS
+from ..io.messages.messages import COMMANDED, KINDS
 from ..ros.client import NAMESPACE, Client
 from .arguments import COMMAND
 
-WINCH = tuple(KINDS[kind][1] for kind in COMMANDS)
+WINCH = tuple(KINDS[kind][1] for kind in COMMANDED)
 NODE = f"{NAMESPACE}/cable_sim"
 SEEN = (("command", "publishers"), ("neighbours", "nodes"))  # where the node says what it is connected to
 SETTLE = 0.3  # s: the other end may learn of ours a little later than we of it

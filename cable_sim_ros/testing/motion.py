@@ -22,7 +22,7 @@ from ..sim.scene import Ship
 from .arguments import number, refused
 
 SECOND = 1_000_000_000
-INPUTS = ("imu", "odometry", "command")  # in this order at one stamp
+INPUTS = ("imu", "odometry", "command", "flaps")  # in this order at one stamp
 Source = str | os.PathLike | Sequence[ShipMotion]
 
 

@@ -20,7 +20,7 @@ from std_srvs.srv import SetBool, Trigger
 from ..errors import TowError
 from ..io.messages.channels import decode_frames
 from ..io.messages.commands import encode_command
-from ..io.messages.messages import COMMANDS, KINDS, Event, stamp_of
+from ..io.messages.messages import COMMANDED, KINDS, Event, stamp_of
 from ..physics.tick_output import TICK_OUTPUT
 from ..ros.child import Process
 from ..ros.client import Client
@@ -124,7 +124,7 @@ class Link:
         if lockstep:  # before the tick outputs: the clock of one is known when it is
             self.client.hear(Clock, "/clock", self._on_clock, reliable=False)
             for kind, made in inputs_there()[0].items():
-                if kind in COMMANDS:
+                if kind in COMMANDED:
                     self.client.hear(made, KINDS[kind][1], self._on_command, reliable=False)
         self._health = self.client.hear(JointState, "sim/health", self.box.put)
         self.client.listen(DiagnosticArray, "/diagnostics")

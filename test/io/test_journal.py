@@ -33,7 +33,7 @@ def written(ticks=6, samples=3):
             push_motion(inputs, 1000 + head, [float(head)] * 14)
         if tick == 2:
             push_command(inputs, 1007, np.nan, -0.25)
-        journal.tick(tick, int(inputs.motion_head[0]), int(inputs.command_head[0]))
+        journal.tick(tick, *inputs.heads)
     journal.end(ticks, "end")
     return messages
 
@@ -44,10 +44,10 @@ def test_what_is_written_is_read_back_tick_by_tick():
     assert report.faults == [] and segment.ticks == 6 and not segment.halted
     assert segment.start == Start(1000, (1.0, 2.0), 0.5, "start")
     assert segment.parameters == {"winch.command_timeout": 0.7}
-    assert segment.heads().tolist() == [[3, 0], [6, 0], [9, 1], [12, 1], [15, 1], [18, 1]]
+    assert segment.heads().tolist() == [[3, 0, 0], [6, 0, 0], [9, 1, 0], [12, 1, 0], [15, 1, 0], [18, 1, 0]]
     again = make_inputs()
     segment.load(again)
-    segment.push(again, 18, 1)
+    segment.push(again, 18, 1, 0)
     assert again.motion_time[:18].tolist() == list(range(1000, 1018)) and again.motion[17, 0] == 17.0
     assert again.command_time[0] == 1007 and np.isnan(again.command[0, 0]) and again.command[0, 1] == -0.25
 
@@ -81,7 +81,7 @@ def test_samples_that_the_ring_has_lost_are_counted():
     journal.start(0, Start(0, (0.0, 0.0), None), {}, rings(inputs))
     for k in range(MOTION_ROWS + 100):
         push_motion(inputs, k, [0.0] * 14)
-    journal.tick(0, MOTION_ROWS + 100, 0)
+    journal.tick(0, MOTION_ROWS + 100, 0, 0)
     journal.lose(1, 7)
     first, second = read_journal(messages).faults
     assert first == "108 samples or ticks before tick 0 are not known"
@@ -93,10 +93,10 @@ def test_a_halt_and_a_reset_after_it(ended, halted):
     inputs, messages = make_inputs(), []
     journal = Journal(messages.append, inputs)
     journal.start(0, Start(0, (0.0, 0.0), 0.0), {}, rings(inputs))
-    journal.tick(3, 0, 0)
+    journal.tick(3, 0, 0, 0)
     journal.end(4, ended)
     journal.start(5, Start(9, (0.0, 0.0), 0.0, "reset"), {}, rings(inputs))
-    journal.tick(5, 0, 0)
+    journal.tick(5, 0, 0, 0)
     journal.end(7, "end")
     first, second = read_journal(messages).segments
     assert first.halted is halted and first.ticks == (4 if halted else 5) and second.ticks == 2

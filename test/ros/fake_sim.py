@@ -14,6 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
+from cable_sim_ros.physics.attitude import ATTITUDE
 from cable_sim_ros.physics.heave_compensation import SetpointLaw
 from cable_sim_ros.physics.inputs import Inputs, make_inputs
 from cable_sim_ros.physics.sensor_models import SENSOR_RULES, SIGNAL, SensorModel, make_sensors
@@ -181,6 +182,7 @@ class Simulator:
     def snapshot(self) -> dict:
         rings = {f"inputs_{name}": array.copy() for name, array in self.inputs._asdict().items()}
         none = {f"sensors_{name}": array.copy() for name, array in make_sensors(0)._asdict().items()}
+        none["attitude"] = np.zeros(0, ATTITUDE)
         return {"memory": self.state.memory[0].copy(), "nodes": self.state.value.copy(), **none, **rings}
 
     def taken(self, path, saved) -> dict:

@@ -163,7 +163,7 @@ FAULTS = {
     "its own": (lambda row: 1 / 0, r"raised ZeroDivisionError: division by zero. The run ended there; correct the"),
     "a number": (
         lambda row: 0.5,
-        r"returned 0.5, a float and neither a WinchCommand nor None. The run ended there; return WinchCommand\(rate",
+        r"returned 0.5, a float and no command. The run ended there; return WinchCommand\(rate",
     ),
     "of the past": (
         lambda row: WinchCommand(rate=0.1, time_ns=int(row.time)),

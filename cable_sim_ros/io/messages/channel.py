@@ -17,6 +17,7 @@ class Context:
     towbody_link: str = "towbody_link"
     namespace: str = "/tow_sim"
     bodies: tuple[float, ...] = ()  # unstretched arc length of each body on the line [m]
+    flaps: tuple[tuple[str, int], ...] = ()  # name, and row of the wing of each flap
 
     def topic(self, channel: Channel) -> str:
         """Absolute topic of a channel."""

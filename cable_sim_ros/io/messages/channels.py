@@ -30,6 +30,7 @@ from ...physics.tick_output import (
     strum_table,
 )
 from ...sim.scene import Scene
+from ...sim.tables.rigid_tables import flaps_of
 from ...sim.tables.viv_tables import on as strumming_on
 from ..bags.typestore import STORE
 from .cdr import JointTemplate, cloud, cloud_table, header, header_time
@@ -205,6 +206,12 @@ def cable_bodies(f, shape, contact, context: Context):
     return cloud(f.time, context.odom, BODY_COLUMNS, body_rows(shape, context.bodies), "cable/bodies")
 
 
+def flap_angles(f, shape, contact, context: Context):
+    """Angles of the flaps as they stand, rad, trailing edge down."""
+    angles = np.array([shape[row, -1] for _, row in context.flaps], float)
+    return JointState(header(f.time, ""), [name for name, _ in context.flaps], angles, EMPTY, EMPTY)
+
+
 def sim_health(f, shape, contact, context: Context):
     """Every field of the tick output."""
     return JointState(header(f.time, ""), list(HEALTH), np.array(f.numbers[1:], float), EMPTY, EMPTY)
@@ -331,6 +338,17 @@ BODIES = Channel(
 )
 
 
+FLAPS = Channel(
+    "flap_angles",
+    "towbody/flap_angles",
+    "sensor_msgs/msg/JointState",
+    0.0,
+    "reliable",
+    flap_angles,
+    lambda m: {"flaps": dict(zip(m.name, m.position.tolist()))},
+)
+
+
 TRANSFORMS = Channel(  # /tf of tools: relative, as on the global /tf the simulated ship would stand beside the real one
     "transforms", "tf", "tf2_msgs/msg/TFMessage", 20.0, "reliable", transforms, None, optional=True
 )
@@ -339,6 +357,7 @@ TRANSFORMS = Channel(  # /tf of tools: relative, as on the global /tf the simula
 SOMETIMES: tuple[tuple[Channel, Callable[[Scene], bool]], ...] = (
     (STRUM, strumming_on),
     (BODIES, lambda scene: bool(scene.bodies)),
+    (FLAPS, lambda scene: bool(flaps_of(scene))),
     *INSTRUMENTS,
 )  # and which scenes have it
 EVERY = (*CHANNELS, TRANSFORMS, *(channel for channel, _ in SOMETIMES))  # of any scene: docs/topics.md, SROS2 policy

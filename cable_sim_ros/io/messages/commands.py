@@ -1,4 +1,4 @@
-"""Winch commands: bytes of a JointState or a JointCommand to the command ring, the same for topic and bag.
+"""Commands of winch and flaps: bytes of a JointState or a JointCommand to their rings, the same for topic and bag.
 
 One rule: a command counts from its arrival, put on the clock of the motion, and the newest arrival wins;
 its stamp decides nothing and gives a lag figure. What cannot be right is refused and counted by cause, in the words of
@@ -8,14 +8,15 @@ its stamp decides nothing and gives a lag figure. What cannot be right is refuse
 from __future__ import annotations
 
 from collections import Counter, deque
+from collections.abc import Mapping
 from math import isnan, nan
 
 import numpy as np
 
-from ...physics.inputs import Inputs, push_command
+from ...physics.inputs import MAX_WINGS, Inputs, push_command, push_flaps
 from ...physics.winch_command import ASKED_WITHIN
 from ..bags.typestore import STORE
-from .messages import CAUSES, COMMANDS, JOINT, KINDS, Command, Event, Refused
+from .messages import CAUSES, COMMANDS, JOINT, KINDS, Command, Event, Refused, decode_flaps
 
 SECOND = 1_000_000_000
 OF_A_CLOCK = 60 * SECOND  # ns; a stamp further off a clock is not of that clock
@@ -34,13 +35,26 @@ def encode_command(stamp: int, payout: float | None, rate: float | None) -> byte
 
 def as_joint_state(event: Event) -> Event:
     """A command of any kind as one of `winch/command`; motion, and a message that is no command, as they are."""
-    if not event.is_command or event.kind == "command":
+    if event.kind not in COMMANDS or event.kind == "command":
         return event
     try:
         command = COMMANDS[event.kind](event.data)
     except Refused:
         return event._replace(kind="command")
     return event._replace(kind="command", data=encode_command(command.stamp, command.payout, command.rate))
+
+
+def encode_flaps(stamp: int, angles: Mapping[str, float]) -> bytes:
+    """CDR bytes of angles [rad] of flaps by name as a sensor_msgs/JointState; stamp: ns."""
+    types, kind, none = STORE.types, KINDS["flaps"][0], np.zeros(0)
+    header = types["std_msgs/msg/Header"](types["builtin_interfaces/msg/Time"](*divmod(stamp, 1_000_000_000)), "")
+    message = types[kind](header, list(angles), np.array([*angles.values()], float), none, none)
+    return bytes(STORE.serialize_cdr(message, kind))
+
+
+def _after(last: int, now: int) -> int:
+    """Time on the clock of the motion [ns] at which a command counts that came at ``now``, behind the one before."""
+    return max(now, last + 1) if last - now < MOVES else now
 
 
 class CommandIngest:
@@ -54,9 +68,12 @@ class CommandIngest:
     is of neither (`lag` is NaN then).
     """
 
-    def __init__(self, inputs: Inputs, drum: np.record | None = None, wall: int = 0) -> None:
-        """drum: DRUM record, None: nothing is counted as clamped; wall: what to add to arrivals for wall time, ns."""
-        self.inputs, self.drum, self.wall = inputs, drum, wall
+    def __init__(
+        self, inputs: Inputs, drum: np.record | None = None, wall: int = 0, flaps: Mapping[str, int] | None = None
+    ) -> None:
+        """drum: DRUM record, None: nothing is counted as clamped; wall: what to add to arrivals for wall time, ns;
+        flaps: columns of their ring by name."""
+        self.inputs, self.drum, self.wall, self.columns = inputs, drum, wall, dict(flaps or {})
         self.accepted = self.no_command = 0
         self.refused: Counter[str] = Counter()
         self.clamped: Counter[str] = Counter()
@@ -66,7 +83,7 @@ class CommandIngest:
 
     def reset(self) -> None:
         """Forget the newest command: after a jump of the clock and before a start."""
-        self._last_time = NEVER
+        self._last_time = self._last_flaps = NEVER
         self.last: Command | None = None
         self.last_arrival: int | None = None
         self.lag, self.lag_clock = nan, ""
@@ -78,9 +95,11 @@ class CommandIngest:
         What commands nothing is counted and changes nothing, before the first motion too.
 
         arrival: ns; data_now: the same on the clock of the motion data, None before the first motion; kind: of
-        COMMANDS.
+        COMMANDED.
         """
         try:
+            if kind == "flaps":
+                return self._take_flaps(data, data_now)
             command = COMMANDS[kind](data)
             if command.is_none:
                 self.no_command += 1
@@ -89,13 +108,29 @@ class CommandIngest:
                 raise Refused("before_motion")
         except Refused as refusal:
             return self.refuse(refusal.cause)
-        time = max(data_now, self._last_time + 1) if self._last_time - data_now < MOVES else data_now
+        time = _after(self._last_time, data_now)
         self._last_time, self.last_arrival, self.last = time, arrival, command
         self.accepted += 1
         self._note_lag(command.stamp, arrival, data_now)
         if self.drum is not None:
             self._note_clamp(command, self.drum)
         push_command(self.inputs, time, command.payout, command.rate)
+        return ""
+
+    def _take_flaps(self, data: bytes, data_now: int | None) -> str:
+        row = np.full(MAX_WINGS, nan)
+        for name, angle in decode_flaps(data).angles.items():
+            if name not in self.columns:
+                raise Refused("flap_name")
+            row[self.columns[name]] = angle
+        if np.isnan(row).all():
+            self.no_command += 1
+            return ""
+        if data_now is None:
+            raise Refused("before_motion")
+        self._last_flaps = _after(self._last_flaps, data_now)
+        self.accepted += 1
+        push_flaps(self.inputs, self._last_flaps, row)
         return ""
 
     def refuse(self, cause: str) -> str:

@@ -13,7 +13,7 @@ from struct import Struct
 from typing import Any, NamedTuple
 
 from ...physics.heave_filter import Convention
-from ...sim.inputs import MAX_COMMAND, MAX_PITCH, MAX_POSITION, MAX_RATE, MAX_SPEED, NORM_WITHIN
+from ...sim.inputs import MAX_COMMAND, MAX_FLAP, MAX_PITCH, MAX_POSITION, MAX_RATE, MAX_SPEED, NORM_WITHIN
 from ...sim.tables.attitude import angles_of, to_world
 from ..bags.bag_writer import BagError
 from .fault_hypotheses import DOUBTS
@@ -36,7 +36,8 @@ CAUSES = {
     "use a sensor with attitude, or odometry",
     "out_of_range": "a number is beyond what a ship does "
     f"({MAX_FORCE:g} m/s^2, {MAX_RATE:g} rad/s, {MAX_SPEED:g} m/s, {degrees(MAX_PITCH):g} deg pitch, "
-    f"{MAX_POSITION:g} m) or a winch is commanded ({MAX_COMMAND:g} m or m/s): dropped; check sender and units, and "
+    f"{MAX_POSITION:g} m), a winch is commanded ({MAX_COMMAND:g} m or m/s) or a flap ({MAX_FLAP:.3g} rad): dropped; "
+    "check sender and units, and "
     "heave.imu_rotation_deg of an IMU whose axes are not the ship's",
     "height": "odometry z is further from ship.reference_height than heave.max_displacement: dropped; z must be the "
     "height of base_link above the mean water surface",
@@ -63,6 +64,10 @@ CAUSES = {
     "of its own",
     "interface": f"interface_name of the JointCommand is none of {', '.join(INTERFACES)}: dropped; name the one that "
     "its values are of",
+    "flap_name": "a name is that of no flap of this tow, or stands twice: dropped; give names of wings with a "
+    "flap_share, of a body on the line BODY/WING",
+    "flap_array": "position has some entries, but not one for each flap that is named: dropped; give NaN for what is "
+    "not commanded",
     "effort_only": f"of the joint '{JOINT}' only effort is a number, and the winch takes none: dropped; command "
     "position [m] or velocity [m/s]",
     "imu_gap": "",
@@ -112,6 +117,11 @@ class Command(NamedTuple):
         return isnan(self.payout) and isnan(self.rate)
 
 
+class JointAngles(NamedTuple):
+    stamp: int  # ns; 0: none
+    angles: dict[str, float]  # rad, by the name of the joint; NaN: not commanded
+
+
 _STAMP = {order: Struct(order + "iI") for order in "<>"}
 _HEADER = {order: Struct(order + "iII") for order in "<>"}  # sec, nanosec, length of frame_id
 _LENGTH = {order: Struct(order + "I") for order in "<>"}
@@ -132,8 +142,8 @@ class Event(NamedTuple):
 
     @property
     def is_command(self) -> bool:
-        """Is it for the winch, and no motion?"""
-        return self.kind in COMMANDS
+        """Is it for winch or flaps, and no motion?"""
+        return self.kind in COMMANDED
 
     @property
     def time(self) -> int:
@@ -326,6 +336,24 @@ def decode_command(data: bytes) -> Command:
     return Command(stamp_of(data) or 0, payout, rate)
 
 
+def decode_flaps(data: bytes) -> JointAngles:
+    """Checked angles of flaps, a sensor_msgs/JointState; Refused if it cannot be used. Only its position is read."""
+    parts = _Sequences(data, _order(data), 12)
+    parts.string()  # frame_id
+    names = [parts.string().decode(errors="replace") for _ in range(parts.count())]
+    position = parts.doubles()
+    if len(set(names)) < len(names):
+        raise Refused("flap_name")
+    if position and len(position) != len(names):
+        raise Refused("flap_array")
+    for angle in position:
+        if isinf(angle):
+            raise Refused("not_finite")
+        if abs(angle) > MAX_FLAP:
+            raise Refused("out_of_range")
+    return JointAngles(stamp_of(data) or 0, dict(zip(names, position or (nan,) * len(names), strict=True)))
+
+
 def decode_joint_command(data: bytes) -> Command:
     """Checked numbers of a winch command, a control_msgs/JointCommand; Refused if it cannot be used.
 
@@ -363,12 +391,14 @@ KINDS = {  # kind -> type, how its topic's name ends
     # as ros2_control's JointCommandTopicSystem names them: a topic for each interface, below the one that it is given
     "command_position": (JOINT_COMMAND, "winch/joint_command/position"),
     "command_velocity": (JOINT_COMMAND, "winch/joint_command/velocity"),
+    "flaps": ("sensor_msgs/msg/JointState", "towbody/flaps"),
 }
 COMMANDS = {  # kind -> decoder; they are one input: the newest counts, on whichever topic it came
     "command": decode_command,
     "command_position": decode_joint_command,
     "command_velocity": decode_joint_command,
 }
+COMMANDED = (*COMMANDS, "flaps")  # kinds that are no motion
 OWN = ("towbody/odom", "winch/state")  # what this project publishes is no motion of a ship
 
 
@@ -391,7 +421,7 @@ def find_topics(topics: dict[str, str], asked: dict[str, str] | None = None) -> 
             continue
         fit = sorted(n for n, t in topics.items() if t == msgtype and not f"/{n}".endswith(tuple(f"/{o}" for o in OWN)))
         named = [n for n in fit if f"/{n}".endswith(f"/{suffix}")]
-        if kind not in COMMANDS and not named:
+        if kind not in COMMANDED and not named:
             named = fit
         if len(named) > 1:
             raise BagError(f"{kind} could be any of {', '.join(named)}: nothing was read; say which topic it is")

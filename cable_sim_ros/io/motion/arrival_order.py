@@ -14,6 +14,7 @@ import numpy as np
 from ...physics.heave_filter import Heave, MotionInput
 from ...physics.inputs import MOTION_ROWS, Inputs
 from ...sim.scene import Scene
+from ...sim.tables.rigid_tables import flaps_of
 from ..messages.commands import CommandIngest
 from ..messages.messages import Event
 from .clock import DataClock, Stamp
@@ -50,7 +51,7 @@ class Intake:
         self.inputs, self.wall = inputs, wall
         self.clock = clock or DataClock()
         self.ingest = MotionIngest(inputs, scene.ship, heave or Heave(), motion, scene.gravity, frames)
-        self.commands = CommandIngest(inputs, drum, wall)
+        self.commands = CommandIngest(inputs, drum, wall, flaps_of(scene))
         self.refused: Counter[str] = Counter()
 
     def motion(self, event: Event) -> Took:
@@ -72,7 +73,7 @@ class Intake:
         return Took.SAMPLE
 
     def command(self, data: bytes, arrival: int, kind: str = "command") -> str:
-        """One winch command as CDR bytes; arrival: ns; kind: of COMMANDS. Returns "" or the cause of its refusal."""
+        """One command as CDR bytes; arrival: ns; kind: of COMMANDED. Returns "" or the cause of its refusal."""
         return self.commands.take(data, arrival, self.clock.now(arrival), kind)
 
     def jump(self) -> None:
@@ -82,9 +83,9 @@ class Intake:
         self.forget_commands()
 
     def forget_commands(self) -> None:
-        """The winch holds where the next start has it; only while no tick runs."""
+        """Winch and flaps hold where the next start has them; only while no tick runs."""
         self.commands.reset()
-        self.inputs.command_head[0] = 0
+        self.inputs.command_head[0] = self.inputs.flap_head[0] = 0
 
     @property
     def newest(self) -> int | None:

@@ -190,6 +190,7 @@ REMEMBERED: dict[str, dict[str, Hint]] = {
         "refused": dict[Text, Count],
         "clamped": dict[Text, Count],
         "_lags": deque[tuple[Whole, Real]],
+        "columns": SAME,
         "last": Command | None,
         "last_arrival": Whole | None,
         "lag": Open,
@@ -201,6 +202,7 @@ REMEMBERED: dict[str, dict[str, Hint]] = {
         "steps_left": Count,
         "_called": Whole | None,
         "_stamps": deque[Whole],
+        "_flap_stamps": deque[Whole],
     },
     "MotionGate": {"delay": SAME, "cadence": {}, "_held": _in_order, "_ahead": _in_order},
     "Cadence": {

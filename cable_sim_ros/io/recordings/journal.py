@@ -9,6 +9,7 @@ Topic ``sim/journal`` of the bag (recorded only, not published), std_msgs/String
   a compressed .npz in base64. Of a start from the static equilibrium it has the rings of inputs only.
 * ``motion``: samples as the ticks see them from here on, each a stamp [ns] and the 14 numbers of `physics.inputs`.
 * ``commands``: to the winch, each the time [ns] from which it counts, pay-out [m] and rate [m/s], null = none.
+* ``flaps``: each the time [ns] and a list of the angles [rad] of the wings in their order, null = not commanded.
 * ``set``: parameters that were changed; ``lost``: samples and commands that are not known any more; ``end``: why the
   recording or the simulation ended.
 """
@@ -24,17 +25,18 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...physics.inputs import COMMAND_ROWS, MOTION_ROWS, Inputs, push_command, push_motion
+from ...physics.inputs import MOTION_ROWS, Inputs, push_command, push_flaps, push_motion
 from ...sim.saved.npz_bytes import npz
 from ...sim.saved.savefile import LAYOUT
 from ..bags.typestore import STORE
-from .journal_entries import MAX_STATES, MSGTYPE, BadEntry, Begin, Command, Entry, Sample, entry_of, state_of
+from .journal_entries import MAX_STATES, MSGTYPE, BadEntry, Begin, Command, Entry, Flaps, Sample, entry_of, state_of
 
 TOPIC = "sim/journal"
 MAX_FAULTS = 20  # told as texts; the others are counted
 MAX_STARTS = 1000  # a static start takes some tenths of a second
 SPARE = 8  # rows of a ring that may be overwritten while it is read
 STATIC = ("start", "reset")  # causes of a start from the static equilibrium
+Heads = tuple[int, int, int]  # Inputs.heads
 
 
 class Start(NamedTuple):
@@ -55,9 +57,9 @@ class Journal:
 
     def __init__(self, put: Callable[[bytes], None], inputs: Inputs) -> None:
         self.put, self.inputs = put, inputs
-        self._notes: deque[tuple[int, Callable[[], dict[str, Any]], tuple[int, int] | None]] = deque()
+        self._notes: deque[tuple[int, Callable[[], dict[str, Any]], Heads | None]] = deque()
         self._count = 0
-        self._motion = self._commands = 0  # heads that stand in the journal
+        self._heads: Heads = (0, 0, 0)  # that stand in the journal
         self._begun = False
         self.first: int | None = None  # the first tick that it covers
 
@@ -66,7 +68,7 @@ class Journal:
 
         parameters: live ones that were changed.
         """
-        heads = int(snapshot["inputs_motion_head"][0]), int(snapshot["inputs_command_head"][0])
+        heads = heads_of(snapshot)
 
         def entry() -> dict[str, Any]:  # packed by the thread that writes it, not between two ticks
             kept = {k: v for k, v in snapshot.items() if k.startswith("inputs_") or start.cause not in STATIC}
@@ -94,23 +96,27 @@ class Journal:
         """Is this tick part of what is recorded?"""
         return self.first is not None and index >= self.first
 
-    def tick(self, index: int, motion_head: int, command_head: int) -> None:
-        """Tick ``index``, counted from 0, saw so many motion samples and commands since the rings were empty."""
+    def tick(self, index: int, *heads: int) -> None:
+        """Tick ``index``, counted from 0, saw so much of each ring since it was empty: `Inputs.heads`."""
         self._settle(index)
         if not self._begun:
             return
         entry: dict[str, Any] = {}
-        lost = 0
-        if motion_head > self._motion:
-            first = max(self._motion, int(self.inputs.motion_head[0]) - MOTION_ROWS + SPARE)
-            lost += first - self._motion
-            entry["motion"] = [self._sample(k) for k in range(first, motion_head)]
-        if command_head > self._commands:
-            first = max(self._commands, int(self.inputs.command_head[0]) - COMMAND_ROWS + SPARE)
-            lost += first - self._commands
-            entry["commands"] = [self._command(k) for k in range(first, command_head)]
+        lost, there = 0, self.inputs
+        rings = (
+            ("motion", there.motion_time, there.motion),
+            ("commands", there.command_time, there.command),
+            ("flaps", there.flap_time, there.flap),
+        )
+        for (name, times, values), before, head, written in zip(rings, self._heads, heads, there.heads, strict=True):
+            if head > before:
+                first = max(before, written - len(times) + SPARE)
+                lost += first - before
+                entry[name] = [_row(times, values, k % len(times)) for k in range(first, head)]
+        if "flaps" in entry:
+            entry["flaps"] = [(time, angles) for time, *angles in entry["flaps"]]
         if entry:
-            self._motion, self._commands = motion_head, command_head
+            self._heads = heads  # type: ignore[assignment]
             self._write(index, entry | ({"lost": lost} if lost else {}))
 
     def lose(self, index: int, count: int) -> None:
@@ -127,7 +133,7 @@ class Journal:
         while self._notes and self._notes[0][0] <= index:
             done, entry, heads = self._notes.popleft()
             if heads is not None:
-                self._motion, self._commands = heads
+                self._heads = heads
                 self._begun = True
             self._write(done, entry())
 
@@ -135,16 +141,16 @@ class Journal:
         self.put(encoded({"n": self._count, "tick": done, **entry}))
         self._count += 1
 
-    def _sample(self, index: int) -> list[float]:
-        row = index % MOTION_ROWS
-        return [int(self.inputs.motion_time[row]), *self.inputs.motion[row].tolist()]
 
-    def _command(self, index: int) -> list[float | None]:
-        row = index % COMMAND_ROWS
-        return [
-            int(self.inputs.command_time[row]),
-            *(None if value != value else value for value in self.inputs.command[row].tolist()),
-        ]
+def _row(times: np.ndarray, values: np.ndarray, row: int) -> list[float | None]:
+    """Stamp and numbers of a ring's row, null for NaN."""
+    return [int(times[row]), *(None if value != value else value for value in values[row].tolist())]
+
+
+def heads_of(arrays: Mapping[str, np.ndarray]) -> Heads:
+    """Heads of the rings in a snapshot."""
+    motion, command, flap = (int(arrays[f"inputs_{name}_head"][0]) for name in ("motion", "command", "flap"))
+    return motion, command, flap
 
 
 def encoded(entry: Mapping[str, Any]) -> bytes:
@@ -173,18 +179,19 @@ class Segment:
     ended: bool = False  # the journal says where it ends
     motion: list[Sample] = field(default_factory=list)
     commands: list[Command] = field(default_factory=list)
-    seen: list[tuple[int, int, int]] = field(default_factory=list)  # tick of the segment, motion, commands from it on
+    flaps: list[Flaps] = field(default_factory=list)
+    seen: list[tuple[int, ...]] = field(default_factory=list)  # tick of the segment, heads of the rings from it on
     sets: list[tuple[int, str, Any]] = field(default_factory=list)  # tick of the segment, parameter, value
 
     def heads(self) -> np.ndarray:
-        """What each tick sees of the rings, int64 [ticks, 2], counted as their heads."""
+        """What each tick sees of the rings, int64 [ticks, 3], counted as their heads."""
         seen = np.array(self.seen, np.int64)  # its ticks go up
         return seen[np.searchsorted(seen[:, 0], np.arange(self.ticks), "right") - 1, 1:] + self.base
 
     @property
-    def base(self) -> tuple[int, int]:
+    def base(self) -> Heads:
         """Heads of the rings at the start."""
-        return int(self.rings["inputs_motion_head"][0]), int(self.rings["inputs_command_head"][0])
+        return heads_of(self.rings)
 
     @property
     def newest(self) -> int | None:
@@ -204,13 +211,17 @@ class Segment:
         for name, array in inputs._asdict().items():
             array[...] = self.rings[f"inputs_{name}"]
 
-    def push(self, inputs: Inputs, motion_head: int, command_head: int) -> None:
-        """Push the samples and commands up to these heads of the rings."""
-        motion, command = self.base
-        for stamp, *row in self.motion[int(inputs.motion_head[0]) - motion : motion_head - motion]:
+    def push(self, inputs: Inputs, *heads: int) -> None:
+        """Push what is up to these heads of the rings."""
+        motion, command, flap = (
+            slice(now - base, head - base) for now, base, head in zip(inputs.heads, self.base, heads, strict=True)
+        )
+        for stamp, *row in self.motion[motion]:
             push_motion(inputs, int(stamp), row)
-        for at, payout, rate in self.commands[int(inputs.command_head[0]) - command : command_head - command]:
-            push_command(inputs, int(at), *(np.nan if v is None else v for v in (payout, rate)))
+        for when, payout, rate in self.commands[command]:
+            push_command(inputs, int(when), *(np.nan if v is None else v for v in (payout, rate)))
+        for when, angles in self.flaps[flap]:
+            push_flaps(inputs, int(when), [np.nan if v is None else v for v in angles])
 
 
 class Report(NamedTuple):
@@ -284,7 +295,7 @@ def _begin(begun: Begin, tick: int, place: int, unpacked: int) -> Segment:
         raise ValueError(f"the states of the journal have more than {MAX_STATES} bytes")
     start = Start(begun.time, begun.position, begun.heading, begun.cause)
     segment = Segment(start, dict(begun.parameters), begun.layout, state.arrays, state.rings, tick, place)
-    segment.seen.append((0, 0, 0))
+    segment.seen.append((0, 0, 0, 0))
     return segment
 
 
@@ -304,7 +315,8 @@ def _take(entry: Entry, segment: Segment) -> None:
     at = entry.tick - segment.first
     segment.motion += entry.motion
     segment.commands += entry.commands
-    segment.seen.append((at, len(segment.motion), len(segment.commands)))
+    segment.flaps += entry.flaps
+    segment.seen.append((at, len(segment.motion), len(segment.commands), len(segment.flaps)))
     segment.sets += [(at, name, value) for name, value in entry.set.items()]
     segment.ticks = max(segment.ticks, at + (entry.end is None))
     if entry.end is not None:

@@ -13,7 +13,7 @@ from typing import Annotated, Any, Literal, NamedTuple
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from ...physics.inputs import COMMAND_ROWS, MOTION_ROWS, make_inputs
+from ...physics.inputs import COMMAND_ROWS, FLAP_ROWS, MAX_WINGS, MOTION_ROWS, make_inputs
 from ...sim.saved.npz_bytes import Unfit, parts
 from ...sim.saved.savefile import ARRAYS, exact
 from ...sim.saved.state_values import MAX_COUNT, MAX_TIME, rings_problem
@@ -35,6 +35,7 @@ Value = bool | Annotated[float, Field(allow_inf_nan=False)] | Name | None
 N = Number
 Sample = tuple[Time, N, N, N, N, N, N, N, N, N, N, N, N, N, N]  # stamp, and the columns of `physics.inputs`
 Command = tuple[Time, Commanded, Commanded]
+Flaps = tuple[Time, Annotated[list[Commanded], Field(min_length=MAX_WINGS, max_length=MAX_WINGS)]]
 
 
 class _Strict(BaseModel):
@@ -61,6 +62,7 @@ class Entry(_Strict):
     start: Begin | None = None
     motion: Annotated[list[Sample], Field(max_length=MOTION_ROWS)] = []
     commands: Annotated[list[Command], Field(max_length=COMMAND_ROWS)] = []
+    flaps: Annotated[list[Flaps], Field(max_length=FLAP_ROWS)] = []
     set: Annotated[dict[Name, Value], Field(max_length=1000)] = {}
     lost: Count = 0
     end: Name | None = None

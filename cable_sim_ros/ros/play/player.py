@@ -20,7 +20,7 @@ from pathlib import Path
 
 from ...errors import CableSimError
 from ...io.bags.bag import BagReader
-from ...io.messages.messages import COMMANDS, Event, stamp_of
+from ...io.messages.messages import COMMANDED, Event, stamp_of
 from ...io.messages.ned_to_enu import in_enu
 from ...io.scenes.resources import find_bag
 from ...io.sources.bag_motion import read_motion
@@ -67,7 +67,7 @@ def load(
     items: list[Event] = []
     first = None
     for log_time, kind, data in read_motion(path, dict(topics or {})):
-        if kind in COMMANDS or (imu_only and kind == "odometry"):
+        if kind in COMMANDED or (imu_only and kind == "odometry"):
             continue
         stamp = stamp_of(data)
         if stamp is None or not data[1] & 1:

@@ -7,15 +7,17 @@ from math import cos, inf, radians, sin, sqrt
 
 import numpy as np
 
+from ...physics.inputs import MAX_WINGS
 from ...physics.towbody import BodyModel, Towbody
-from ...physics.wing import flap_effect
+from ...physics.wing import Wing, flap_effect
 from ..problem import Problem
 from ..scene import Scene
-from ..tables.rigid_tables import SLOPE_OF_A_TAIL, added_of, extent, hull_centre, inertia_of
+from ..tables.rigid_tables import SLOPE_OF_A_TAIL, added_of, extent, hull_centre, inertia_of, wings_of
 from .section_checks import name_problems
 
 NEEDED = "inertia", "centre_of_gravity", "centre_of_buoyancy"
 OF_RIGID = (*NEEDED, "products_of_inertia", "hull_centre", "added_inertia", "crossflow_coefficient", "wings")
+FLAP = "flap", "flap_range", "flap_rate", "flap_timeout", "flap_neutral"
 ROUND_OFF = 1e-9  # of the trace
 AT_CENTRE = 1e-3  # of the length: a tow point closer to both centres is at them
 
@@ -42,6 +44,9 @@ def semidefinite(matrix: np.ndarray) -> bool:
 
 def attitude_problems(scene: Scene) -> Iterator[Problem]:
     """What makes a body with an attitude senseless, and keys of one given to a level body."""
+    if len(wings := wings_of(scene)) > MAX_WINGS:
+        text = f"and those before it are {len(wings)} wings on one line, at most {MAX_WINGS} are computed"
+        yield Problem(f"{wings[-1].key}.wings.{wings[-1].name}", text, "Leave some out, or make one of several")
     for key, body in keyed(scene):
         if body.model is BodyModel.RIGID:
             yield from _rigid_problems(scene, key, body)
@@ -93,17 +98,31 @@ def _rigid_problems(scene: Scene, key: str, body: Towbody) -> Iterator[Problem]:
             "Leave seabed.depth out and watch the depth of the body, or take model: level",
         )
     for name, wing in body.wings.items():
-        place, worth = f"{key}.wings.{name}", flap_effect(wing.flap_share) * abs(wing.flap)
-        if wing.flap != 0.0 and wing.flap_share == 0.0:
+        yield from _flap_problems(f"{key}.wings.{name}", wing)
+
+
+def _flap_problems(place: str, wing: Wing) -> Iterator[Problem]:
+    if wing.flap_share == 0.0:
+        for name in FLAP:
+            if getattr(wing, name) != type(wing).model_fields[name].default:
+                text = f"= {getattr(wing, name):g} of a wing without a flap would do nothing"
+                yield Problem(f"{place}.{name}", text, "Give flap_share")
+        return
+    effect = flap_effect(wing.flap_share)
+    for name in ("flap", "flap_range", "flap_neutral"):
+        angle = abs(getattr(wing, name) or 0.0)
+        if effect * angle > wing.stall_angle:
             yield Problem(
-                f"{place}.flap", f"= {wing.flap:g} deg of a wing without a flap would do nothing", "Give flap_share"
-            )
-        elif worth > wing.stall_angle:
-            yield Problem(
-                f"{place}.flap",
-                f"= {wing.flap:g} deg of a flap of {wing.flap_share:g} of the chord is worth {worth:.3g} deg of "
+                f"{place}.{name}",
+                f"= {angle:g} deg of a flap of {wing.flap_share:g} of the chord is worth {effect * angle:.3g} deg of "
                 f"incidence, beyond stall_angle = {wing.stall_angle:g} deg: its lift is not known there",
-                f"Give at most {wing.stall_angle / flap_effect(wing.flap_share):.3g} deg",
+                f"Give at most {wing.stall_angle / effect:.3g} deg",
+            )
+        elif angle > wing.reach:
+            yield Problem(
+                f"{place}.{name}",
+                f"= {angle:g} deg is beyond flap_range = {wing.reach:g} deg",
+                "Give a smaller angle, or a larger flap_range",
             )
 
 

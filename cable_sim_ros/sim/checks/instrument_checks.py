@@ -10,6 +10,7 @@ from ...physics.sensor_models import DEVICES, MAX_LATE, PATHS, TARGETS, FaultKin
 from ..problem import Problem
 from ..scene import Scene
 from ..tables.drum_layers import layered
+from ..tables.rigid_tables import flaps_of
 from ..tables.sensor_tables import aboard, devices
 
 WITHIN = 0.01  # of a rate, that whole ticks may be off
@@ -19,6 +20,7 @@ COUNTERS = ("encoder", "metering_sheave")
 OF_PATH = {
     "command": ("none", "frozen", "bias", "drift", "noise", "late", "lost", "runaway"),
     "drive": ("none", "frozen", "bias", "drift", "noise", "runaway"),
+    "flaps": ("none", "frozen", "bias", "drift", "noise", "late", "lost", "stuck", "runaway"),
 }
 DEVICE_OF = {target: target.partition("_")[0] if target.startswith("mru_") else target for target in TARGETS}
 
@@ -86,6 +88,9 @@ def fault_problems(scene: Scene) -> Iterator[Problem]:
         if fault.kind is FaultKind.NONE:
             continue
         key, kind = f"faults.{target}", fault.kind.value
+        if target == "flaps" and not flaps_of(scene):
+            yield Problem(f"{key}.kind", f"= {kind}, but no body has a flap: there is nothing to be wrong", "Give none")
+            continue
         if target in PATHS:
             known = OF_PATH[target]
         else:

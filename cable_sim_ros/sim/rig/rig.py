@@ -41,6 +41,7 @@ from ...physics.ancf import (
 from ...physics.cable_assembly import Cable, Section
 from ...physics.contact_surface import SURFACE
 from ...physics.drag_laws import DragLaw
+from ...physics.flaps import clear_attitudes
 from ...physics.fluid import Fluid, fill_space
 from ...physics.integrate import Solver
 from ...physics.link_element import without_bending
@@ -177,6 +178,7 @@ class Rig:
         )
         attitudes = len(rigid.bodies)
         self.state = make_state(arc, np.array(surfaces or [], SURFACE), sea, self._links, rigid=attitudes)
+        clear_attitudes(self.state, rigid)
         if endless:
             fill_space(self.state.work)
         begin_wakes(self.state, cable)

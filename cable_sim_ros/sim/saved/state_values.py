@@ -11,7 +11,7 @@ from collections.abc import Iterator, Mapping
 import numpy as np
 
 from ...physics.heave_compensation import LAWS
-from ...physics.inputs import COMMAND_ROWS, MOTION_ROWS
+from ...physics.inputs import COMMAND_ROWS, FLAP_ROWS, MOTION_ROWS
 from ...physics.setpoint_prediction import SAMPLES
 from ...physics.state import ARC, LEVELS, Q
 from ..inputs import MAX_POSITION
@@ -40,10 +40,13 @@ WHOLE = {
     "control.wait": (0, MAX_COUNT),
     "halted": (0, 0),
     "frame.time": (-MAX_TIME, MAX_TIME),
+    "since": (-MAX_TIME, MAX_TIME),  # of attitudes
+    "heard": (-MAX_TIME, MAX_TIME),
 }
 FAULT_SINCE = "fault.since"  # the end of a name: ns, of every device and way
 COUNTED = (-1, MAX_COUNT)  # all others
-RINGS = (("motion", MOTION_ROWS, False), ("command", COMMAND_ROWS, True))  # name, rows, NaN: not commanded
+# name, rows, NaN: not commanded
+RINGS = (("motion", MOTION_ROWS, False), ("command", COMMAND_ROWS, True), ("flap", FLAP_ROWS, True))
 
 
 def problem(arrays: Mapping[str, np.ndarray]) -> str:

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from math import log, pi, sqrt
+from typing import NamedTuple
 
 import numpy as np
 
 from ...physics.rigid_model import RIGID, STRIP, Rigid
-from ...physics.towbody import Towbody
-from ...physics.wing import WING, wing_record
+from ...physics.towbody import BodyModel, Towbody
+from ...physics.wing import WING, Wing, wing_record
+from ..scene import Scene
 
 STRIPS = 12  # of a hull
 SLOPE_OF_A_TAIL = 2.603  # 1/rad, of aspect ratio 2 (Helmbold 1942)
@@ -78,6 +80,32 @@ def added_of(body: Towbody, gravity: float, density: float) -> np.ndarray:
     about = turned * water * (0.25 * length**2 + 0.25 * diameter**2) / 5.0
     inertia = (0.0, about, about) if body.added_inertia is None else body.added_inertia
     return np.diag([*mass, *inertia])
+
+
+class FittedWing(NamedTuple):
+    """A wing of a scene: row of its rigid body, the key of that, its own name, its numbers."""
+
+    body: int
+    key: str
+    name: str
+    wing: Wing
+
+    @property
+    def joint(self) -> str:
+        """Name of its flap in messages: that of the wing, of a body on the line with the body's name before it."""
+        return self.name if self.key == "towbody" else f"{self.key.partition('.')[2]}/{self.name}"
+
+
+def wings_of(scene: Scene) -> list[FittedWing]:
+    """Wings of the rigid bodies, in the order of the tables."""
+    bodies = {"towbody": scene.towbody, **{f"bodies.{name}": body for name, body in scene.bodies.items()}}
+    rigid = [(key, body) for key, body in bodies.items() if body.model is BodyModel.RIGID]
+    return [FittedWing(k, key, name, wing) for k, (key, body) in enumerate(rigid) for name, wing in body.wings.items()]
+
+
+def flaps_of(scene: Scene) -> dict[str, int]:
+    """Row of the wing of each flap, by its name in messages."""
+    return {one.joint: row for row, one in enumerate(wings_of(scene)) if one.wing.flap_share > 0.0}
 
 
 def rigid_tables(bodies: Sequence[tuple[int, Towbody]], gravity: float, density: float) -> Rigid:

@@ -120,7 +120,10 @@ def keep_faults(state: State, scene: Scene) -> None:
     for target in TARGETS:
         fault = getattr(scene.faults, target)
         rows = [one.fault for one, (_, _, of) in zip(state.sensors.sensed, SIGNALS) if of == target]
-        record = {"command": now.winch.fault, "drive": now.winch.drive_fault}.get(target, rows[0] if rows else None)
+        paths = {"command": now.winch.fault, "drive": now.winch.drive_fault}
+        if len(state.attitude[NOW]):
+            paths["flaps"] = state.attitude[NOW, 0].fault
+        record = paths.get(target, rows[0] if rows else None)
         if record is not None and (record.kind, record.amount) != (KINDS.index(fault.kind), fault.size):
             put_fault(state, scene, target)
 
@@ -132,6 +135,9 @@ def put_fault(state: State, scene: Scene, target: str) -> None:
         set_fault(now.winch.fault, fault, now.time.now, 0.0)
     elif target == "drive":
         set_fault(now.winch.drive_fault, fault, now.time.now, now.winch.length)
+    elif target == "flaps":
+        for attitude in state.attitude[NOW]:
+            set_fault(attitude.fault, fault, now.time.now, 0.0)
     elif len(state.sensors.sensed):
         for one, (_, _, of) in zip(state.sensors.sensed, SIGNALS, strict=True):
             if of == target:

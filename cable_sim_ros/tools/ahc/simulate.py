@@ -23,7 +23,6 @@ from ...runs.controller import Controller, ControlLoop
 from ...runs.message_run import MessageRun
 from ...runs.step_choice import stepped
 from ...sim.compensation_setup import setpoint_warnings
-from ...sim.inputs import WinchCommand
 from ...sim.layout import layout_of
 from ...sim.live_parameters import set_live
 from ...sim.scene import Scene
@@ -62,7 +61,7 @@ class Scheduled:
         """changes: s since the first call, key, value."""
         self.inner, self.left, self.begin = inner, list(changes), 0
 
-    def __call__(self, row: np.record) -> WinchCommand | None:
+    def __call__(self, row: np.record) -> Any:
         """Makes what is due, and asks the controller."""
         self.begin = self.begin or int(row["time"])
         since = (int(row["time"]) - self.begin) * 1e-9
