@@ -377,7 +377,7 @@ class CableSimNode(LifecycleNode):
             self.report_state()
         self.schedule.follow(self, self.session)
         heard = zip(self.heard, self.inputs)
-        self.watch.commanders = sum(made.get_publisher_count() for kind, made in heard if kind in COMMANDS)
+        self.watch.commanders = sum(made.get_publisher_count() for kind, made in heard if kind in COMMANDED)
         levels = self.watch.levels(self.publisher, self.session.now())
         self._ages.publish(self.watch.inputs.message())
         if levels != self._reported_levels:

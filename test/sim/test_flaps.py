@@ -147,7 +147,7 @@ def test_messages_are_taken_or_refused_by_cause():
         assert ingest.take(data, 7, now, "flaps") == cause
     short = STORE.types[kind](_header(), ["tail", "fin"], np.zeros(1), np.zeros(0), np.zeros(0))
     assert ingest.take(bytes(STORE.serialize_cdr(short, kind)), 7, 1, "flaps") == "flap_array"
-    assert ingest.accepted == 2 and inputs.flap_head[0] == 2 and sum(ingest.refused.values()) == 8
+    assert ingest.flaps_accepted == 2 and inputs.flap_head[0] == 2 and sum(ingest.refused.values()) == 8
 
 
 def _header():

@@ -60,7 +60,7 @@ def _after(last: int, now: int) -> int:
 class CommandIngest:
     """Writes commands to the ring. One writer: call it from one thread.
 
-    `accepted` counts what was taken, `refused` what was not, by cause, `no_command` the messages that are neither: they
+    `accepted` counts what was taken for the winch, `flaps_accepted` for flaps, `refused` what was not, by cause, `no_command` the messages that are neither: they
     have no number for the winch, and the command before them goes on. `clamped` counts what asked for more than the
     winch can do, "rate" or "length"; `last` is the newest command taken, `last_arrival` its arrival [ns], `last_clamp`
     what was made of the newest that was clamped, in words, `last_refusal` why the newest refused was. `lag` [s] is
@@ -74,7 +74,7 @@ class CommandIngest:
         """drum: DRUM record, None: nothing is counted as clamped; wall: what to add to arrivals for wall time, ns;
         flaps: columns of their ring by name."""
         self.inputs, self.drum, self.wall, self.columns = inputs, drum, wall, dict(flaps or {})
-        self.accepted = self.no_command = 0
+        self.accepted = self.flaps_accepted = self.no_command = 0
         self.refused: Counter[str] = Counter()
         self.clamped: Counter[str] = Counter()
         self.last_clamp = self.last_refusal = ""
@@ -129,7 +129,7 @@ class CommandIngest:
         if data_now is None:
             raise Refused("before_motion")
         self._last_flaps = _after(self._last_flaps, data_now)
-        self.accepted += 1
+        self.flaps_accepted += 1
         push_flaps(self.inputs, self._last_flaps, row)
         return ""
 

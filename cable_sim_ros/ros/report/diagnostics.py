@@ -67,7 +67,7 @@ class Watch:
         self.session = session
         self.inputs = InputHealth(session)
         self.neighbours: list[str] = []  # what the node found out about others on its topics
-        self.commanders = self.nodes = 0  # publishers of winch commands that it is connected to; nodes it knows
+        self.commanders = self.nodes = 0  # publishers of commands that it is connected to; nodes it knows
         self._rates = {"tick": Rate(), "imu": Rate(), "odometry": Rate()}
         self._seen: dict[str, deque[tuple[int, int]]] = {}
 
@@ -248,6 +248,7 @@ class Watch:
         mode = "-" if frame is None else mode_in_force(frame, commands.last, self.session.scene.setpoint.algorithm)
         values = {
             "accepted": str(commands.accepted),
+            "flaps": str(commands.flaps_accepted),
             "no_command": str(commands.no_command),
             "publishers": str(self.commanders),
             "newest": _commanded(commands.last),

@@ -21,15 +21,16 @@ def lockstep_metrics(session: SteppedSession) -> dict[str, Any]:
         "rate": session.rate,
         "rate_wanted": steps.settings.rate,
         "motion_spoke": session.spoken,
-        "controller_spoke": steps.commands.received_count > 0,
-        "commands_missed": steps.commands.missed,
-        "commands_missed_in_row": steps.commands.in_row,
+        "controller_spoke": steps.commands.received_count + steps.flaps.received_count > 0,
+        "commands_missed": steps.commands.missed + steps.flaps.missed,
+        "commands_missed_in_row": max(steps.commands.in_row, steps.flaps.in_row),
         "commands_late": steps.late,
         "commands_early": steps.early,
         "commands_unstamped": steps.unstamped,
         "motion_held": steps.gate.held,
     }
-    for name, cadence in (("command", steps.commands), *steps.gate.cadence.items()):
+    senders = [("command", steps.commands), ("flaps", steps.flaps)] if steps.flaps.received_count else []
+    for name, cadence in (*(senders or [("command", steps.commands)]), *steps.gate.cadence.items()):
         metrics[f"{name}_period_s"] = _seconds(cadence.period)
         metrics[f"{name}_slack_s"] = _seconds(cadence.slack)
     for kind, cadence in steps.gate.cadence.items():
@@ -44,14 +45,15 @@ def lockstep_status(session: SteppedSession) -> Status:
     values = {key: _text(value) for key, value in lockstep_metrics(session).items()}
     if steps.held:
         return Status("lockstep", ERROR, f"held: {steps.held}", values)
-    if steps.commands.silent:
-        return Status(
-            "lockstep",
-            ERROR,
-            f"the controller is silent: {steps.commands.in_row} commands missed in a row, each waited for "
-            f"lockstep.wait = {steps.settings.wait:g} s; the winch has the last one, and no step waits until it speaks",
-            values,
-        )
+    for sender, who in ((steps.commands, "winch"), (steps.flaps, "flaps")):
+        if sender.silent:
+            return Status(
+                "lockstep",
+                ERROR,
+                f"the controller of the {who} is silent: {sender.in_row} commands missed in a row, each waited for "
+                f"lockstep.wait = {steps.settings.wait:g} s; the last one acts, and no step waits until it speaks",
+                values,
+            )
     if steps.gate.refused_in_row >= CONFIRM:
         text = (
             f"the newest {steps.gate.refused_in_row} stamps of the motion are more than 1 s behind /clock: refused; "
@@ -62,7 +64,7 @@ def lockstep_status(session: SteppedSession) -> Status:
     if silent:
         text = f"no {' and no '.join(silent)} any more: no step waits for it until it speaks"
         return Status("lockstep", WARN, text, values)
-    if steps.commands.in_row or any(cadence.in_row for cadence in steps.gate.cadence.values()):
+    if steps.commands.in_row or steps.flaps.in_row or any(cadence.in_row for cadence in steps.gate.cadence.values()):
         return Status("lockstep", WARN, f"{_doing(session)}; the newest that was due did not come", values)
     return Status("lockstep", OK, _doing(session), values)
 
