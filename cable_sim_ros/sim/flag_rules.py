@@ -263,6 +263,24 @@ RULES = (
         "1 % of the run does not show in the rest",
         alarm=True,
     ),
+    Rule(
+        "FLAP_STALE",
+        DOUBTFUL,
+        2.0,
+        0.01,
+        (*BODY, *ATTITUDE),
+        "flaps ran into their flap_timeout, and stood at flap_neutral instead of where they were commanded",
+        "a gap of a controller that goes on is no more than a late command",
+    ),
+    Rule(
+        "FLAP_LIMITED",
+        DOUBTFUL,
+        5.0,
+        0.05,
+        (*BODY, *ATTITUDE),
+        "flaps were commanded beyond their flap_range, and stood at its end",
+        "a controller that is far from what it keeps is at the end of its range, as it is meant",
+    ),
 )
 # causes that are no flags: name, state, figures, what is looked at
 CHECKS = (
