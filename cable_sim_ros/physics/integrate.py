@@ -30,6 +30,7 @@ from .state import AT_REST, FLOW, GAIN, MEAN, NOW, STEP, A, Change, Q, V, X, che
 from .towbody import face_flow
 from .wake_oscillator import no_wake_load
 from .water_kinematics import STILL, link_stir, stir
+from .wind import CABLE, blow, link_wind
 
 # a step halved so often takes a correction that does not make the residual less back by halves: from which one on, how
 # often, and how much less it is to be. Longer steps are better halved first: that resolves what makes them hard
@@ -285,6 +286,14 @@ def face(line, state):
 
 
 @driver
+def wash(line, state):
+    """Water and wind of a static start at the present shape."""
+    stir(line, state, STILL)
+    if line.settings[0].air[CABLE] > 0.0:
+        blow(line, state)
+
+
+@driver
 def _settle(line, state, sigma, max_steps, max_step) -> tuple[int, int, float]:
     """Static equilibrium with the held unknowns where they are: backward Euler, step 0.02 s growing by 1.7.
 
@@ -305,7 +314,7 @@ def _settle(line, state, sigma, max_steps, max_step) -> tuple[int, int, float]:
                 v[n, k] = 0.0
         if state.attitude.shape[1] > 0:
             begin_still(state, h)
-        stir(line, state, STILL)
+        wash(line, state)
         used = newton(line, state, Change(1.0 / h, 1.0 / (h * h), sigma, 0.0))
         count += 1
         if used < 0:
@@ -326,7 +335,7 @@ def _settle(line, state, sigma, max_steps, max_step) -> tuple[int, int, float]:
             if state.attitude.shape[1] > 0:
                 copy_attitudes(state.attitude, NOW, STEP)
             rest_still(state)
-            stir(line, state, STILL)
+            wash(line, state)
             rest = residual(line, state, AT_REST, NO)
             if rest <= line.settings[0].tolerance:
                 copy(a, x)
@@ -336,7 +345,7 @@ def _settle(line, state, sigma, max_steps, max_step) -> tuple[int, int, float]:
                 copy_attitudes(state.attitude, STEP, NOW)
         h = min(1.7 * h, max_step)
     rest_still(state)
-    stir(line, state, STILL)
+    wash(line, state)
     return -count, total, residual(line, state, AT_REST, NO)
 
 
@@ -350,4 +359,5 @@ def link_solver(line, state) -> None:
     link(_newton, line, state, AT_REST)
     link(_predict, line, state, 0.0)
     link_stir(line, state)
+    link_wind(line, state)
     link(_settle, line, state, 0.0, 0, 0.0)

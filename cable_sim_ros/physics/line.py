@@ -14,10 +14,12 @@ from .energy import fed
 from .link_element import align, is_links, without_bending
 from .point_mass import carry
 from .rigid_body import condense, link_rigid, rigid_load
+from .sea import WIND
 from .state import ARC, AT_REST, FLOW, NOW, A, Q, V
 from .towbody import lie
 from .towbody import load as body_load
 from .wake_oscillator import add_wake
+from .wind import CABLE
 from .workspace import FED, HELD, LOADS, SURFACES, WATER
 
 
@@ -93,6 +95,17 @@ def bodies(line, state, change, tangent):
 
 
 @driver
+def push_by_wind(state):
+    """Add the load of the wind on every node; returns its power [W]."""
+    band, around, v, power = state.work.band, state.work.around, state.nodes[NOW, V], 0.0
+    for n in range(around.shape[0]):
+        for k in range(6):
+            band[n, k, 12] += around[n, WIND + k]
+            power += around[n, WIND + k] * v[n, k]
+    return power
+
+
+@driver
 def _residual(line, state, change, tangent) -> float:
     """Assemble the whole system for the present q, v, a; returns the largest residual force [N].
 
@@ -113,6 +126,8 @@ def _residual(line, state, change, tangent) -> float:
         pull(line.loads[i], q, tangent, band)
     last = band.shape[0] - 1
     worst, held, given = 0.0, 0.0, 0.0
+    if line.settings[0].air[CABLE] > 0.0:
+        given = push_by_wind(state)
     for i in range(last + 1):
         per_length = 1.0 / (arc[min(i + 1, last), 0] - arc[max(i - 1, 0), 0])
         for k in range(6):

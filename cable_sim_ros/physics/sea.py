@@ -26,7 +26,8 @@ from .hermite import GAUSS_4_X
 # rows of a stream: current beyond the linear one (x y z) and its fall with z (x y), velocity of the waves, acceleration
 # of the water; of a node the elevation of the surface over it besides
 EXTRA, SHEAR, ORBIT, RATE, ELEVATION = np.array((0, 3, 5, 8, 11))
-STREAM_ROWS, NODE_COLUMNS = 11, 12
+WIND = 12  # to 17: load of the wind on a node, see wind.py
+STREAM_ROWS, NODE_COLUMNS = 11, 18
 # columns of the table of waves; REACH: depth [m] below which a component is left out, the table falls with it
 AMPLITUDE, NUMBER, FREQUENCY, PHASE, TOWARDS, NORM, BOTTOM, REACH = np.arange(8)
 WAVE_COLUMNS = 8

@@ -126,6 +126,7 @@ MEMORY = np.dtype(
         ("halted", "i8"),  # flags of a halted run
         ("frame", TOW_FRAME),
         ("current", "f8", 4),  # surface current relative to the tow frame [m/s], its gradient [1/s]
+        ("wind", "f8", 2),  # relative to the tow frame, m/s
         ("sea", SEA),
         ("ship", SHIP),
         ("sheave", SHEAVE),
@@ -159,6 +160,7 @@ LINE_SETTINGS = np.dtype(
         ("step_deviation", "f8"),  # rms change of the tension in one step over its deviation
         ("max_iterations", "i8"),
         ("max_halvings", "i8"),
+        ("air", "f8", 2),  # of cable and bodies: what their drag in water is multiplied by, see wind.py; 0: no wind
         ("jumps", "i8"),  # 1: tension or stretch may jump at a node inside, see observe.fill_shape
     ],
     align=True,

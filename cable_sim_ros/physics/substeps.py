@@ -21,6 +21,7 @@ from .state import GAIN, NOW, STEP, Q, restore
 from .step_error import error_ratio, link_error, longest_step
 from .wake_oscillator import advance_wake
 from .water_kinematics import stir
+from .wind import CABLE, blow
 from .workspace import POWERS, RUBBED
 
 # change of a gradient in one step, and the step [s] below which it may change by more: long steps that turn slack cable
@@ -93,6 +94,8 @@ def begin(line, state, length):
     predict(line, state, h)
     if state.work.stream.shape[0] > 0:
         stir(line, state, h)
+    if line.settings[0].air[CABLE] > 0.0:
+        blow(line, state)
     if line.wakes.shape[0] > 0:
         advance_wake(line, state, h)
     return h

@@ -299,6 +299,14 @@ def line_settings(
     return row
 
 
+def air_of(scene: Scene) -> tuple[float, float]:
+    """LINE_SETTINGS air: 0 without wind."""
+    if not any(scene.air.wind):
+        return 0.0, 0.0
+    lighter = scene.air.density / scene.water.density
+    return lighter * scene.air.drag_coefficient, lighter
+
+
 def build_line(
     elements: np.ndarray,
     held: np.ndarray,
@@ -361,6 +369,7 @@ def build_model(layout: Layout, mesh: FeedMesh | None = None) -> Model:
     tolerance = TOLERANCE if layout.plan is None else layout.plan.tolerance
     line = line_settings(scene.cable, scene.solver, scene.gravity, tension, rules, tolerance)
     line["jumps"] |= bool(scene.bodies)
+    line["air"] = air_of(scene)
     settings["drive"] = drive_record(scene)
     settings["drive"]["balance"] = np.maximum(BALANCED * tension, line["tolerance"])
     strum = strum_rules(scene), strum_sections(scene)

@@ -15,6 +15,7 @@ from ..physics.viv_amplification import Viv
 from ..physics.water import Water
 from ..physics.winch import Winch
 from ..physics.winch_drive import Drive
+from ..physics.wind import Air
 from .mesh_blocks import Accuracy, Mesh
 from .rule_blocks import Rules
 
@@ -26,6 +27,7 @@ class Scene(Block):
     gravity: float = quantity(9.81, "m/s^2", 0.0, 30.0, "gravitational acceleration")
     ship: Ship = quantity(Ship(), "", None, None, "ship")
     water: Water = quantity(Water(), "", None, None, "water")
+    air: Air = quantity(Air(), "", None, None, "wind on what is above the water")
     cable: Cable = quantity(REQUIRED, "", None, None, "cable")
     viv: Viv = quantity(Viv(), "", None, None, "strumming of the cable, and the drag factor computed from it")
     winch: Winch = quantity(REQUIRED, "", None, None, "winch")

@@ -131,7 +131,7 @@ class Simulator:
         speed = scene.ship.tow_speed
         now.frame.origin[:] = position
         now.frame.velocity[:] = (speed * cos(yaw), speed * sin(yaw))
-        declare_water(now, scene.water, yaw)
+        declare_water(now, scene.water, yaw, scene.air)
         now.ship.mean_coord[:] = (0.0, 0.0, scene.ship.reference_height, 0.0, 0.0, yaw)
         now.ship.motion.coord[:] = now.ship.mean_coord
         now.ship.epoch = NO_EPOCH

@@ -60,12 +60,12 @@ def _after(last: int, now: int) -> int:
 class CommandIngest:
     """Writes commands to the ring. One writer: call it from one thread.
 
-    `accepted` counts what was taken for the winch, `flaps_accepted` for flaps, `refused` what was not, by cause, `no_command` the messages that are neither: they
-    have no number for the winch, and the command before them goes on. `clamped` counts what asked for more than the
-    winch can do, "rate" or "length"; `last` is the newest command taken, `last_arrival` its arrival [ns], `last_clamp`
-    what was made of the newest that was clamped, in words, `last_refusal` why the newest refused was. `lag` [s] is
-    arrival less stamp of the newest, on the clock that the stamp is of, `lag_clock`: "motion", "wall", or "" where it
-    is of neither (`lag` is NaN then).
+    `accepted` counts what was taken for the winch, `flaps_accepted` for flaps, `refused` what was not, by cause,
+    `no_command` the messages that are neither: they have no number for the winch, and the command before them goes on.
+    `clamped` counts what asked for more than the winch can do, "rate" or "length"; `last` is the newest command taken,
+    `last_arrival` its arrival [ns], `last_clamp` what was made of the newest that was clamped, in words, `last_refusal`
+    why the newest refused was. `lag` [s] is arrival less stamp of the newest, on the clock that the stamp is of,
+    `lag_clock`: "motion", "wall", or "" where it is of neither (`lag` is NaN then).
     """
 
     def __init__(

@@ -10,10 +10,12 @@ import numpy as np
 
 from ...physics.sea import SEA
 from ...physics.water import CurrentFrame, Water, WaveKind
+from ...physics.wind import Air
 from ..scene import Scene
 from .elementary import product
 from .sea_tables import profile_table, table_values, variation_table
 
+STILL_AIR = Air()
 HEADING_WITHIN = 5.0  # deg; a ship in waves yaws as much
 
 
@@ -61,11 +63,14 @@ def flow_of(
     return flow
 
 
-def declare_water(now: np.record, water: Water, yaw: float) -> None:
-    """The water of the start into a MEMORY, relative to its tow frame; yaw: heading of the start [rad]."""
+def declare_water(now: np.record, water: Water, yaw: float, air: Air = STILL_AIR) -> None:
+    """The water and wind of the start into a MEMORY, relative to its tow frame; yaw: heading of the start [rad]."""
     steady = current_of(water, yaw)
     now.current[:] = _turned(steady, *at_start(water))
     now.current[:2] -= now.frame.velocity
+    c, s = (cos(yaw), sin(yaw)) if air.frame is CurrentFrame.HEADING else (1.0, 0.0)
+    x, y = air.wind
+    now.wind[:] = c * x - s * y - now.frame.velocity[0], s * x + c * y - now.frame.velocity[1]
     now.sea = np.zeros((), SEA)
     sea: Any = now.sea
     sea.steady[:], sea.shift[:] = steady, now.frame.origin
