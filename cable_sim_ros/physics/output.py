@@ -272,12 +272,16 @@ def fill_peaks(settings, state, f):
 @driver
 def fill_slam(line, state, f, h):
     """Largest slam of the bodies that were in the water surface in a tick of h [s]; returns the flags."""
-    q, v, worst = state.nodes[NOW, Q], state.nodes[NOW, V], -1.0
+    q, v, crossed = state.nodes[NOW, Q], state.nodes[NOW, V], 0
+    f.slam, f.slam_estimate = 0.0, 0.0
     for i in range(line.bodies.shape[0]):
-        n = line.body_nodes[i]
-        worst = max(worst, slam(line.bodies[i], q[n], v[n], state.work.around[n], h))
-    f.slam_estimate = max(worst, 0.0)
-    return SURFACE_CROSSED if worst >= 0.0 else 0
+        n, row = line.body_nodes[i], line.bodies[i].rigid
+        force, left_out = slam(line.bodies[i], q[n], v[n], state.work.around[n], h)
+        if force >= 0.0:
+            crossed = SURFACE_CROSSED
+            f.slam = max(f.slam, state.attitude[NOW, row].slam if row >= 0 else force)
+            f.slam_estimate = max(f.slam_estimate, left_out)
+    return crossed
 
 
 @driver

@@ -21,7 +21,7 @@ from .drag_laws import smooth
 from .sea import ELEVATION, EXTRA, ORBIT, RATE, SHEAR
 from .state import AT_REST, FLOW, NOW, STEP, A, Q, V
 from .towbody import LAG, TURNING, facing
-from .vec import add, at3, axpy, cross, dot, row3, scale, sub
+from .vec import add, at3, axpy, cross, dot, norm, row3, scale, sub
 from .wing import wing_force
 
 SPEED_FLOOR = 1e-3  # m/s
@@ -348,6 +348,27 @@ def clear(t):
 
 
 @driver
+def enter(body, moved, up, slope, t, tangent):
+    """Force and moment of the water that goes with a hull that goes under: its momenta p and h times the rate at which
+    its wet share grows (von Karman 1929); what comes out gives none back.
+
+    moved: velocity through the water and rate, p and h; slope: of the wet share with the height, negative.
+    """
+    u, omega, p, h = moved
+    lever = cross(at3(body.hull_centre, 0), up)
+    sinks = -dot(up, u) - dot(lever, omega)
+    if sinks <= 0.0:
+        return NONE, NONE
+    grows = -slope * sinks
+    if tangent:
+        for k, momentum in ((0, p), (3, h)):
+            by_u, by_omega = outer(scale(slope, momentum), up), outer(scale(slope, momentum), lever)
+            plus_rows(t[BY_SPEED], k, 1.0, plus(by_u, grows, block(body.added, k, 0)))
+            plus_rows(t[BY_RATE], k, 1.0, plus(by_omega, grows, block(body.added, k, 3)))
+    return scale(-grows, p), scale(-grows, h)
+
+
+@driver
 def _rigid_load(rigid, i, state, change, tangent) -> float:
     """Subtract the residual of body i from its node's row of the system, and with tangent add its derivative; that of
     the moment stays in its attitude. Returns the power [W] the water gives to the body."""
@@ -381,6 +402,10 @@ def _rigid_load(rigid, i, state, change, tangent) -> float:
     if tangent:
         rises(t, inert, twist, at3(body.hull_centre, 0), up, slope)
     force, moment = axpy(wetness, inert, force), axpy(wetness, twist, moment)
+    attitude.slam = 0.0
+    if slope != 0.0:
+        blow, whirl = enter(body, (u, omega, p, h), up, slope, t, tangent)
+        force, moment, attitude.slam = add(force, blow), add(moment, whirl), norm(blow)
     power = dot(force, to_body(r, v)) + dot(moment, omega)
     m, g, turned = body.mass, at3(body.gravity_centre, 0), axpy(change.damping, omega, alpha)
     whirl = add(cross(turned, g), cross(omega, cross(omega, g)))

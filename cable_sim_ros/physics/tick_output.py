@@ -42,7 +42,7 @@ class Flag(IntFlag):
     )
     MOTOR_LIMITED = 524288, "the motor gave all that its curve and power allow for half of the tick or more"
     BRAKE_SLIPPED = 1048576, "the drum turned against its brake"
-    SURFACE_CROSSED = 2097152, "towbody or a body on the line is in the water surface: its slam is left out"
+    SURFACE_CROSSED = 2097152, "towbody or a body on the line is in the water surface"
     STALLED = 4194304, "a wing or fin of a rigid body is stalled: it bears about what a plate does"
     FLAP_STALE = 8388608, "a commanded flap ran into its flap_timeout: it goes to its flap_neutral"
     FLAP_LIMITED = 16777216, "a flap is commanded beyond its flap_range: it goes to the end of that"
@@ -138,8 +138,10 @@ FIELDS = (
         (),
         "f8",
         "N",
-        "slam of a body in the water surface: left out of every other figure; 0: none is in it",
+        "slam that every other figure lacks: rho/2 C_s A w^2 with C_s = 5 of a body that enters the water, less that "
+        "of the added mass",
     ),
+    ("slam", (), "f8", "N", "force of water entry on a body that goes under, the largest of the bodies; 0: none does"),
     ("body_rate", (3,), "f8", "rad/s", "towbody angular velocity in odom: about z alone"),
     ("payout", (), "f8", "m", "unstretched cable off the drum, positive out"),
     ("payout_rate", (), "f8", "m/s", "rate of pay-out"),

@@ -37,6 +37,7 @@ BODY = np.dtype(
         ("lift", "f8"),  # kg/m
         ("half_height", "f8"),  # m, half of that over which it leaves the water
         ("slam", "f8"),  # kg/m: rho/2 C_s A
+        ("entry", "f8"),  # kg of water that gains the velocity of a body that goes under
         ("flow_time", "f8"),  # s
         ("min_flow", "f8"),  # m/s
         ("floor_stiffness", "f8"),  # N/m^1.5 of a floor under it
@@ -77,6 +78,15 @@ class Towbody(Block):
     )
     least_flow_speed: float = quantity(
         0.05, "m/s", 1e-6, 5.0, "low-passed flow past the body below which its heading is held"
+    )
+    slam_coefficient: float | None = quantity(
+        None,
+        "1",
+        0.0,
+        20.0,
+        "level: C_s of water entry, at half immersion, of drag_area along z; none: that of the added mass as it goes "
+        "under",
+        "DNV-RP-N103 (2017) 4.3.5",
     )
     length: float | None = quantity(
         None, "m", 1e-3, 100.0, "extent along x, for drawing alone; none: ten times the diameter"
@@ -146,6 +156,10 @@ def body_record(body: Towbody, gravity: float, density: float) -> np.ndarray:
     row["half_height"] = half_height(float(row["buoyancy"]), gravity, density)
     # the largest section by what the scene has: drag area of about C_D 1, or the side of a cube of the displaced volume
     row["slam"] = 0.5 * density * SLAM * max(body.drag_area[2], (2.0 * row["half_height"]) ** 2)
+    row["entry"] = row["added"][2]
+    if body.slam_coefficient is not None:  # the slope of the smoothstep is 3/4 over half its height at most
+        size = 0.5 * density * body.slam_coefficient * body.drag_area[2]
+        row["entry"] = size * row["half_height"] * 4.0 / 3.0
     row["flow_time"], row["min_flow"] = body.flow_time_constant, body.least_flow_speed
     return row
 
@@ -182,11 +196,13 @@ def load(body, node, current, change, tangent, band):
     body: a BODY; node: q, v, a of the node and the flow past the body, each [6], and the water around it beyond the
     current [4], a row of work.around; change: see state.Change. Returns the power [W] the water gives to the body.
 
-    Accelerating water adds displaced mass and added mass times its acceleration, each axis.
+    Accelerating water adds displaced mass and added mass times its acceleration, each axis. What goes under meets the
+    water with w, up, and gains the momentum A w: A' w^2 more (von Karman 1929); what comes out gives none back.
     """
     q, v, a, flow, water = node
     c1, c2, sigma = change.velocity, change.acceleration, change.damping
-    dry, dwet = smooth(q[2] - water[ELEVATION], -body.half_height, body.half_height)
+    height, width = q[2] - water[ELEVATION], 2.0 * body.half_height
+    dry, dwet = smooth(height, -body.half_height, body.half_height)
     wet, dwet = 1.0 - dry, -dwet
     fall_x, fall_y = current[2] + water[SHEAR], current[3] + water[SHEAR + 1]
     ux = current[0] + water[EXTRA] - fall_x * q[2] - v[0] + water[ORBIT]
@@ -211,9 +227,15 @@ def load(body, node, current, change, tangent, band):
     band[0, 12] -= m * (a[0] + sigma * v[0]) - wet * wx
     band[1, 12] -= m * (a[1] + sigma * v[1]) - wet * wy
     band[2, 12] -= m * (a[2] + sigma * v[2] + body.gravity) - wet * lz
-    power = wet * (wx * v[0] + wy * v[1] + lz * v[2])
+    enters = max(uz, 0.0) if dwet != 0.0 else 0.0
+    blow = -dwet * body.entry * enters * enters
+    band[2, 12] += blow
+    power = wet * (wx * v[0] + wy * v[1] + lz * v[2]) + blow * v[2]
     if not tangent:
         return power
+    if enters > 0.0:
+        curve = 6.0 * (1.0 - 2.0 * (height / width + 0.5)) / (width * width)
+        band[2, 2] += body.entry * enters * (2.0 * -dwet * c1 - curve * enters)
     # body-axes derivative of the wet load to u, diag(k) (speed I + u u^T / speed) + lift, turned into the world
     per_speed = 1.0 / speed
     jac = (
@@ -240,14 +262,17 @@ def load(body, node, current, change, tangent, band):
 
 @inline
 def slam(body, q, v, water, h):
-    """Slam [N] that load() leaves out of a body that is in the water surface, or was in the last h [s]; else -1.
-
-    rho/2 C_s A w^2, w the vertical velocity through the water: DNV-RP-H103 (2011) 4.3.5. q, v, water: see load().
+    """Slam [N] of a body that is in the water surface, or was in the last h [s]: what load() has of it at the end, and
+    what that leaves out of rho/2 C_s A w^2, w the vertical velocity into the water: DNV-RP-H103 (2011) 4.3.5. -1, 0
+    where it is not there. q, v, water: see load().
     """
-    w = water[EXTRA + 2] + water[ORBIT + 2] - v[2]
-    if abs(q[2] - water[ELEVATION]) > body.half_height + abs(w) * h:
-        return -1.0
-    return body.slam * w * w
+    w, height = water[EXTRA + 2] + water[ORBIT + 2] - v[2], q[2] - water[ELEVATION]
+    if abs(height) > body.half_height + abs(w) * h:
+        return -1.0, 0.0
+    _, slope = smooth(height, -body.half_height, body.half_height)
+    w = max(w, 0.0)
+    largest = 0.75 * body.entry / body.half_height
+    return slope * body.entry * w * w, max(body.slam - largest, 0.0) * w * w
 
 
 @driver

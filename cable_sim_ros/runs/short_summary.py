@@ -51,6 +51,12 @@ def _tow(m: dict[str, Any]) -> Iterator[Row]:
         if m[f"body_{name}_std_deg"] is not None:
             what = f"{name} of the towbody{', nose up' if name == 'pitch' else ''}"
             yield Row(what, m[f"body_{name}_mean_deg"], m[f"body_{name}_std_deg"], unit="deg")
+    if m["splash_tension_max_n"] is not None:
+        tension = m["splash_tension_min_n"], m["splash_tension_max_n"], "N"
+        yield Row("tension while a body is in the surface", None, None, *tension)
+        yield Row("slam", None, None, None, m["slam_max_n"], "N")
+    if m["landing_speed_m_s"] is not None:
+        yield Row("speed of landing", m["landing_speed_m_s"], unit="m/s")
     if haul:
         yield Row("scope", None, None, m["scope_min_m"], m["scope_max_m"], "m")
     if (m["layback_max_m"] or 0.0) > UPRIGHT * (m["scope_max_m"] or 0.0):

@@ -110,6 +110,14 @@ SUMMARY = (
     ("body_pitch_std_deg", "deg", "its standard deviation"),
     ("body_roll_mean_deg", "deg", "mean roll of the towbody, port side up"),
     ("body_roll_std_deg", "deg", "its standard deviation"),
+    ("slam_max_n", "N", "largest force of water entry on a body, whole run; null: none was in the water surface"),
+    ("splash_tension_min_n", "N", "least tension at the sheave while one was, in any time step; null as above"),
+    ("splash_tension_max_n", "N", "largest tension then"),
+    (
+        "landing_speed_m_s",
+        "m/s",
+        "speed downward of the towbody in the tick before the seabed first bears it; null: it does not, or did at once",
+    ),
     ("contact_resultant_mean_n", "N", "mean resultant of the cable on the sheave"),
     ("contact_resultant_max_n", "N", "its largest value, in any time step"),
     ("wrap_angle_mean_deg", "deg", "mean arc between the first and the last loaded contact point"),
@@ -253,6 +261,7 @@ def summarize(frames: np.recarray, *, skip_s: float = SKIP, **outside: float | N
         "ellipsoid_volume_m3": None if moves else volume,
         "ellipsoid_volume_points_m3": None if moves else volume_points,
         **attitude(kept),
+        **passage(frames),
         "contact_resultant_mean_n": kept["contact_resultant"].mean(),
         "contact_resultant_max_n": np.fmax(kept["contact_resultant"], kept["contact_resultant_tick_max"]).max(),
         "wrap_angle_mean_deg": np.degrees(kept["wrap_angle"].mean()),
@@ -300,6 +309,20 @@ def attitude(frames: np.recarray) -> dict[str, float | None]:
         found[f"body_{name}_mean_deg"] = None if level else float(angle.mean())
         found[f"body_{name}_std_deg"] = None if level else _deviation(angle)
     return found
+
+
+def passage(frames: np.recarray) -> dict[str, float | None]:
+    """What the water surface and the seabed did to the bodies, whole run."""
+    through, aground = frames["status"] & Flag.SURFACE_CROSSED != 0, frames["status"] & Flag.SEABED != 0
+    low = np.fmin(frames["tension"], frames["tension_tick_min"])[through]
+    high = np.fmax(frames["tension"], frames["tension_tick_max"])[through]
+    landed = int(aground.argmax())  # 0: on it from the first, or never
+    return {
+        "slam_max_n": _or_none(np.max(frames["slam"][through])) if through.any() else None,
+        "splash_tension_min_n": low.min() if through.any() else None,
+        "splash_tension_max_n": high.max() if through.any() else None,
+        "landing_speed_m_s": -frames["body_velocity"][landed - 1, 2] if landed else None,
+    }
 
 
 def strumming(frames: np.recarray) -> dict[str, float | None]:

@@ -139,6 +139,7 @@ def with_attitudes(
     rows["rigid"][there] = np.arange(len(rigid))
     if rigid:  # that of a spheroid where the scene gives none
         rows["added"][there] = [np.diag(added_of(body, gravity, density))[:3] for _, body in rigid]
+        rows["entry"][there] = rows["added"][there, 2]
     return rows, rigid_tables(rigid, gravity, density)
 
 

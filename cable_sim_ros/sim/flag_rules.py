@@ -249,7 +249,8 @@ RULES = (
         0.0,
         0.0,
         (*PEAKS, *BODY),
-        "towbody or a body on the line crossed the water surface: slam, and water that it carries out, are left out",
+        "towbody or a body on the line crossed the water surface: the first blow, and water that it carries out, are "
+        "left out",
         "one slam makes the largest tension, and the snap after it, of a run of any length",
         alarm=True,
     ),

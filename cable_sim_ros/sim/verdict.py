@@ -133,10 +133,12 @@ def judge_counts(
 
 def _left_out(slam: float) -> str:
     """The size of the slam that a body in the water surface lacks; slam: N."""
+    if slam == 0.0:
+        return "; none went under fast enough for more of a slam than the growing added mass gives"
     return (
-        f"; a slam of about {slam:.3g} N: rho/2 C_s A w^2 with C_s = {SLAM:g} (DNV-RP-H103 4.3.5), w the largest "
-        "vertical speed through the water there, A the larger of the drag area along z and the side of a cube of the "
-        "displaced volume. Add it to the peaks, or keep the body under water"
+        f"; about {slam:.3g} N of the slam: rho/2 C_s A w^2 with C_s = {SLAM:g} (DNV-RP-H103 4.3.5), w the largest "
+        "speed into the water, A the larger of the drag area along z and the side of a cube of the displaced volume, "
+        "less what the growing added mass gives. Add it to the peaks, or keep the body under water"
     )
 
 

@@ -389,3 +389,36 @@ def test_added_mass_of_spheroids_and_lift_of_flaps():
     np.testing.assert_allclose(spheroid(10.0, 1.0), (0.0207, 0.9602, 0.8835), atol=5e-5)
     np.testing.assert_allclose(spheroid(5.0, 1.0), (0.0591, 0.8943, 0.6999), atol=5e-5)
     assert flap_effect(0.25) == pytest.approx(0.609, abs=5e-4)
+
+
+@pytest.mark.parametrize("model", ["rigid", "level"])
+def test_a_body_that_falls_into_the_water_shares_its_momentum_with_the_added_mass(model):
+    """Without weight v = v_0 m/(m + A) once it is under (von Karman 1929), and it comes out as fast as it went up."""
+    carried = body((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), net_weight=0.0)
+    if model == "level":
+        carried = Towbody(mass=MASS, net_weight=0.0, added_mass=ADDED)
+    for begin, speed, end in ((1.0, -4.0, -4.0 * MASS / (MASS + ADDED[2])), (-1.0, 4.0, 4.0)):
+        ends = []
+        for step in (1e-3, 2.5e-4):
+            rig = rig_of(carried, held=(), down=False, gravity=1e-9, water=Water(density=RHO))
+            rig.state.q[:, 2], rig.state.v[:, 2] = begin, speed
+            rig.balance()
+            ends.append(rig.run(0.8, step).v[-1, -1, 2])
+        assert ends[1] == pytest.approx(end, rel=2e-3)
+        assert abs(ends[0] - end) < 0.05 * abs(end)
+
+
+def test_the_slam_of_a_cylinder_that_falls_flat_beside_those_measured():
+    """C_s = 2 A'/(rho D) at most; the impulse to full immersion is that of the added mass, rho pi D^2/4 a length."""
+    diameter, length, speed = 0.3, 3.0, 3.0
+    added = RHO * np.pi / 4.0 * diameter**2 * length
+    heavy = body((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), mass=1e6, net_weight=0.0, added_mass=(0.0, added, added))
+    rig = rig_of(heavy, held=(), down=False, gravity=1e-12, water=Water(density=RHO))
+    rig.state.q[:, 2], rig.state.v[:, 2] = 0.2, -speed
+    rig.balance()
+    run = rig.run(0.16, 1e-3)
+    force = 1e6 * np.gradient(run.v[:, -1, 2], run.time)
+    force[run.q[:, -1, 2] > 0.16] = 0.0
+    factor = force.max() / (0.5 * RHO * diameter * length * speed**2)
+    assert factor == pytest.approx(1.5 * np.pi / 2.0, rel=0.02), "half immersed; docs/theory.md#slam has those measured"
+    assert np.trapezoid(force, run.time) == pytest.approx(added * speed, rel=0.02)

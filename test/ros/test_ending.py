@@ -92,7 +92,7 @@ def test_a_node_says_the_slam_that_its_ticks_left_out():
     frames.status[100:102], frames.slam_estimate[100:102] = Flag.SURFACE_CROSSED, (300.0, 1234.0)
     found = ended({0: len(frames) - 2, int(Flag.SURFACE_CROSSED): 2}, frames=frames)
     assert [reason.flag for reason in found.reasons] == ["SURFACE_CROSSED"]
-    assert "a slam of about 1.23e+03 N" in found.reasons[0].text == verdict.judge(frames).reasons[0].text
+    assert "about 1.23e+03 N of the slam" in found.reasons[0].text == verdict.judge(frames).reasons[0].text
 
 
 def test_lost_messages_and_lost_time_count():

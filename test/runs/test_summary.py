@@ -86,7 +86,7 @@ def test_a_haul_is_not_summed_up_as_a_tow_at_one_place():
     frames["scope"] = np.interp(time, [10.0, 50.0], [300.0, 200.0])
     frames["body_position"][:, 2] = -frames["scope"] / 3.0
     metrics = summarize(frames)
-    assert {name for name, value in metrics.items() if value is None} - set(OUTSIDE) == {
+    assert {name for name, value in metrics.items() if value is None} - {*OUTSIDE, *PASSAGE} == {
         "tension_std_n",
         "body_depth_std_m",
         "body_position_m",
@@ -214,6 +214,9 @@ def test_printed_table_and_markdown_have_every_known_figure():
     assert set(OUTSIDE) <= {name for name, *_ in SUMMARY}
 
 
+PASSAGE = ("slam_max_n", "splash_tension_min_n", "splash_tension_max_n", "landing_speed_m_s")
+
+
 def full(**other):
     """A summary in which everything is worth a row, but for what is given."""
     metrics = {name: 1.0 for name, *_ in SUMMARY}
@@ -228,12 +231,14 @@ def test_a_run_prints_at_most_twelve_rows_and_what_is_unusual_always():
         printed = rows(metrics)
         assert 8 <= len(printed) <= 12 and [row.unusual for row in printed].count(True) == 2
         assert printed[0].what == "tension at the sheave" and printed[-1].unit == "ms"
-    assert any(row.what == "scope" for row in rows(full(**haul)))
+    dry = dict.fromkeys(PASSAGE)
+    assert any(row.what == "scope" for row in rows(full(**haul, **dry)))
     assert not any(row.what == "layback" for row in rows(full(layback_max_m=0.0)))
 
 
 def test_what_is_not_there_has_no_row():
-    still = {name: 0.0 for name, *_ in SUMMARY} | dict.fromkeys((*ATTITUDE, "strum_amplification", "latency_p99_ms"))
+    none = (*ATTITUDE, *PASSAGE, "strum_amplification", "latency_p99_ms")
+    still = {name: 0.0 for name, *_ in SUMMARY} | dict.fromkeys(none)
     printed = rows(still | {"missed_ticks": None})
     assert [row.what for row in printed] == [
         "tension at the sheave",
