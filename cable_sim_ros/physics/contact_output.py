@@ -130,5 +130,8 @@ def read_ground(line, state):
             for j in range(state.detected[i].first, state.detected[i].end):
                 length += state.contact_points[j].length if state.contact_points[j].depth_own > 0.0 else 0.0
             for k in range(line.bodies.shape[0]):
-                body = body or gap(s, row3(state.nodes[NOW, Q], line.body_nodes[k]), NOT_MOVING).own.depth > 0.0
+                if line.bodies[k].rigid >= 0:
+                    body = body or state.attitude[NOW, line.bodies[k].rigid].ground > 0.0
+                else:
+                    body = body or gap(s, row3(state.nodes[NOW, Q], line.body_nodes[k]), NOT_MOVING).own.depth > 0.0
     return length, body

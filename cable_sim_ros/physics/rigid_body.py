@@ -17,12 +17,14 @@ import numpy as np
 
 from ..compiler.jit import driver, inline, link, opaque
 from .attitude import _copy_attitudes, axes, jacobian, to_body, to_world, turn_from
+from .contact_surface import ON_GROUND
 from .drag_laws import smooth
 from .sea import ELEVATION, EXTRA, ORBIT, RATE, SHEAR
 from .state import AT_REST, FLOW, NOW, STEP, A, Q, V
-from .towbody import LAG, TURNING, facing
+from .towbody import LAG, TURNING, facing, ground_load
 from .vec import add, at3, axpy, cross, dot, norm, row3, scale, sub
 from .wing import wing_force
+from .workspace import SURFACES
 
 SPEED_FLOOR = 1e-3  # m/s
 BEARS = 0.01  # of the weight of its body: a wing that bears more at a C_L of 1 counts where it is stalled
@@ -369,6 +371,35 @@ def enter(body, moved, up, slope, t, tangent):
 
 
 @driver
+def stand(body, attitude, state, r, moved, c1, t, tangent):
+    """Force, moment (body axes) and power [W] of the ground on the round ends of the hull; with tangent their
+    derivatives are added to what sum_up() has made. moved: place and velocity of P."""
+    q, v = moved
+    omega, force, moment, power, j = at3(attitude.rate, 0), NONE, NONE, 0.0, jacobian(attitude.turned)
+    back = ((r[0][0], r[1][0], r[2][0]), (r[0][1], r[1][1], r[2][1]), (r[0][2], r[1][2], r[2][2]))
+    for k in range(state.surfaces.shape[0]):
+        if state.surfaces[k].carrier != ON_GROUND or body.floor_stiffness == 0.0:
+            continue
+        for end in range(2):
+            ahead = (1.0 - 2.0 * end) * (0.5 * body.length - body.radius)
+            place = add(at3(body.hull_centre, 0), (ahead, 0.0, 0.0))
+            at, speed = add(q, to_world(r, place)), add(v, to_world(r, cross(omega, place)))
+            under = (at[0], at[1], at[2] - body.radius)
+            load, rows = ground_load(state.surfaces[k], body.floor_stiffness, under, speed, c1)
+            f = to_body(r, load)
+            force, moment, power = add(force, f), add(moment, cross(place, f)), power + dot(load, speed)
+            if tangent:
+                by_place = between(back, rows)
+                by_turn = plus(scaled(-1.0, turned_by(place, between(by_place, r))), -1.0, hat_rows(f))
+                by_turn = between(by_turn, j)
+                plus_rows(t[BY_PLACE], 0, -1.0, by_place)
+                plus_rows(t[BY_PLACE], 3, -1.0, hat_times(place, by_place))
+                plus_rows(t[BY_TURN], 0, 1.0, by_turn)
+                plus_rows(t[BY_TURN], 3, 1.0, hat_times(place, by_turn))
+    return force, moment, power
+
+
+@driver
 def _rigid_load(rigid, i, state, change, tangent) -> float:
     """Subtract the residual of body i from its node's row of the system, and with tangent add its derivative; that of
     the moment stays in its attitude. Returns the power [W] the water gives to the body."""
@@ -413,14 +444,20 @@ def _rigid_load(rigid, i, state, change, tangent) -> float:
     spin = times(body.inertia, 0, 0, omega)
     still = scale(m, cross(g, axpy(body.gravity, up, own)))
     left_moment = sub(add(add(times(body.inertia, 0, 0, turned), cross(omega, spin)), still), moment)
+    if tangent:
+        moved = (u, p, h, through, own, pushed, up, fall)
+        sum_up(body, attitude, r, moved, change, (wetness, wetness * body.buoyancy, lever), t)
+    if body.floor_stiffness > 0.0:
+        force, moment, rubbed = stand(body, attitude, state, r, (q, v), change.velocity, t, tangent)
+        left, left_moment = sub(left, force), sub(left_moment, moment)
+        state.work.lanes[0].power[SURFACES] += rubbed
+        attitude.ground = norm(force)
+    if tangent:
+        couple(attitude, r, left, band, t)
     world = to_world(r, left)
     for k in range(3):
         band[k, 12] -= world[k]
         attitude.moment[k] = left_moment[k]
-    if tangent:
-        moved = (u, p, h, through, own, pushed, up, fall)
-        sum_up(body, attitude, r, moved, change, (wetness, wetness * body.buoyancy, lever), t)
-        couple(attitude, r, left, band, t)
     return power
 
 

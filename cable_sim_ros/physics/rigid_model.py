@@ -19,6 +19,8 @@ RIGID = np.dtype(  # of one body; places in body axes from the tow point
         ("inertia", "f8", (3, 3)),  # kg m^2 about the tow point
         ("added", "f8", (6, 6)),  # kg, kg m, kg m^2 about the tow point
         ("drag", "f8"),  # kg/m along x: rho/2 A C_D
+        ("floor_stiffness", "f8"),  # N/m^1.5 of a floor under each end of its hull
+        ("radius", "f8"),  # m, of these ends
         ("length", "f8"),  # m, over which an unbalanced moment counts as a force
         ("strips", "i8", 2),  # first and one past the last of its rows
         ("wings", "i8", 2),

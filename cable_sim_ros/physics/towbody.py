@@ -276,23 +276,29 @@ def slam(body, q, v, water, h):
 
 
 @driver
+def ground_load(surface, stiffness, q, v, c1):
+    """Load of the ground on a point at q with velocity v, and rows of its derivative to q, v changing by c1 as much."""
+    s = solid(surface)
+    g, p, _ = touch(s, stiffness, q, v)
+    along, n, k = p.along, g.own.normal, s.friction * p.load * c1 * p.per_speed
+    row, direction = scale(-p.by_depth - c1 * p.by_closing, n), axpy(-s.friction, along, n)
+    return acts(s, g.own, p), (
+        axpy(direction[0], row, axpy(k * n[0], n, axpy(k * along[0], along, (-k, 0.0, 0.0)))),
+        axpy(direction[1], row, axpy(k * n[1], n, axpy(k * along[1], along, (0.0, -k, 0.0)))),
+        axpy(direction[2], row, axpy(k * n[2], n, axpy(k * along[2], along, (0.0, 0.0, -k)))),
+    )
+
+
+@driver
 def lie(body, surface, node, change, tangent, band):
     """Add the load of the ground on the body to its node's row of the system, as load() does; returns its power [W]."""
-    q, v = at3(node[0], 0), at3(node[1], 0)
-    s = solid(surface)
-    g, p, _ = touch(s, body.floor_stiffness, q, v)
-    load, along = acts(s, g.own, p), p.along
+    v = at3(node[1], 0)
+    load, rows = ground_load(surface, body.floor_stiffness, at3(node[0], 0), v, change.velocity)
     for i in range(3):
         band[i, 12] += load[i]
-    if tangent:
-        n, c1 = g.own.normal, change.velocity
-        row = scale(-p.by_depth - c1 * p.by_closing, n)
-        direction = axpy(-s.friction, along, n)
-        k = s.friction * p.load * c1 * p.per_speed
-        for i in range(3):
+        if tangent:
             for j in range(3):
-                same = 1.0 if i == j else 0.0
-                band[i, j] -= direction[i] * row[j] - k * (same - n[i] * n[j] - along[i] * along[j])
+                band[i, j] -= rows[i][j]
     return dot(load, v)
 
 

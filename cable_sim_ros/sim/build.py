@@ -140,7 +140,9 @@ def with_attitudes(
     if rigid:  # that of a spheroid where the scene gives none
         rows["added"][there] = [np.diag(added_of(body, gravity, density))[:3] for _, body in rigid]
         rows["entry"][there] = rows["added"][there, 2]
-    return rows, rigid_tables(rigid, gravity, density)
+    tables = rigid_tables(rigid, gravity, density)
+    tables.bodies["floor_stiffness"] = 0.5 * rows["floor_stiffness"][there]  # it lies on two ends
+    return rows, tables
 
 
 def _body_row(scene: Scene, body: Towbody) -> np.ndarray:

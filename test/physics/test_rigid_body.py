@@ -14,6 +14,7 @@ from scipy.linalg import eigvals
 from scipy.spatial.transform import Rotation
 
 from cable_sim_ros.physics.attitude import turn_from
+from cable_sim_ros.physics.contact_surface import floor_row
 from cable_sim_ros.physics.fluid import Fluid
 from cable_sim_ros.physics.state import NOW, STEP, Change
 from cable_sim_ros.physics.towbody import Towbody
@@ -422,3 +423,33 @@ def test_the_slam_of_a_cylinder_that_falls_flat_beside_those_measured():
     factor = force.max() / (0.5 * RHO * diameter * length * speed**2)
     assert factor == pytest.approx(1.5 * np.pi / 2.0, rel=0.02), "half immersed; docs/theory.md#slam has those measured"
     assert np.trapezoid(force, run.time) == pytest.approx(added * speed, rel=0.02)
+
+
+@pytest.mark.parametrize("pitch", [0.0, 0.2])
+def test_a_body_that_lands_on_its_ends_bears_what_a_spring_floor_gives_and_keeps_its_energy(pitch):
+    """Flat, at 1 m/s without weight: 2/5 k d^2.5 = m v^2/2, F = k d^1.5; on one end it turns, and energy is the same."""
+    stiffness, speed, floor = 4e5, 1.0, -30.0  # N/m^1.5 of both ends
+    carried = body((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), net_weight=0.0, added_mass=(1e-9, 1e-9, 1e-9))
+    surfaces = [floor_row(floor, 0.0, 0.0, 0.0, 0.01)]
+    rig = rig_of(carried, held=(), down=False, gravity=1e-9, water=Fluid(density=1e-2), surfaces=surfaces)
+    row = rig.model.rigid.bodies
+    row.setflags(write=True)
+    row["floor_stiffness"], row["added"] = 0.5 * stiffness, 1e-9 * np.eye(6)
+    row.setflags(write=False)
+    rig.state.q[:, 2], rig.state.v[:, 2] = floor + 0.5, -speed
+    rig.turn(Rotation.from_euler("y", pitch).as_quat())
+    rig.balance()
+    run = rig.run(1.0, 2.5e-4)
+    up = 2.0 * (run.attitude[:, 0, 0] * run.attitude[:, 0, 2] - run.attitude[:, 0, 3] * run.attitude[:, 0, 1])
+    reach = 1.5 - 0.15  # m, of the centres of the round ends
+    ends = run.q[:, -1, 2, None] + reach * up[:, None] * np.array([1.0, -1.0]) - 0.15 - floor
+    depth = np.maximum(-ends, 0.0)
+    stored = 0.4 * 0.5 * stiffness * (depth**2.5).sum(axis=1)
+    energy = 0.5 * MASS * run.v[:, -1, 2] ** 2 + 0.5 * 188.9 * run.attitude[:, 0, 5] ** 2 + stored
+    np.testing.assert_allclose(energy, 0.5 * MASS * speed**2, rtol=2e-3)
+    assert depth.max() > 0.01 and run.v[-1, -1, 2] > -0.5 * speed, "it has landed, and leaves"
+    if pitch == 0.0:
+        deepest = (0.5 * MASS * speed**2 / (0.4 * stiffness)) ** 0.4
+        assert depth.max() == pytest.approx(deepest, rel=1e-3)
+        force = MASS * np.gradient(run.v[:, -1, 2], run.time).max()
+        assert force == pytest.approx(stiffness * deepest**1.5, rel=5e-3)

@@ -96,9 +96,15 @@ def test_what_no_body_has_is_refused_with_the_remedy(changes, parts):
         assert part in str(error.value)
 
 
-def test_a_body_with_an_attitude_meets_no_ground():
-    with pytest.raises(SceneError, match=r"towbody\.model.*seabed\.depth"):
-        scene_of({"seabed.depth": 200.0})
+def test_a_fish_that_meets_the_ground_is_borne_and_lifted_again():
+    """Paid out onto a seabed 4 m below it and hauled in: it lands, lies or slides, and flies as before."""
+    scene = scene_of({"seabed.depth": 113.0})
+    done = run(scene, heave=(0.3, 8.0), duration=75.0, winch="1 rate 1.0, 40 rate -1.0")
+    frames, aground = done.frames, done.frames.status & Flag.SEABED > 0
+    assert not aground[0] and aground.any() and not aground[-1]
+    assert -113.2 < frames.body_position[:, 2].min() and frames.body_position[-1, 2] > -112.0
+    assert done.metrics["landing_speed_m_s"] is not None and np.abs(done.metrics["landing_speed_m_s"]) < 1.0
+    assert abs(frames.energy_residual[-1]) < 1e-3 * abs(frames.work_supplied[-1])
 
 
 @pytest.mark.parametrize(

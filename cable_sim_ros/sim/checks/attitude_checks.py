@@ -90,13 +90,6 @@ def _rigid_problems(scene: Scene, key: str, body: Towbody) -> Iterator[Problem]:
             "angles to the flow",
             f"Leave it out, and give {key}.wings",
         )
-    if scene.seabed.depth is not None:
-        yield Problem(
-            f"{key}.model",
-            f"= rigid beside seabed.depth = {scene.seabed.depth:g} m: how such a body touches the ground is not "
-            "modelled",
-            "Leave seabed.depth out and watch the depth of the body, or take model: level",
-        )
     for name, wing in body.wings.items():
         yield from _flap_problems(f"{key}.wings.{name}", wing)
 

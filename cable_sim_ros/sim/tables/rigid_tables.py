@@ -125,6 +125,7 @@ def rigid_tables(bodies: Sequence[tuple[int, Towbody]], gravity: float, density:
         row["added"] = product(move.T, product(added_of(body, gravity, density), move))
         row["drag"] = 0.5 * density * body.drag_area[0]
         row["length"], diameter = extent(body, gravity, density)
+        row["radius"] = 0.5 * min(diameter, row["length"])
         row["strips"] = len(strips), len(strips) + STRIPS
         row["wings"] = len(wings), len(wings) + len(body.wings)
         own = diameter * row["length"] * body.crossflow_coefficient
