@@ -141,7 +141,6 @@ FIELDS = (
         "slam that every other figure lacks: rho/2 C_s A w^2 with C_s = 5 of a body that enters the water, less that "
         "of the added mass",
     ),
-    ("slam", (), "f8", "N", "force of water entry on a body that goes under, the largest of the bodies; 0: none does"),
     ("body_rate", (3,), "f8", "rad/s", "towbody angular velocity in odom: about z alone"),
     ("payout", (), "f8", "m", "unstretched cable off the drum, positive out"),
     ("payout_rate", (), "f8", "m/s", "rate of pay-out"),
@@ -302,6 +301,7 @@ FIELDS = (
     ("motion_age", (), "f8", "s", "simulation time less stamp of the newest motion sample (negative: ahead)"),
     ("command_age", (), "f8", "s", "simulation time less arrival of the winch command carried out; negative: none yet"),
     ("status", (), "i8", "1", "Flag bits"),
+    ("slam", (), "f8", "N", "force of water entry on a body that goes under, the largest of the bodies; 0: none does"),
 )
 
 TICK_OUTPUT = np.dtype([(name, kind, shape) for name, shape, kind, _, _ in FIELDS], align=True)

@@ -27,6 +27,7 @@ CITED = {  # what the code cites -> its entry in docs/references.md; both sides 
     "Bruls and Cardona (2010)": "Bruls and Cardona (2010)",
     "Lamb (1932)": "Lamb (1932)",
     "Welch (1967)": "Welch (1967)",
+    "von Karman 1929": "von Karman (1929)",
     "Hannan and Thomson (1973)": "Hannan and Thomson (1973)",
     "Calnan": "Calnan (2016)",
     "Capozucca": "Capozucca (1988)",
