@@ -13,7 +13,7 @@ import numpy as np
 
 from ..io.recordings.recorded_run import RecordedRun, load_run
 from ..physics.tick_output import CONTACT_COLUMNS
-from ..runs.summary import SKIP, after_start, since_first, summarize, turns
+from ..runs.summary import SKIP, after_start, pitch_and_roll, since_first, summarize, turns
 from .heading import force_unit, places, put_heading, scene_name
 from .saved import save
 from .side import BLUE, DPI, FAINT, INK, ORANGE, SIZE, WATER, fit, put_note, side_view
@@ -135,6 +135,8 @@ def compose(run: RecordedRun, title: str, skip_s: float, stamp: str = "") -> Fig
     heave(panels[1, 0], run, skip_s)
     if turns(run.frames):
         from_above(panels[1, 1], run)
+    elif run.frames["body_quaternion"][:, :2].any():
+        attitude(panels[1, 1], run, skip_s)
     else:
         contact(panels[1, 1], run, skip_s)
     put_heading(figure, run, title, stamp)
@@ -173,6 +175,11 @@ def caption(run: RecordedRun, skip_s: float) -> str:
                 f"{-s['body_position_m'][0]:.1f} m astern of the sheave; "
                 f"95 % ellipsoid {s['ellipsoid_volume_m3']:.3g} m³. "
             )
+    if s["body_pitch_std_deg"] is not None:
+        body += (
+            f"Pitch {s['body_pitch_mean_deg']:.1f}° mean, std {s['body_pitch_std_deg']:.1f}°, roll std "
+            f"{s['body_roll_std_deg']:.1f}°. "
+        )
     text = (
         f"{s['duration_s']:.0f} s simulated{left_out}. Tension at the sheave {force('tension_mean_n')} {unit} mean, "
         f"{spread}{force('tension_min_n')} to {force('tension_max_n')} {unit}. {body}Sheave heave std "
@@ -245,6 +252,18 @@ def heave(axes: Axes, run: RecordedRun, skip_s: float) -> None:
     right.tick_params(axis="y", colors=PURPLE)
     for axis in (axes, right):
         axis.locator_params(axis="y", nbins=7)
+    _shade(axes, run, skip_s)
+
+
+def attitude(axes: Axes, run: RecordedRun, skip_s: float) -> None:
+    """Pitch and roll of a towbody that is not level, over time."""
+    axes.set_title("Attitude of the towbody")
+    axes.set_ylabel("angle [deg]")
+    names = ("pitch, nose up", "roll, port side up")
+    for angle, name, color in zip(pitch_and_roll(run.frames), names, (ORANGE, BLUE), strict=True):
+        axes.plot(*thinned(seconds(run), angle), color=color, lw=1.4, label=name)
+    min_span(axes, 1.0)
+    axes.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2, handlelength=1.6, borderaxespad=0.2)
     _shade(axes, run, skip_s)
 
 

@@ -298,13 +298,17 @@ def of_bodies(names: Iterable[str], rows: np.ndarray, frames: np.recarray) -> di
     return found
 
 
-def attitude(frames: np.recarray) -> dict[str, float | None]:
-    """Mean and deviation of pitch and roll of the towbody; None of one that is always level."""
+def pitch_and_roll(frames: np.recarray) -> tuple[np.ndarray, np.ndarray]:
+    """Pitch of the towbody, nose up, and roll, port side up, at every tick [deg]."""
     x, y, z, w = frames["body_quaternion"].T
     pitch = -np.degrees(np.arcsin(np.clip(2.0 * (w * y - z * x), -1.0, 1.0)))
-    roll = np.degrees(np.arctan2(2.0 * (w * x + y * z), 1.0 - 2.0 * (x * x + y * y)))
-    level, found = not (x.any() or y.any()), dict[str, float | None]()
-    for name, angle in (("pitch", pitch), ("roll", roll)):
+    return pitch, np.degrees(np.arctan2(2.0 * (w * x + y * z), 1.0 - 2.0 * (x * x + y * y)))
+
+
+def attitude(frames: np.recarray) -> dict[str, float | None]:
+    """Mean and deviation of pitch and roll of the towbody; None of one that is always level."""
+    level, found = not frames["body_quaternion"][:, :2].any(), dict[str, float | None]()
+    for name, angle in zip(("pitch", "roll"), pitch_and_roll(frames), strict=True):
         angle = angle * (np.abs(angle).max() > NOTHING)  # without round-off
         found[f"body_{name}_mean_deg"] = None if level else float(angle.mean())
         found[f"body_{name}_std_deg"] = None if level else _deviation(angle)

@@ -183,6 +183,17 @@ def test_a_turn_is_seen_from_above_and_says_which_way_is_not_to_scale():
     assert above.get_title(loc="left") == "From above" and above.get_title(loc="right").startswith("north enlarged × ")
 
 
+def test_the_attitude_of_a_fish_is_drawn_and_said():
+    recording = run()
+    half = np.radians(np.linspace(-1.0, 1.0, len(recording.frames)))  # nose up is a negative turn about y
+    recording.frames["body_quaternion"] = np.column_stack([0.0 * half, np.sin(half), 0.0 * half, np.cos(half)])
+    with matplotlib.rc_context(STYLE):
+        axes = next(axes for axes in compose(recording, "a", 20.0).axes if "Attitude" in axes.get_title(loc="left"))
+    pitch, roll = (line.get_ydata() for line in axes.get_lines())
+    assert pitch[0] == pytest.approx(2.0) and pitch[-1] == pytest.approx(-2.0) and not np.any(roll)
+    assert "Pitch -0.7° mean" in caption(recording, 20.0).replace("\u00a0", " ")
+
+
 @pytest.mark.filterwarnings("ignore::cable_sim_ros.io.scenes.load.SceneWarning")
 def test_the_ship_carries_its_drum_and_the_cable_lies_on_the_sheave():
     recording = recovered("  waves: {kind: airy, height: 1.0, period: 3.0, towards_deg: 180.0}\n")
