@@ -16,6 +16,7 @@ _FACE = {  # name -> module
     "Rig": "sim.rig.rig",
     "SceneWarning": "io.scenes.load",
     "ShipMotion": "sim.inputs",
+    "VehicleMotion": "sim.inputs",
     "ShipPlan": "io.scenes.ship_plan",
     "Simulator": "api",
     "WinchCommand": "sim.inputs",
@@ -36,6 +37,7 @@ __all__ = [
     "Rig",
     "SceneWarning",
     "ShipMotion",
+    "VehicleMotion",
     "ShipPlan",
     "Simulator",
     "WinchCommand",
@@ -62,7 +64,7 @@ if TYPE_CHECKING:
     from .runs.controller import ControllerError
     from .runs.offline import replay, run
     from .runs.sources import motion_of_bag
-    from .sim.inputs import ShipMotion, WinchCommand
+    from .sim.inputs import ShipMotion, VehicleMotion, WinchCommand
     from .sim.rig.rig import Rig
     from .tools.spans.in_time.wake_run import run_span
 

@@ -1,7 +1,8 @@
-"""Inputs: what a tick is told. Rings of motion samples and winch commands, one writer, no lock.
+"""Inputs: what a tick is told. Rings of motion samples (of the ship, and of a vehicle at the far end of the cable) and
+winch commands, one writer, no lock.
 
 The writer stores the row first and the head last. A tick works on the heads as they stood when it began, `motion_seen`
-and `command_seen`, which the compiled entry sets: what comes while it runs is for the next one.
+and the others, which the compiled entry sets: what comes while it runs is for the next one.
 """
 
 from __future__ import annotations
@@ -9,6 +10,8 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
+
+from ..compiler.jit import inline
 
 MOTION_ROWS = 1024
 COMMAND_ROWS = 256
@@ -25,10 +28,34 @@ class Inputs(NamedTuple):
     command: np.ndarray  # float64 [COMMAND_ROWS, 2]: pay-out m, rate m/s; NaN = not commanded
     command_head: np.ndarray  # int64 [1]
     command_seen: np.ndarray  # int64 [1]
+    vehicle_time: np.ndarray  # int64 [MOTION_ROWS], ns
+    vehicle: np.ndarray  # float64 [MOTION_ROWS, MOTION_COLUMNS], as motion
+    vehicle_head: np.ndarray  # int64 [1]
+    vehicle_seen: np.ndarray  # int64 [1]
+
+
+class Ring(NamedTuple):
+    """The samples of one craft."""
+
+    time: np.ndarray
+    rows: np.ndarray
+    seen: np.ndarray
+
+
+@inline
+def ship_ring(inputs):
+    """The samples of the ship's motion."""
+    return Ring(inputs.motion_time, inputs.motion, inputs.motion_seen)
+
+
+@inline
+def vehicle_ring(inputs):
+    """The samples of the vehicle's motion."""
+    return Ring(inputs.vehicle_time, inputs.vehicle, inputs.vehicle_seen)
 
 
 def make_inputs() -> Inputs:
-    """Empty rings: the ship follows its mean track, the winch holds."""
+    """Empty rings: ship and vehicle follow their mean tracks, the winch holds."""
     return Inputs(
         np.zeros(MOTION_ROWS, np.int64),
         np.zeros((MOTION_ROWS, MOTION_COLUMNS)),
@@ -36,6 +63,10 @@ def make_inputs() -> Inputs:
         np.zeros(1, np.int64),
         np.zeros(COMMAND_ROWS, np.int64),
         np.zeros((COMMAND_ROWS, 2)),
+        np.zeros(1, np.int64),
+        np.zeros(1, np.int64),
+        np.zeros(MOTION_ROWS, np.int64),
+        np.zeros((MOTION_ROWS, MOTION_COLUMNS)),
         np.zeros(1, np.int64),
         np.zeros(1, np.int64),
     )
@@ -58,6 +89,16 @@ def push_motion(inputs: Inputs, time_ns: int, sample) -> None:
     inputs.motion[head % MOTION_ROWS] = row
     inputs.motion_time[head % MOTION_ROWS] = time_ns
     inputs.motion_head[0] = head + 1
+
+
+def of_vehicle(inputs: Inputs) -> Inputs:
+    """The rings as a writer of motion samples sees them that writes those of the vehicle."""
+    return inputs._replace(
+        motion_time=inputs.vehicle_time,
+        motion=inputs.vehicle,
+        motion_head=inputs.vehicle_head,
+        motion_seen=inputs.vehicle_seen,
+    )
 
 
 def push_command(inputs: Inputs, time_ns: int, payout: float, rate: float) -> None:

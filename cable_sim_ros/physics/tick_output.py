@@ -44,6 +44,12 @@ class Flag(IntFlag):
     BRAKE_SLIPPED = 1048576, "the drum turned against its brake"
     SURFACE_CROSSED = 2097152, "towbody or a body on the line is in the water surface: its slam is left out"
     STALLED = 4194304, "a wing or fin of a rigid body is stalled: it bears about what a plate does"
+    VEHICLE_STALE = 8388608, "newest pose of the vehicle older than vehicle.stale_after"
+    VEHICLE_BLENDING = 16777216, "a pose of the vehicle that jumped (or the first one) is being taken up"
+    VEHICLE_LIMITED = (
+        33554432,
+        "the vehicle is out of the cable's reach or in the seabed, and its end stays behind, or pulls beyond its limit",
+    )
 
 
 # the same as plain numbers, each by its own name: kernels know no enums
@@ -70,6 +76,9 @@ MOTOR_LIMITED = int(Flag.MOTOR_LIMITED)
 BRAKE_SLIPPED = int(Flag.BRAKE_SLIPPED)
 SURFACE_CROSSED = int(Flag.SURFACE_CROSSED)
 STALLED = int(Flag.STALLED)
+VEHICLE_STALE = int(Flag.VEHICLE_STALE)
+VEHICLE_BLENDING = int(Flag.VEHICLE_BLENDING)
+VEHICLE_LIMITED = int(Flag.VEHICLE_LIMITED)
 
 
 class Source(IntFlag):
@@ -137,6 +146,30 @@ FIELDS = (
         "slam of a body in the water surface: left out of every other figure; 0: none is in it",
     ),
     ("body_rate", (3,), "f8", "rad/s", "towbody angular velocity in odom: about z alone"),
+    (
+        "vehicle_position",
+        (3,),
+        "f8",
+        "m",
+        "reference point of the vehicle in odom; without a vehicle 0, as what follows",
+    ),
+    ("vehicle_force", (3,), "f8", "N", "force of the cable on the vehicle in odom"),
+    ("vehicle_moment", (3,), "f8", "N m", "its moment about the vehicle's reference point in odom"),
+    (
+        "vehicle_power",
+        (),
+        "f8",
+        "W",
+        "power of the vehicle on the cable: minus the force times the velocity of the end",
+    ),
+    (
+        "vehicle_off",
+        (),
+        "f8",
+        "m",
+        "distance from the vehicle's attachment to the end of the cable: above 0 where limited",
+    ),
+    ("vehicle_age", (), "f8", "s", "simulation time less stamp of the newest pose of the vehicle (negative: ahead)"),
     ("payout", (), "f8", "m", "unstretched cable off the drum, positive out"),
     ("payout_rate", (), "f8", "m/s", "rate of pay-out"),
     ("payout_acceleration", (), "f8", "m/s^2", "acceleration of pay-out"),

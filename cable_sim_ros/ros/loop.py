@@ -20,6 +20,7 @@ from ..sim.loop import (
     EVENTFD,
     HALT,
     HALTED,
+    HEADS,
     LIVE,
     MAPPING,
     MAX_CATCHUP,
@@ -66,7 +67,7 @@ class Loop:
         self.rows = len(output.frame)
         self.control = np.zeros(CONTROL_WORDS, np.int64)
         self.stats = np.zeros((self.rows, STATS_COLUMNS), np.int64)
-        self.heads = np.zeros((HEADS_ROWS, 2), np.int64)
+        self.heads = np.zeros((HEADS_ROWS, HEADS), np.int64)
         self.eventfd = os.eventfd(0, os.EFD_CLOEXEC)
         self.control[[PERIOD, SLEW, MAX_CATCHUP, EVENTFD, ONE]] = (
             self.period_ns,

@@ -38,12 +38,14 @@ SLEEP_CHUNK = 50_000_000  # ns, so that a stop is seen soon
 MIN_SLEEP = 200_000  # ns given to others by a tick that found its deadline already past
 MASS_DAMPING = 0.2  # 1/s, of the pseudo-transient only; it has no part in the equilibrium (trap T8)
 LONGEST_STEP = 1000.0  # s, of the pseudo-transient
+CREEPING = 1e6  # N left of a start that did not settle, from which there still is something to see
 HALT = NEWTON_FAILED | NOT_FINITE
 
 SETTLE, TICKS, LIVE = 0, 1, 2  # what to do
 TIME, DEADLINE, WAKE, DONE, FLAGS, LAG = range(6)  # columns of a stats row, ns
 STATS_COLUMNS = 6
-MOTION, COMMAND = 0, 1  # columns of a heads row: samples and commands that a tick saw
+MOTION, COMMAND, VEHICLE = 0, 1, 2  # columns of a heads row: samples and commands that a tick saw
+HEADS = 3
 # control words: the first two are written by Python, the others by the loop; LIVE also reads the settings
 (
     STOP,
@@ -108,6 +110,7 @@ def look(inputs):
     """Let the next tick see what has been written so far."""
     inputs.motion_seen[0] = inputs.motion_head[0]
     inputs.command_seen[0] = inputs.command_head[0]
+    inputs.vehicle_seen[0] = inputs.vehicle_head[0]
 
 
 @driver
@@ -150,6 +153,7 @@ def live(model, state, inputs, output, control, stats, heads, buffer, one, count
         slot, seen = control[COUNT] % rows, heads[control[COUNT] % heads.shape[0]]
         look(inputs)
         seen[MOTION], seen[COMMAND] = inputs.motion_seen[0], inputs.command_seen[0]
+        seen[VEHICLE] = inputs.vehicle_seen[0]
         flags = tick(model, state, inputs, output, slot)
         done = monotonic(buffer)
         if count == 0 and done - deadline > period:
@@ -174,14 +178,14 @@ def _drive(model, state, inputs, output, what, count, control, stats, heads):
 
     SETTLE: static start in at most ``count`` steps, tick output into row 0; returns the steps,
     negative where it did not settle, and leaves iterations and residual [N] in the health.
-    TICKS: ``count`` ticks into rows 0..count-1; returns the ticks done before a halt. heads, int64 [count, 2]: samples
+    TICKS: ``count`` ticks into rows 0..count-1; returns the ticks done before a halt. heads, int64 [count, 3]: samples
     and commands that each of them sees; without a row each sees what has been written.
     LIVE: the real-time loop on the control words and stats rows; returns its tick count. heads: a ring that it fills.
     With a ``count`` above 0 as many ticks, each at once, into the same rings: lockstep.
     """
     if what == 0:
         steps, iterations, left = rest(model, state, MASS_DAMPING, count, LONGEST_STEP)
-        if steps >= 0:
+        if steps >= 0 or left < CREEPING:
             no_peaks(state.memory[NOW].health)
             observe(model, state, output, 0, 0, False)
             if model.sensors.rules.shape[0] > 0:
@@ -194,6 +198,7 @@ def _drive(model, state, inputs, output, what, count, control, stats, heads):
             look(inputs)
             if heads.shape[0] > 0:
                 inputs.motion_seen[0], inputs.command_seen[0] = heads[i, MOTION], heads[i, COMMAND]
+                inputs.vehicle_seen[0] = heads[i, VEHICLE]
             if tick(model, state, inputs, output, i) & HALT:
                 return np.int64(i)
         return np.int64(count)

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from cable_sim_ros.physics.inputs import make_inputs, push_motion
+from cable_sim_ros.physics.inputs import make_inputs, push_motion, ship_ring
 from cable_sim_ros.physics.ship import (
     MOTION,
     NO_EPOCH,
@@ -80,10 +80,11 @@ class Ship:
         look(self.inputs)
 
     def tick(self) -> np.ndarray:
-        now, ship = self.memory.time, self.memory.ship
+        now = self.memory.time
         end = now.now + 10_000_000
-        follow(now.now, end, self.inputs, self.memory, self.times)
-        evaluate(end, self.inputs, self.memory, self.times.stale_decay)
+        ring, ship = ship_ring(self.inputs), self.memory.ship
+        follow(now.now, end, ring, ship, self.memory, self.times)
+        evaluate(end, ring, ship, self.memory, self.times.stale_decay)
         now.now = end
         return np.concatenate((ship.motion.coord, ship.motion.rate))
 
