@@ -17,7 +17,7 @@ from .runner import Runner
 from .stepping import Progress, Stepped, Stepper, silent
 
 CHUNK_TICKS = 256  # of one compiled call, at most; each begins with cold caches
-RING_FRACTION = 400, 100  # samples and commands a chunk may bring: less than half of each ring
+RING_FRACTION = 400, 100, 400  # samples, commands, samples of a vehicle a chunk may bring: less than half of each ring
 MORE_TICKS = 2_000  # that a journal may say beyond those in the bag: a slow disk drops what was published
 MAX_UNSEEN = 360_000  # ticks of a bag that has none to compare with: an hour of 10 ms
 NO_END = 2**62
@@ -118,8 +118,8 @@ class JournalReplay(Runner):
                 f"the state of the tow at {start.time * 1e-9:.3f} s ({start.cause}) is {why}: begun there from the "
                 f"static equilibrium"
             )
-        self._start_at(start)
-        segment.load(self.sim.inputs)
+        segment.load(self.sim.inputs)  # a start takes the pose of a vehicle from there
+        self._start_at(start, keep_inputs=True)
 
     def _segment(self, segment: Segment, stepper: Stepper) -> None:
         heads, inputs, done = segment.heads(), self.sim.inputs, 0
@@ -129,7 +129,9 @@ class JournalReplay(Runner):
                 changes.setdefault(tick, []).append((name, value))
         for until in sorted(changes):
             while done < until:
-                maximum = np.array((inputs.motion_head[0], inputs.command_head[0])) + RING_FRACTION
+                maximum = (
+                    np.array((inputs.motion_head[0], inputs.command_head[0], inputs.vehicle_head[0])) + RING_FRACTION
+                )
                 part = heads[done : min(until, done + CHUNK_TICKS)]
                 part = part[: max(1, int((part <= maximum).all(axis=1).sum()))]
                 segment.push(inputs, *part[-1].tolist())

@@ -94,7 +94,8 @@ class Stepper:
         recording, inputs = self.recording, self.sim.inputs
         if recording is not None:
             recording.inputs(events or [])
-            rows = heads if heads is not None else [(inputs.motion_head[0], inputs.command_head[0])]
+            here = inputs.motion_head[0], inputs.command_head[0], inputs.vehicle_head[0]
+            rows = heads if heads is not None else [here]
             recording.seen(self.done, rows)
         begun, used = time.perf_counter(), time.process_time()
         halted = None
@@ -191,10 +192,10 @@ class RunRecorder:
             self.writer.add(f"{self.context.namespace}/{topic}", msgtype, event.arrival, event.data, event.time)
 
     def seen(self, done: int, rows: Iterable) -> None:
-        """Samples and commands that each of the next ticks sees: (motion, commands) a tick, see `Simulator.run`."""
+        """Samples and commands that each of the next ticks sees: (motion, commands, vehicle) a tick, see `Simulator.run`."""
         assert self.journal is not None, "begin comes first"
-        for k, (motion, command) in enumerate(rows):
-            self.journal.tick(done + k, int(motion), int(command))
+        for k, seen in enumerate(rows):
+            self.journal.tick(done + k, *map(int, seen))
 
     def outputs(self, frames: np.recarray, shapes: np.ndarray, contacts: np.ndarray) -> None:
         """What a chunk of ticks answered."""

@@ -8,6 +8,7 @@ Topic ``sim/journal`` of the bag (recorded only, not published), std_msgs/String
   [ns], ``position`` [m], ``heading`` [rad], ``parameters`` that are not as in the scene, and ``state``: a snapshot, as
   a compressed .npz in base64. Of a start from the static equilibrium it has the rings of inputs only.
 * ``motion``: samples as the ticks see them from here on, each a stamp [ns] and the 14 numbers of `physics.inputs`.
+* ``vehicle``: the same of the vehicle at the far end of the cable.
 * ``commands``: to the winch, each the time [ns] from which it counts, pay-out [m] and rate [m/s], null = none.
 * ``set``: parameters that were changed; ``lost``: samples and commands that are not known any more; ``end``: why the
   recording or the simulation ended.
@@ -24,7 +25,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...physics.inputs import COMMAND_ROWS, MOTION_ROWS, Inputs, push_command, push_motion
+from ...physics.inputs import COMMAND_ROWS, MOTION_ROWS, Inputs, of_vehicle, push_command, push_motion
 from ...sim.saved.npz_bytes import npz
 from ...sim.saved.savefile import LAYOUT
 from ..bags.typestore import STORE
@@ -55,9 +56,9 @@ class Journal:
 
     def __init__(self, put: Callable[[bytes], None], inputs: Inputs) -> None:
         self.put, self.inputs = put, inputs
-        self._notes: deque[tuple[int, Callable[[], dict[str, Any]], tuple[int, int] | None]] = deque()
+        self._notes: deque[tuple[int, Callable[[], dict[str, Any]], tuple[int, int, int] | None]] = deque()
         self._count = 0
-        self._motion = self._commands = 0  # heads that stand in the journal
+        self._motion = self._commands = self._vehicle = 0  # heads that stand in the journal
         self._begun = False
         self.first: int | None = None  # the first tick that it covers
 
@@ -66,7 +67,7 @@ class Journal:
 
         parameters: live ones that were changed.
         """
-        heads = int(snapshot["inputs_motion_head"][0]), int(snapshot["inputs_command_head"][0])
+        heads = heads_of(snapshot)
 
         def entry() -> dict[str, Any]:  # packed by the thread that writes it, not between two ticks
             kept = {k: v for k, v in snapshot.items() if k.startswith("inputs_") or start.cause not in STATIC}
@@ -94,8 +95,9 @@ class Journal:
         """Is this tick part of what is recorded?"""
         return self.first is not None and index >= self.first
 
-    def tick(self, index: int, motion_head: int, command_head: int) -> None:
-        """Tick ``index``, counted from 0, saw so many motion samples and commands since the rings were empty."""
+    def tick(self, index: int, motion_head: int, command_head: int, vehicle_head: int) -> None:
+        """Tick ``index``, counted from 0, saw so many motion samples, commands and samples of the vehicle since the
+        rings were empty."""
         self._settle(index)
         if not self._begun:
             return
@@ -104,13 +106,17 @@ class Journal:
         if motion_head > self._motion:
             first = max(self._motion, int(self.inputs.motion_head[0]) - MOTION_ROWS + SPARE)
             lost += first - self._motion
-            entry["motion"] = [self._sample(k) for k in range(first, motion_head)]
+            entry["motion"] = [self._sample(self.inputs, k) for k in range(first, motion_head)]
+        if vehicle_head > self._vehicle:
+            first = max(self._vehicle, int(self.inputs.vehicle_head[0]) - MOTION_ROWS + SPARE)
+            lost += first - self._vehicle
+            entry["vehicle"] = [self._sample(of_vehicle(self.inputs), k) for k in range(first, vehicle_head)]
         if command_head > self._commands:
             first = max(self._commands, int(self.inputs.command_head[0]) - COMMAND_ROWS + SPARE)
             lost += first - self._commands
             entry["commands"] = [self._command(k) for k in range(first, command_head)]
         if entry:
-            self._motion, self._commands = motion_head, command_head
+            self._motion, self._commands, self._vehicle = motion_head, command_head, vehicle_head
             self._write(index, entry | ({"lost": lost} if lost else {}))
 
     def lose(self, index: int, count: int) -> None:
@@ -127,7 +133,7 @@ class Journal:
         while self._notes and self._notes[0][0] <= index:
             done, entry, heads = self._notes.popleft()
             if heads is not None:
-                self._motion, self._commands = heads
+                self._motion, self._commands, self._vehicle = heads
                 self._begun = True
             self._write(done, entry())
 
@@ -135,9 +141,10 @@ class Journal:
         self.put(encoded({"n": self._count, "tick": done, **entry}))
         self._count += 1
 
-    def _sample(self, index: int) -> list[float]:
+    @staticmethod
+    def _sample(inputs: Inputs, index: int) -> list[float]:
         row = index % MOTION_ROWS
-        return [int(self.inputs.motion_time[row]), *self.inputs.motion[row].tolist()]
+        return [int(inputs.motion_time[row]), *inputs.motion[row].tolist()]
 
     def _command(self, index: int) -> list[float | None]:
         row = index % COMMAND_ROWS
@@ -145,6 +152,12 @@ class Journal:
             int(self.inputs.command_time[row]),
             *(None if value != value else value for value in self.inputs.command[row].tolist()),
         ]
+
+
+def heads_of(arrays: Mapping[str, np.ndarray]) -> tuple[int, int, int]:
+    """Heads of the rings of inputs in a snapshot: motion, commands, vehicle."""
+    motion, command, vehicle = (int(arrays[f"inputs_{name}_head"][0]) for name in ("motion", "command", "vehicle"))
+    return motion, command, vehicle
 
 
 def encoded(entry: Mapping[str, Any]) -> bytes:
@@ -173,25 +186,34 @@ class Segment:
     ended: bool = False  # the journal says where it ends
     motion: list[Sample] = field(default_factory=list)
     commands: list[Command] = field(default_factory=list)
-    seen: list[tuple[int, int, int]] = field(default_factory=list)  # tick of the segment, motion, commands from it on
+    vehicle: list[Sample] = field(default_factory=list)
+    # tick of the segment, motion, commands, samples of the vehicle from it on
+    seen: list[tuple[int, int, int, int]] = field(default_factory=list)
     sets: list[tuple[int, str, Any]] = field(default_factory=list)  # tick of the segment, parameter, value
 
     def heads(self) -> np.ndarray:
-        """What each tick sees of the rings, int64 [ticks, 2], counted as their heads."""
+        """What each tick sees of the rings, int64 [ticks, 3], counted as their heads."""
         seen = np.array(self.seen, np.int64)  # its ticks go up
         return seen[np.searchsorted(seen[:, 0], np.arange(self.ticks), "right") - 1, 1:] + self.base
 
     @property
-    def base(self) -> tuple[int, int]:
+    def base(self) -> tuple[int, int, int]:
         """Heads of the rings at the start."""
-        return int(self.rings["inputs_motion_head"][0]), int(self.rings["inputs_command_head"][0])
+        return heads_of(self.rings)
 
     @property
     def newest(self) -> int | None:
         """Stamp of the newest sample so far, ns."""
-        head = self.base[0]
-        before = int(self.rings["inputs_motion_time"][(head - 1) % MOTION_ROWS]) if head else None
-        return int(self.motion[-1][0]) if self.motion else before
+        return self._newest("motion", self.base[0], self.motion)
+
+    @property
+    def newest_vehicle(self) -> int | None:
+        """The same of the vehicle."""
+        return self._newest("vehicle", self.base[2], self.vehicle)
+
+    def _newest(self, ring: str, head: int, samples: list[Sample]) -> int | None:
+        before = int(self.rings[f"inputs_{ring}_time"][(head - 1) % MOTION_ROWS]) if head else None
+        return int(samples[-1][0]) if samples else before
 
     def number(self, stamp: np.ndarray, period: int) -> np.ndarray:
         """Ticks of the program's count by their stamps in this segment [ns], -1: none; period: of a tick [ns]."""
@@ -204,11 +226,13 @@ class Segment:
         for name, array in inputs._asdict().items():
             array[...] = self.rings[f"inputs_{name}"]
 
-    def push(self, inputs: Inputs, motion_head: int, command_head: int) -> None:
+    def push(self, inputs: Inputs, motion_head: int, command_head: int, vehicle_head: int) -> None:
         """Push the samples and commands up to these heads of the rings."""
-        motion, command = self.base
+        motion, command, vehicle = self.base
         for stamp, *row in self.motion[int(inputs.motion_head[0]) - motion : motion_head - motion]:
             push_motion(inputs, int(stamp), row)
+        for stamp, *row in self.vehicle[int(inputs.vehicle_head[0]) - vehicle : vehicle_head - vehicle]:
+            push_motion(of_vehicle(inputs), int(stamp), row)
         for at, payout, rate in self.commands[int(inputs.command_head[0]) - command : command_head - command]:
             push_command(inputs, int(at), *(np.nan if v is None else v for v in (payout, rate)))
 
@@ -284,7 +308,7 @@ def _begin(begun: Begin, tick: int, place: int, unpacked: int) -> Segment:
         raise ValueError(f"the states of the journal have more than {MAX_STATES} bytes")
     start = Start(begun.time, begun.position, begun.heading, begun.cause)
     segment = Segment(start, dict(begun.parameters), begun.layout, state.arrays, state.rings, tick, place)
-    segment.seen.append((0, 0, 0))
+    segment.seen.append((0, 0, 0, 0))
     return segment
 
 
@@ -296,15 +320,16 @@ def _end(before: list[Segment], tick: int) -> None:
 
 def _take(entry: Entry, segment: Segment) -> None:
     """Take in an entry that is no start. Raises ValueError, and has taken nothing then."""
-    newest = segment.newest
-    for sample in entry.motion:
-        if newest is not None and sample[0] <= newest:
-            raise ValueError(f"the stamp of a sample, {sample[0]} ns, does not advance past {newest} ns")
-        newest = sample[0]
+    for newest, samples in ((segment.newest, entry.motion), (segment.newest_vehicle, entry.vehicle)):
+        for sample in samples:
+            if newest is not None and sample[0] <= newest:
+                raise ValueError(f"the stamp of a sample, {sample[0]} ns, does not advance past {newest} ns")
+            newest = sample[0]
     at = entry.tick - segment.first
     segment.motion += entry.motion
     segment.commands += entry.commands
-    segment.seen.append((at, len(segment.motion), len(segment.commands)))
+    segment.vehicle += entry.vehicle
+    segment.seen.append((at, len(segment.motion), len(segment.commands), len(segment.vehicle)))
     segment.sets += [(at, name, value) for name, value in entry.set.items()]
     segment.ticks = max(segment.ticks, at + (entry.end is None))
     if entry.end is not None:

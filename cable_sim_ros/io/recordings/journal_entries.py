@@ -60,6 +60,7 @@ class Entry(_Strict):
     tick: Count
     start: Begin | None = None
     motion: Annotated[list[Sample], Field(max_length=MOTION_ROWS)] = []
+    vehicle: Annotated[list[Sample], Field(max_length=MOTION_ROWS)] = []
     commands: Annotated[list[Command], Field(max_length=COMMAND_ROWS)] = []
     set: Annotated[dict[Name, Value], Field(max_length=1000)] = {}
     lost: Count = 0

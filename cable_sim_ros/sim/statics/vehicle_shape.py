@@ -11,7 +11,7 @@ from math import acos, asinh, atanh, cos, hypot, pi, radians, sin, sinh, sqrt
 
 import numpy as np
 
-from ...physics.inputs import Inputs
+from ...physics.inputs import MOTION_ROWS, Inputs
 from ...physics.ship import NO_EPOCH
 from ...physics.towbody import BodyModel
 from ..scene import Scene
@@ -51,13 +51,15 @@ def attachment_of(scene: Scene, pose: list[float]) -> np.ndarray:
 
 
 def declare_vehicle(now: np.record, scene: Scene, yaw: float, inputs: Inputs) -> None:
-    """The vehicle of a start into a MEMORY: at its first pose that is known, else where the scene has it."""
+    """The vehicle of a start into a MEMORY: at its newest pose by then, or its first one, else where the scene has it."""
     if scene.towbody.model is not BodyModel.VEHICLE:
         return
     craft, pose = now.vehicle, pose_of(scene, yaw)
-    if inputs.vehicle_head[0]:
-        since = (int(inputs.vehicle_time[0]) - int(now.time.start)) * 1e-9
-        pose = inputs.vehicle[0, :6].tolist()
+    if head := int(inputs.vehicle_head[0]):
+        rows = [k % MOTION_ROWS for k in range(max(0, head - MOTION_ROWS + 8), head)]
+        row = max((k for k in rows if inputs.vehicle_time[k] <= now.time.start), key=rows.index, default=rows[0])
+        since = (int(inputs.vehicle_time[row]) - int(now.time.start)) * 1e-9
+        pose = inputs.vehicle[row, :6].tolist()
         for i in range(2):
             pose[i] -= float(now.frame.origin[i]) + float(now.frame.velocity[i]) * since
     craft.mean_coord[:] = pose
