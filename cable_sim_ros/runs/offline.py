@@ -213,9 +213,8 @@ def run(
     if duration is None and motion is None:
         last = max([one.time for one in live] + ([plan.last - before] if plan is not None else []), default=-AFTER_PLAN)
         duration = max(seconds_of(heave, rao, scene, way) - (0.0 if way is None else before), last + AFTER_PLAN) or None
-    lasts = (
-        duration if duration is None or (heave, rao, way, vehicle) == (None, None, None, None) else before + duration
-    )
+    endless = (heave, rao, way, vehicle) != (None, None, None, None)
+    lasts = before + duration if duration is not None and endless else duration
     tow = motion_of(scene, motion, heave, lasts, imu_only, settings, topics, rao, way, vehicle)
     if tow is not None and (plan is not None or control is not None):
         tow.events = [event for event in tow.events if not event.is_command]

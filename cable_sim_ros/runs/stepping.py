@@ -192,7 +192,7 @@ class RunRecorder:
             self.writer.add(f"{self.context.namespace}/{topic}", msgtype, event.arrival, event.data, event.time)
 
     def seen(self, done: int, rows: Iterable) -> None:
-        """Samples and commands that each of the next ticks sees: (motion, commands, vehicle) a tick, see `Simulator.run`."""
+        """Samples and commands that each of the next ticks sees: heads of the rings a tick, see `Simulator.run`."""
         assert self.journal is not None, "begin comes first"
         for k, seen in enumerate(rows):
             self.journal.tick(done + k, *map(int, seen))

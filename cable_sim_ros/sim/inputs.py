@@ -68,7 +68,8 @@ class ShipMotion:
         if (self.attitude is None) == (self.quaternion is None):
             raise InputError(
                 f"{type(self).__name__}.attitude = {self.attitude!r} and quaternion = {self.quaternion!r}: exactly one "
-                f"of them is needed; nothing was pushed. Give attitude=(roll, pitch, yaw) in rad, or quaternion=(x, y, z, w)"
+                f"of them is needed; nothing was pushed. Give attitude=(roll, pitch, yaw) in rad, or quaternion=(x, y, "
+                f"z, w)"
             )
         if self.attitude is not None:
             _set(self, attitude=_vector(self, "attitude", "rad", (MAX_TURNS, MAX_PITCH, MAX_TURNS)))
@@ -76,8 +77,8 @@ class ShipMotion:
             _set(self, quaternion=_unit(self))
         if self.source not in (Source.ODOMETRY, Source.IMU):
             raise InputError(
-                f"{type(self).__name__}.source = {self.source!r} is neither Source.ODOMETRY nor Source.IMU: nothing was "
-                f"pushed. Give one of them, of cable_sim_ros.physics.tick_output, or leave it out"
+                f"{type(self).__name__}.source = {self.source!r} is neither Source.ODOMETRY nor Source.IMU: nothing "
+                f"was pushed. Give one of them, of cable_sim_ros.physics.tick_output, or leave it out"
             )
 
     @property

@@ -8,8 +8,10 @@ from copy import deepcopy
 import numpy as np
 import pytest
 
-from cable_sim_ros import ShipMotion, Simulator, VehicleMotion
+from cable_sim_ros import CableSimError, ShipMotion, Simulator, VehicleMotion
 from cable_sim_ros.physics.tick_output import Flag
+from cable_sim_ros.sim.inputs import InputError
+from cable_sim_ros.sim.simulator import StartError
 
 pytestmark = [pytest.mark.trust, pytest.mark.filterwarnings("ignore::cable_sim_ros.SceneWarning")]
 
@@ -157,3 +159,138 @@ def test_a_tow_cut_at_its_towbody_does_the_same():
     assert one["tension"][late].std() > 20.0
     miss = two["tension"][late] - one["tension"][late]
     assert miss.std() < 0.02 * one["tension"][late].std()
+
+
+def test_beyond_its_reach_the_end_stays_behind_and_nothing_is_lost():
+    """Away at 2 m/s, and back: the flag comes and goes, the end stays within the reach, energy stays balanced."""
+    sim = tow(95.0, position=[-70.0, 0.0, -60.0], start_blend=0.5)
+    sim.start()
+    for k in range(1, 602):
+        t = 0.1 * k
+        out, v = (2.0 * t, -2.0) if t < 20.0 else (80.0 - 2.0 * t, 2.0)
+        sim.push(at(t, (-70.0 - out, 0.0, -60.0), (v, 0.0, 0.0)))
+    f = sim.run(4000)
+    far = np.linalg.norm(f["body_position"] - f["sheave_position"], axis=1)
+    assert far.max() < 95.0 * (1.0 + 2.0 * 1000.0 / 1e6) + 1.0 and f["vehicle_off"].max() > 15.0
+    assert "VEHICLE_LIMITED" in named(f) and not named(f) & {"NEWTON_FAILED", "NOT_FINITE"}
+    back = f[3500:]
+    assert back["vehicle_off"].max() == 0.0 and back["tension"].mean() < 500.0
+    assert abs(f["energy_residual"]).max() < 2e-3 * np.abs(f["work_supplied"]).max()
+    # velocity and acceleration of the end are those of its place
+    v = np.gradient(f["body_position"], 0.01, axis=0)[800:1500]
+    np.testing.assert_allclose(f["body_velocity"][800:1500], v, atol=0.02)
+
+
+def test_a_vehicle_does_not_go_into_the_seabed():
+    scene = deepcopy(TETHER) | {"seabed": {"depth": 90.0}}
+    sim = Simulator(scene)
+    sim.start()
+    for k in range(1, 302):
+        sim.push(at(0.1 * k, (-70.0, 20.0, -80.0 - 0.1 * k), (0.0, 0.0, -1.0)))
+    f = sim.run(2500)
+    assert f["body_position"][:, 2].min() >= -90.0 - 1e-9 and f["vehicle_off"][-1] > 10.0
+    assert "VEHICLE_LIMITED" in named(f)
+
+
+def test_a_vehicle_that_falls_silent_keeps_its_depth_and_goes_on_at_its_mean_speed():
+    sim = tow(start_blend=0.5)
+    sim.start()
+    for k in range(1, 201):
+        sim.push(at(0.1 * k, (-70.0 + 0.03 * k, 20.0, -80.0 + 0.02 * k), (0.3, 0.0, 0.2)))
+    f = sim.run(4000)
+    assert not named(f[:2200]) & {"VEHICLE_STALE"} and "VEHICLE_STALE" in named(f[2300:2310])
+    rise = f["vehicle_position"][:, 2]
+    assert rise[-1] == pytest.approx(rise[2000], abs=0.01) and 0.1 < rise[2000:].max() - rise[2000] < 0.3
+    speed = (f["vehicle_position"][-1, 0] - f["vehicle_position"][3000, 0]) / 9.99
+    assert speed == pytest.approx(0.3, abs=0.01)
+    for k in range(400, 451):  # and comes back elsewhere
+        sim.push(at(0.1 * k, (-50.0, 20.0, -70.0)))
+    f = sim.run(1000)
+    speeds = np.linalg.norm(np.diff(f["vehicle_position"], axis=0), axis=1) / 0.01
+    assert "VEHICLE_BLENDING" in named(f) and speeds.max() < 5.0 + 0.4
+    np.testing.assert_allclose(f["vehicle_position"][490], (-50.0, 20.0, -70.0), atol=1.0)
+
+
+def test_a_jump_is_taken_up_at_the_largest_speed():
+    sim = tow(start_blend=0.5, max_speed=3.0)
+    sim.start()
+    for k in range(1, 302):
+        sim.push(at(0.1 * k, (-70.0 if k < 50 else -40.0, 20.0, -80.0)))
+    f = sim.run(3000)
+    speeds = np.linalg.norm(np.diff(f["vehicle_position"], axis=0), axis=1) / 0.01
+    assert 2.5 < speeds.max() < 3.01
+    np.testing.assert_allclose(f["vehicle_position"][2500], (-40.0, 20.0, -80.0), atol=1e-6)
+
+
+def test_the_first_pose_that_is_known_is_that_of_the_start():
+    sim = tow()
+    sim.push(at(0.01, (-60.0, 0.0, -70.0)))
+    sim.start()
+    np.testing.assert_allclose(sim.frame.vehicle_position, (-60.0, 0.0, -70.0), atol=1e-9)
+    with pytest.raises(InputError, match="above vehicle.max_speed = 5 m/s"):
+        sim.push(at(0.1, (-60.0, 0.0, -70.0), (6.0, 0.0, 0.0)))
+
+
+@pytest.mark.parametrize("slack", [{}, {"mass": 0.2063}], ids=["heavy", "neutral"])
+def test_slack_cable_starts_and_runs(slack):
+    """Twice as long as its chord; the neutrally buoyant one has no weight that draws it anywhere."""
+    sim = tow(100.0, position=[-40.0, 0.0, -30.0], **slack)
+    sim.start()
+    f = sim.run(500)
+    assert np.isfinite(f["tension"]).all() and not named(f) & {"DETACHED", "VEHICLE_LIMITED"}
+    assert abs(f["energy_residual"]).max() < 0.1
+    assert np.linalg.norm(f["body_velocity"]) == 0.0
+
+
+REFUSED = {
+    "far": ({"position": [-200.0, 0.0, -80.0]}, r"m of straight cable away, and 150 m are out \(winch.scope\)"),
+    "seabed": ({"position": [-70.0, 0.0, -120.0], "attachment": [0.0, 0.0, -2.0]}, "22 m below the seabed"),
+    "pitch": ({"attitude_deg": [0.0, 89.0, 0.0]}, "vehicle.attitude_deg has a pitch of 89 deg"),
+    "place": ({"position": None}, "vehicle.position is missing"),
+    "speed": ({"max_speed": 0.0}, r"vehicle.max_speed = 0.0 m/s is outside \[0.01, 50\] m/s"),
+    "word": ({"postion": [0.0, 0.0, 0.0]}, "vehicle.postion = .*Did you mean vehicle.position"),
+}
+
+
+@pytest.mark.parametrize("name", REFUSED)
+def test_what_no_vehicle_has_is_refused(name):
+    values, text = REFUSED[name]
+    scene = deepcopy(TETHER) | ({"seabed": {"depth": 100.0}} if name == "seabed" else {})
+    scene["vehicle"] |= values
+    with pytest.raises(CableSimError, match=text):
+        Simulator(scene)
+
+
+def test_a_vehicle_is_said_where_it_is_and_nowhere_else():
+    level = {"mass": 60.0, "net_weight": 300.0}
+    for change, text in (
+        ({"towbody": level}, "vehicle.position is given, and towbody.model = level: there is no vehicle"),
+        ({"towbody": {"model": "vehicle", "mass": 5.0}}, "towbody.mass is given to a body of model vehicle"),
+        ({"bodies": {"a": level | {"model": "vehicle", "at": "tether"}}}, "bodies.a.model = vehicle is a body on the line"),
+    ):
+        with pytest.raises(CableSimError, match=text):
+            Simulator(deepcopy(TETHER) | change)
+    scene = deepcopy(TETHER) | {"towbody": level}
+    del scene["vehicle"]
+    with pytest.raises(InputError, match="a VehicleMotion was given, and towbody.model = level"):
+        Simulator(scene).push(at(0.1, (0.0, 0.0, 0.0)))
+
+
+def test_it_begins_where_its_cable_reaches():
+    sim = tow()
+    sim.push(at(0.01, (-300.0, 0.0, -70.0)))
+    with pytest.raises(StartError, match="m of straight cable away, and 150 m are out"):
+        sim.start()
+
+
+def test_a_saved_tow_goes_on_with_its_vehicle_bit_for_bit(tmp_path):
+    sim = tow()
+    sim.start()
+    for k in range(1, 60):
+        sim.push(at(0.1 * k, (-70.0, 20.0 + 0.05 * k, -80.0), (0.0, 0.5, 0.0)))
+    sim.run(200)
+    sim.save(tmp_path / "tow.npz")
+    other = Simulator.load(tmp_path / "tow.npz")
+    for name in ("tension", "vehicle_force", "vehicle_position"):
+        one, two = sim.run(100)[name], other.run(100)[name]
+        np.testing.assert_array_equal(one, two)

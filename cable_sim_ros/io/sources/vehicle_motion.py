@@ -155,13 +155,13 @@ def _differentiated(path: Pose, t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
                 pose = np.array(path(at), float)
             except Exception as error:
                 raise MotionError(
-                    f"the pose of the vehicle at {at:g} s: {type(error).__name__}: {error}; {CONSEQUENCE}. Return x, y, "
-                    f"z [m, odom], roll, pitch, yaw [rad]"
+                    f"the pose of the vehicle at {at:g} s: {type(error).__name__}: {error}; {CONSEQUENCE}. Return x, "
+                    f"y, z [m, odom], roll, pitch, yaw [rad]"
                 ) from error
             if pose.shape != (6,) or not np.isfinite(pose).all() or np.abs(pose).max() > MAX_POSITION:
                 raise MotionError(
-                    f"the pose of the vehicle at {at:g} s is {pose.tolist()!r:.120}, expected six finite numbers: x, y, "
-                    f"z [m, odom], roll, pitch, yaw [rad]; {CONSEQUENCE}"
+                    f"the pose of the vehicle at {at:g} s is {pose.tolist()!r:.120}, expected six finite numbers: x, "
+                    f"y, z [m, odom], roll, pitch, yaw [rad]; {CONSEQUENCE}"
                 )
             row.append(pose)
         table.append((row[0], (row[2] - row[1]) / (seconds + DIFFERENCE - max(seconds - DIFFERENCE, 0.0))))

@@ -28,9 +28,9 @@ def vehicle_problems(scene: Scene) -> Iterator[Problem]:
             )
     if scene.towbody.model is not BodyModel.VEHICLE:
         if scene.vehicle != Vehicle():
-            given = next(key for key, value in scene.vehicle if value != getattr(Vehicle(), key))
+            first = next(key for key, value in scene.vehicle if value != getattr(Vehicle(), key))
             yield Problem(
-                f"vehicle.{given}",
+                f"vehicle.{first}",
                 f"is given, and towbody.model = {scene.towbody.model.value}: there is no vehicle",
                 "Give towbody.model: vehicle, or leave the block out",
             )

@@ -17,7 +17,7 @@ from ...physics.towbody import BodyModel
 from ..scene import Scene
 from ..tables.current import flow_of
 from .route import Route
-from .static_integration import cable_loads, line_load
+from .static_integration import CableLoads, Flow, cable_loads, line_load
 from .static_shape import TowShape, finished
 
 MESH_SPREAD = 0.1  # of the length, between the legs of the bight that a mesh is made for
@@ -51,7 +51,7 @@ def attachment_of(scene: Scene, pose: list[float]) -> np.ndarray:
 
 
 def declare_vehicle(now: np.record, scene: Scene, yaw: float, inputs: Inputs) -> None:
-    """The vehicle of a start into a MEMORY: at its newest pose by then, or its first one, else where the scene has it."""
+    """The vehicle of a start into a MEMORY: at its newest pose by then, or its first one, else by the scene."""
     if scene.towbody.model is not BodyModel.VEHICLE:
         return
     craft, pose = now.vehicle, pose_of(scene, yaw)
@@ -154,7 +154,7 @@ def laid(s: np.ndarray, place: np.ndarray, bottom: float, ea: float, spread: flo
     return place
 
 
-def mean_load(cables, flow, end: np.ndarray, top: np.ndarray) -> np.ndarray:
+def mean_load(cables: list[CableLoads], flow: Flow, end: np.ndarray, top: np.ndarray) -> np.ndarray:
     """Load per length [N/m] on the straight cable between its ends, the mean of its sections at five places."""
     chord, total = top - end, np.zeros(3)
     for fraction in (0.1, 0.3, 0.5, 0.7, 0.9):
