@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-import json
 import math
-from pathlib import Path
 
 import numpy as np
 import pytest
 
 from cable_sim_ros import CableSimError, replay, run
 from cable_sim_ros.io.bags.bag import BagReader
-from cable_sim_ros.io.scenes.load import load_scene, override
+from cable_sim_ros.io.scenes.load import load_scene
 
 pytestmark = [pytest.mark.trust, pytest.mark.filterwarnings("ignore::cable_sim_ros.SceneWarning")]
 
@@ -65,8 +63,10 @@ def test_the_force_is_recorded_as_a_wrench_in_axes_of_the_vehicle(circled):
     one, bag = circled
     with BagReader(bag) as reader:
         assert reader.topics["/tow_sim/vehicle/wrench"] == "geometry_msgs/msg/WrenchStamped"
-        messages = [reader.decode(m) for m in reader.read(["/tow_sim/vehicle/wrench"])] if False else list(
-            reader.read(["/tow_sim/vehicle/wrench"])
+        messages = (
+            [reader.decode(m) for m in reader.read(["/tow_sim/vehicle/wrench"])]
+            if False
+            else list(reader.read(["/tow_sim/vehicle/wrench"]))
         )
     assert len(messages) == len(one.frames)
 

@@ -266,7 +266,10 @@ def test_a_vehicle_is_said_where_it_is_and_nowhere_else():
     for change, text in (
         ({"towbody": level}, "vehicle.position is given, and towbody.model = level: there is no vehicle"),
         ({"towbody": {"model": "vehicle", "mass": 5.0}}, "towbody.mass is given to a body of model vehicle"),
-        ({"bodies": {"a": level | {"model": "vehicle", "at": "tether"}}}, "bodies.a.model = vehicle is a body on the line"),
+        (
+            {"bodies": {"a": level | {"model": "vehicle", "at": "tether"}}},
+            "bodies.a.model = vehicle is a body on the line",
+        ),
     ):
         with pytest.raises(CableSimError, match=text):
             Simulator(deepcopy(TETHER) | change)

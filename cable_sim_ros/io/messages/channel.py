@@ -17,6 +17,7 @@ class Context:
     towbody_link: str = "towbody_link"
     namespace: str = "/tow_sim"
     bodies: tuple[float, ...] = ()  # unstretched arc length of each body on the line [m]
+    vehicle_link: str = "vehicle_link"
 
     def topic(self, channel: Channel) -> str:
         """Absolute topic of a channel."""

@@ -29,6 +29,7 @@ from ...physics.tick_output import (
     body_rows,
     strum_table,
 )
+from ...physics.towbody import BodyModel
 from ...sim.scene import Scene
 from ...sim.tables.viv_tables import on as strumming_on
 from ..bags.typestore import STORE
@@ -205,6 +206,13 @@ def cable_bodies(f, shape, contact, context: Context):
     return cloud(f.time, context.odom, BODY_COLUMNS, body_rows(shape, context.bodies), "cable/bodies")
 
 
+def vehicle_wrench(f, shape, contact, context: Context):
+    """Force of the cable on the vehicle and its moment about the vehicle's reference point, axes of the vehicle."""
+    back = inverse(f.body_quaternion)
+    force, moment = rotate(back, f.vehicle_force), rotate(back, f.vehicle_moment)
+    return WrenchStamped(header(f.time, context.vehicle_link), Wrench(Vector3(*force), Vector3(*moment)))
+
+
 def sim_health(f, shape, contact, context: Context):
     """Every field of the tick output."""
     return JointState(header(f.time, ""), list(HEALTH), np.array(f.numbers[1:], float), EMPTY, EMPTY)
@@ -331,6 +339,11 @@ BODIES = Channel(
 )
 
 
+VEHICLE = Channel(
+    "vehicle_wrench", "vehicle/wrench", "geometry_msgs/msg/WrenchStamped", 0.0, "reliable", vehicle_wrench, None
+)
+
+
 TRANSFORMS = Channel(  # /tf of tools: relative, as on the global /tf the simulated ship would stand beside the real one
     "transforms", "tf", "tf2_msgs/msg/TFMessage", 20.0, "reliable", transforms, None, optional=True
 )
@@ -339,6 +352,7 @@ TRANSFORMS = Channel(  # /tf of tools: relative, as on the global /tf the simula
 SOMETIMES: tuple[tuple[Channel, Callable[[Scene], bool]], ...] = (
     (STRUM, strumming_on),
     (BODIES, lambda scene: bool(scene.bodies)),
+    (VEHICLE, lambda scene: scene.towbody.model is BodyModel.VEHICLE),
     *INSTRUMENTS,
 )  # and which scenes have it
 EVERY = (*CHANNELS, TRANSFORMS, *(channel for channel, _ in SOMETIMES))  # of any scene: docs/topics.md, SROS2 policy

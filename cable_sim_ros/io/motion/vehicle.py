@@ -62,3 +62,12 @@ class VehicleIngest(MotionIngest):
                 self._new_epoch = True
                 self._waiting.clear()
         return message
+
+    def _push_odometry(self, message: Odometry, dt: float) -> None:
+        if not message.twist and self._last is None:  # its place is wanted for the start, its rates come with the next
+            self._push(message.stamp, [*message.position, *message.angles, *[0.0] * 6], measured=False)
+        super()._push_odometry(message, dt)
+
+    def _push(self, stamp: int, row: list[float], measured: bool = True) -> None:
+        if self._last is None or stamp != self._last[0]:
+            super()._push(stamp, row, measured)
