@@ -25,7 +25,7 @@ pytestmark = [
 
 SCENE = {"scene": "rov_tether", "solver.tick": 0.02, "lockstep.rate": 0.0}
 TICKS = 100
-PLACE = (-60.0, 5.0, -60.0)
+PLACE = (-48.0, 3.0, -30.0)
 
 
 def pose(stamp: int, place, **more) -> bytes:
@@ -88,7 +88,7 @@ def test_pose_in_wrench_out_in_lockstep_recorded_and_replayed(monkeypatch, tmp_p
 
 
 def test_a_silent_vehicle_begins_where_the_scene_has_it_and_odd_poses_are_counted(monkeypatch):
-    place = (-70.0, 20.0, -80.0)
+    place = (-50.0, 0.0, -32.0)
     odd = [
         ("vehicle", pose(BEGIN + 500 * MS, (float("nan"), 0.0, 0.0), velocity=(1e-9, 0.0, 0.0))),
         ("vehicle", pose(BEGIN + 600 * MS, place, velocity=(40.0, 0.0, 0.0))),

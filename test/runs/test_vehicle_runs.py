@@ -95,4 +95,4 @@ def test_what_moves_no_vehicle_is_refused(given, text):
 def test_steps_are_chosen_with_a_vehicle_too(circled):
     chosen = run(SCENE, vehicle="circle 5 30", duration=SECONDS, step="chosen", every=0.1)
     fixed = circled[0].frames["tension"][9::10]
-    np.testing.assert_allclose(chosen.frames["tension"][20:], fixed[20:], rtol=0.02)
+    np.testing.assert_allclose(chosen.frames["tension"][20:], fixed[20:], atol=2.0)
