@@ -11,8 +11,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..compiler.jit import inline
-
 MOTION_ROWS = 1024
 COMMAND_ROWS = 256
 MOTION_COLUMNS = 14  # x y z roll pitch yaw, their six rates, epoch, source
@@ -32,26 +30,6 @@ class Inputs(NamedTuple):
     vehicle: np.ndarray  # float64 [MOTION_ROWS, MOTION_COLUMNS], as motion
     vehicle_head: np.ndarray  # int64 [1]
     vehicle_seen: np.ndarray  # int64 [1]
-
-
-class Ring(NamedTuple):
-    """The samples of one craft."""
-
-    time: np.ndarray
-    rows: np.ndarray
-    seen: np.ndarray
-
-
-@inline
-def ship_ring(inputs):
-    """The samples of the ship's motion."""
-    return Ring(inputs.motion_time, inputs.motion, inputs.motion_seen)
-
-
-@inline
-def vehicle_ring(inputs):
-    """The samples of the vehicle's motion."""
-    return Ring(inputs.vehicle_time, inputs.vehicle, inputs.vehicle_seen)
 
 
 def make_inputs() -> Inputs:

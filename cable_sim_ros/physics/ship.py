@@ -14,6 +14,7 @@ small however far the tow goes.
 from __future__ import annotations
 
 from math import cos, exp, floor, pi, sin, sqrt
+from typing import NamedTuple
 
 import numpy as np
 
@@ -79,6 +80,26 @@ class Ship(Block):
     max_gap: float = quantity(
         1.5, "s", 0.02, 60.0, "a longer gap between samples begins a new epoch instead of being interpolated"
     )
+
+
+class Ring(NamedTuple):
+    """The samples of one craft."""
+
+    time: np.ndarray
+    rows: np.ndarray
+    seen: np.ndarray
+
+
+@inline
+def ship_ring(inputs):
+    """The samples of the ship's motion."""
+    return Ring(inputs.motion_time, inputs.motion, inputs.motion_seen)
+
+
+@inline
+def vehicle_ring(inputs):
+    """The samples of the vehicle's motion."""
+    return Ring(inputs.vehicle_time, inputs.vehicle, inputs.vehicle_seen)
 
 
 @inline

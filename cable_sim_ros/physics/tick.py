@@ -10,13 +10,12 @@ import numpy as np
 
 from ..compiler.jit import driver, link, opaque
 from .heave_compensation import by_angle
-from .inputs import ship_ring, vehicle_ring
 from .output import _fill_vehicle, glance, no_peaks
 from .output import observe as _observe
 from .rigid_body import head_bodies
 from .ringing import fade
 from .sensors import sense as _sense
-from .ship import follow
+from .ship import follow, ship_ring, vehicle_ring
 from .state import FLOW, NOW, TICK, Q, V, checkpoint, restore
 from .substeps import begin, link_stepper, start, unfinished
 from .tick_output import HALVED, NEWTON_FAILED, NOT_FINITE, SETPOINT_LIMITED

@@ -11,7 +11,6 @@ from .contact_output import pull_of
 from .contact_surface import DRUM, ON_SHIP
 from .energy import beads_fed
 from .heave_compensation import mean_track, set_point
-from .inputs import ship_ring, vehicle_ring
 from .instruments import end_strain
 from .integrate import advance, coefficients, conclude, settle, solve_step
 from .mean_flow import take_up
@@ -20,7 +19,7 @@ from .noise import gauss, spoiled
 from .rate_loop import follow_rate
 from .sensor_models import FROZEN, NOISE
 from .sensors import pin_tension
-from .ship import evaluate, hull_point, rotate, spin
+from .ship import evaluate, hull_point, rotate, ship_ring, spin, vehicle_ring
 from .state import ARC, NOW, STEP, A, Q, V
 from .substeps import begin, finish
 from .swivel import hinge, rolled, swing, swung_to

@@ -16,13 +16,12 @@ from math import atan2, cos, pi, sin, sqrt
 from typing import Any
 
 import numpy as np
-from pydantic import model_validator
 
 from ..compiler.jit import driver, inline
 from .contact import acts, touch
 from .contact_surface import solid
 from .drag_laws import smooth
-from .parameter import REQUIRED, Block, quantity
+from .parameter import REQUIRED, Block, before_checks, quantity
 from .point_mass import half_height
 from .sea import ELEVATION, EXTRA, ORBIT, RATE, SHEAR
 from .vec import at3, axpy, dot, scale
@@ -130,7 +129,7 @@ class Towbody(Block):
     )
     wings: dict[str, Wing] = quantity({}, "", None, None, "rigid: wings and fins")
 
-    @model_validator(mode="before")
+    @before_checks
     @classmethod
     def _vehicle_is_not_weighed(cls, data: Any) -> Any:
         if isinstance(data, dict) and data.get("model") == BodyModel.VEHICLE:

@@ -20,7 +20,7 @@ from cable_sim_ros.io.scenes.resources import find_bag
 PACKAGE = Path(files.__file__).parent
 READS = {  # options that name a file or bag that is read; a new option is put here or into OTHERS
     *("bag", "board", "controller", "faults", "file", "from", "limits", "mapping", "mapping-b", "merge", "motion"),
-    *("page", "rao", "scene", "ship", "winch"),
+    *("page", "rao", "scene", "ship", "vehicle", "winch"),
 }
 OTHERS = {  # options of words, numbers and what is written
     *("align", "antenna", "astern", "band", "began", "bias", "body", "camera", "case", "cluster", "command"),

@@ -212,7 +212,8 @@ def test_a_channel_of_some_scenes_is_one_of_all():
     aboard = override(load_scene("full_scale"), {f"instruments.{name}.on": True for name in DEVICES})
     pod = {"at": "bare", "mass": 50.0, "net_weight": 300.0}
     hung = load_scene("full_scale").model_copy(update={"bodies": {"pod": LineBody(**pod)}})
-    shown = [row for scene in (load_scene("full_scale"), strumming, aboard, hung) for row in channels_of(scene)]
+    scenes = load_scene("full_scale"), strumming, aboard, hung, load_scene("rov_tether")
+    shown = [row for scene in scenes for row in channels_of(scene)]
     assert rows <= set(EVERY) and set(shown) == set(EVERY) and len(EVERY) == len(set(EVERY))
     tree = ast.parse(Path(str(channels.__file__)).read_text("utf-8"))
     made = [node for node in ast.walk(tree) if isinstance(node, ast.Call) and ast.unparse(node.func) == "Channel"]

@@ -9,8 +9,8 @@ from true_ship import imu_messages, odometry_messages, sail, stamps
 
 from cable_sim_ros.io.motion.motion import MotionIngest
 from cable_sim_ros.physics.heave_filter import Heave
-from cable_sim_ros.physics.inputs import make_inputs, ship_ring
-from cable_sim_ros.physics.ship import NO_EPOCH, SHIP_TIMES, evaluate, follow
+from cable_sim_ros.physics.inputs import make_inputs
+from cable_sim_ros.physics.ship import NO_EPOCH, SHIP_TIMES, evaluate, follow, ship_ring
 from cable_sim_ros.physics.ship import Ship as Parameters
 from cable_sim_ros.physics.state import MEMORY, records
 from cable_sim_ros.sim.loop import look

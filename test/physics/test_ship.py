@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from cable_sim_ros.physics.inputs import make_inputs, push_motion, ship_ring
+from cable_sim_ros.physics.inputs import make_inputs, push_motion
 from cable_sim_ros.physics.ship import (
     MOTION,
     NO_EPOCH,
@@ -18,6 +18,7 @@ from cable_sim_ros.physics.ship import (
     hull_point,
     quaternion,
     rotate,
+    ship_ring,
     unrotate,
 )
 from cable_sim_ros.physics.state import MEMORY, records

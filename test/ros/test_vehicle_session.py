@@ -12,7 +12,7 @@ import pytest
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "io"))
 from test_motion import odometry
-from test_stepped import BEGIN, MS, S, Run
+from test_stepped import BEGIN, MS, Run, S
 
 from cable_sim_ros.io.bags.typestore import STORE
 from cable_sim_ros.io.messages.messages import Event, decode_pose, stamp_of
