@@ -49,7 +49,9 @@ BESIDES = {  # what a command, or an option of it, wants beside its first argume
     "table": "--scope=1:2:2",
     "telegrams": "--out=x --format=tss1",
 }
-UNREACHED = {"film --scene", "layback --scene", "telegrams --scene", "view --scene", "play"}  # no run; no files
+UNREACHED = {  # no run; no files; no vehicle
+    *("film --scene", "layback --scene", "telegrams --scene", "view --scene", "play", "plan --vehicle", "run --vehicle")
+}
 
 
 def commands():
