@@ -44,10 +44,10 @@ class Flag(IntFlag):
     BRAKE_SLIPPED = 1048576, "the drum turned against its brake"
     SURFACE_CROSSED = 2097152, "towbody or a body on the line is in the water surface: its slam is left out"
     STALLED = 4194304, "a wing or fin of a rigid body is stalled: it bears about what a plate does"
-    VEHICLE_STALE = 8388608, "newest pose of the vehicle older than vehicle.stale_after"
-    VEHICLE_BLENDING = 16777216, "a pose of the vehicle that jumped (or the first one) is being taken up"
+    VEHICLE_STALE = 33554432, "newest pose of the vehicle older than vehicle.stale_after"
+    VEHICLE_BLENDING = 67108864, "a pose of the vehicle that jumped (or the first one) is being taken up"
     VEHICLE_LIMITED = (
-        33554432,
+        134217728,
         "the vehicle is out of the cable's reach or in the seabed, and its end stays behind, or pulls beyond its limit",
     )
 

@@ -50,7 +50,7 @@ def scene_of(chance: np.random.Generator, kind: str):
 
 
 def moved(sim: Simulator, chance: np.random.Generator, kind: str) -> None:
-    """Up to 2 m of heave and 8 deg of roll; the vehicle to and fro, away beyond its reach and back, or over the ship."""
+    """Up to 2 m of heave and 8 deg of roll; the vehicle to and fro, or away beyond its reach and back."""
     w, up, roll = 2.0 * pi / chance.uniform(5.0, 12.0), chance.uniform(0.1, 1.0), radians(chance.uniform(0.0, 8.0))
     place = np.array(sim.scene.vehicle.position)
     out = (place - SHEAVE) / np.linalg.norm(place - SHEAVE)
@@ -111,7 +111,7 @@ def became(seed: int) -> tuple[str, float, str]:
 
 
 def test_random_vehicles_run_or_end_with_the_reason():
-    """Of 200, 187 ran, none halted, 8 came to rest beside their sheave, 5 began out of reach; energy in balance to 5e-3."""
+    """Of 200, 187 ran, none halted, 8 came to rest beside their sheave, 5 began out of reach; energy to 5e-3."""
     counts, worst = Counter[str](), 0.0
     for seed in range(COUNT):
         what, off, why = became(seed)
