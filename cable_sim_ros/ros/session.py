@@ -50,6 +50,7 @@ START_MARGIN = 0.25  # s; messages that came during the static start must be in 
 SECOND = 1_000_000_000
 SWITCH = 5e-4  # s; a thread that waits for the lock gets it after this
 NEVER = 1_000_000_000
+NO_POSE = "no pose has come on vehicle/odom or vehicle/pose: the vehicle is where the scene has it, along with the ship"
 
 
 def quiet() -> None:
@@ -307,6 +308,8 @@ class Session:
         self.pace.begin(begin + self.period + target, self.built_loop.count)
         self.running_since, self.first_tick = time.monotonic(), self.built_loop.count
         self.state, self.problem = "running", ""
+        if self.driven and not int(self.built_sim.inputs.vehicle_head[0]):
+            self.log("warn", NO_POSE)
         turned = turned_current(self.scene, float(sample[5]))
         if turned:
             self.log("warn", turned)

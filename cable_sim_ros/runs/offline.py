@@ -457,6 +457,7 @@ def _intake_metrics(one: MessageRun) -> dict[str, Any]:
         "motion_refused": intake.refusals(),
         "commands_refused": dict(intake.commands.refused),
         "commands_limited": dict(intake.commands.clamped),
+        **({} if intake.vehicle is None else {"vehicle_refused": intake.vehicle.refusals_by_cause()}),
         "clock_jumps": intake.clock.jumps,
         "notices": [*one.tow.notices, *intake.ingest.notices],
         **({"motion_rounded": one.tow.rounded} if one.tow.rounded else {}),

@@ -19,7 +19,7 @@ from ..physics.output import Output
 from ..physics.point_mass import BEAD, bead_record
 from ..physics.rigid_model import Rigid
 from ..physics.sea import Sea
-from ..physics.section import CableModel, material_of
+from ..physics.section import CableModel
 from ..physics.sensor_models import SENSOR_RULES, SIGNAL, Feedback, SensorModel
 from ..physics.state import (
     FEED_NODE,
@@ -52,6 +52,7 @@ from .layout import Layout
 from .mesh.mesh_kinds import FeedMesh
 from .scene import Scene
 from .statics.route import DRUM_RESERVE, ROUND_OFF
+from .statics.vehicle_shape import max_tension, mean_compliance
 from .tables.drum_layers import layered
 from .tables.material import arc_lengths, extreme, material_rows, section_ends, termination_weight
 from .tables.rigid_tables import added_of, rigid_tables
@@ -71,7 +72,6 @@ SHIPPED_TICK = Solver().tick
 # of it where a winch starts or stops; a body in air that rang lost 0.15, and more than half of its deviation
 MAX_RINGING = 0.05
 MIN_OUTBOARD = 1.0  # m of cable that stay outboard of the sheave when hauling in
-PER_WORKING = 2.0  # of contact.working_tension: largest pull of a vehicle, where the scene does not say
 
 
 class Rules(NamedTuple):
@@ -237,20 +237,6 @@ def vehicle_record(scene: Scene) -> np.ndarray:
     times["stale_after"] = v.max_gap if v.stale_after is None else v.stale_after
     row["times"] = (*(times[key] for key in own), v.max_speed)
     return row
-
-
-def max_tension(scene: Scene) -> float:
-    """Tension [N] of straight cable beyond which its end no longer follows the vehicle."""
-    return (
-        PER_WORKING * scene.contact.working_tension if scene.vehicle.max_tension is None else scene.vehicle.max_tension
-    )
-
-
-def mean_compliance(scene: Scene) -> float:
-    """Strain of the whole cable per tension [1/N]."""
-    sections = scene.cable.sections.values()
-    stretch = sum(s.length / material_of(scene.cable, s).axial_stiffness for s in sections)
-    return stretch / sum(s.length for s in sections)
 
 
 def drive_record(scene: Scene) -> np.ndarray:

@@ -16,6 +16,7 @@ from test_stepped import BEGIN, MS, Run, S
 
 from cable_sim_ros.io.bags.typestore import STORE
 from cable_sim_ros.io.messages.messages import Event, decode_pose, stamp_of
+from cable_sim_ros.ros.report.vehicle_status import vehicle_status
 
 pytest.importorskip("rclpy")
 pytestmark = [
@@ -79,6 +80,8 @@ def test_pose_in_wrench_out_in_lockstep_recorded_and_replayed(monkeypatch, tmp_p
     # taken up over start_blend: what is left of the difference at its begin
     assert np.abs(late.vehicle_position[:, 1] - expected).max() < 1.0
     assert (np.linalg.norm(frames.vehicle_force, axis=1) > 1.0).all() and not (frames.vehicle_off > 0.0).any()
+    status = vehicle_status(run.session, frames[-1], run.session.now())
+    assert (status.level, status.message) in ((0, "followed"), (0, "closed")) and status.values["received"] == "30"
     assert run.session.poses == 30 and run.session.steps.gate.cadence["vehicle"].missed == 0
 
     from cable_sim_ros.runs import offline
@@ -99,6 +102,9 @@ def test_a_silent_vehicle_begins_where_the_scene_has_it_and_odd_poses_are_counte
     frames = run.until(TICKS)
     counts = {cause: count for cause, count in run.session.intake.vehicle.counts.items() if count}
     assert counts == {"not_finite": 1, "too_fast": 1, "stamp_off_clock": 1, "size": 1} or len(counts) >= 3, counts
+    status = vehicle_status(run.session, frames[-1], run.session.now())
+    assert status.level == 1 and "none can be used" in status.message and status.values["refused: too_fast"] == "1"
+    assert any("no pose has come" in text for text in run.said)
     run.close()
     np.testing.assert_allclose(frames.vehicle_position, np.tile(frames.vehicle_position[0], (TICKS, 1)), atol=1e-6)
     assert not (frames.vehicle_off > 0.0).any()

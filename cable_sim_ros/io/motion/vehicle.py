@@ -14,7 +14,7 @@ from ...physics.ship import Ship
 from ...physics.tick_output import Source
 from ...physics.vehicle import Vehicle
 from ...sim.inputs import JUMP_FREE, MAX_POSITION
-from ..messages.messages import VEHICLES, Odometry, Refused
+from ..messages.messages import CAUSES, VEHICLES, Odometry, Refused
 from .motion import MotionIngest
 
 TOPIC = "vehicle/odom"
@@ -46,6 +46,10 @@ class VehicleIngest(MotionIngest):
         if sqrt(sum(v * v for v in message.velocity)) > self.vehicle.max_speed:
             raise Refused("too_fast")
         return message
+
+    def refusals_by_cause(self) -> dict[str, int]:
+        """Poses that were refused, by cause."""
+        return {cause: count for cause, count in self.counts.items() if count and CAUSES.get(cause)}
 
     def _notice(self, text: str) -> None:
         super()._notice(f"{TOPIC}{text.removeprefix('odom')}" if text.startswith("odom") else text)

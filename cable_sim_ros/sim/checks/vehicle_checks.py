@@ -7,12 +7,11 @@ from math import radians
 
 from ...physics.towbody import BodyModel, Towbody
 from ...physics.vehicle import Vehicle
-from ..build import max_tension, mean_compliance
 from ..inputs import MAX_PITCH
 from ..layout import Layout
 from ..problem import Problem
 from ..scene import Scene
-from ..statics.vehicle_shape import attachment_of, pose_of, reach_problem
+from ..statics.vehicle_shape import attachment_of, max_tension, mean_compliance, pose_of, reach_problem
 
 UNTOLD = ("model", "mass", "net_weight")
 

@@ -12,6 +12,7 @@ from math import acos, asinh, atanh, cos, hypot, pi, radians, sin, sinh, sqrt
 import numpy as np
 
 from ...physics.inputs import MOTION_ROWS, Inputs
+from ...physics.section import material_of
 from ...physics.ship import NO_EPOCH
 from ...physics.towbody import BodyModel
 from ..scene import Scene
@@ -25,6 +26,7 @@ ROWS = 161
 ROUNDS = 6  # of angle at the sheave and length outboard of it
 HALVINGS = 200
 MIN_PULL = 0.05  # of contact.working_tension: errors of slack cable are judged as if it had that
+PER_WORKING = 2.0  # of contact.working_tension: largest pull of a vehicle, where the scene does not say
 MIN_LOAD = 1e-3  # of the weight in air: cable that neither sinks nor floats hangs as if it had that
 
 
@@ -65,6 +67,20 @@ def declare_vehicle(now: np.record, scene: Scene, yaw: float, inputs: Inputs) ->
     craft.mean_coord[:] = pose
     craft.motion.coord[:] = pose
     craft.epoch, craft.holds, craft.blend_at = NO_EPOCH, 1, now.time.start
+
+
+def max_tension(scene: Scene) -> float:
+    """Tension [N] of straight cable beyond which its end no longer follows the vehicle."""
+    return (
+        PER_WORKING * scene.contact.working_tension if scene.vehicle.max_tension is None else scene.vehicle.max_tension
+    )
+
+
+def mean_compliance(scene: Scene) -> float:
+    """Strain of the whole cable per tension [1/N]."""
+    sections = scene.cable.sections.values()
+    stretch = sum(s.length / material_of(scene.cable, s).axial_stiffness for s in sections)
+    return stretch / sum(s.length for s in sections)
 
 
 def sheave_at(scene: Scene, yaw: float) -> np.ndarray:
