@@ -117,7 +117,8 @@ def _numbers(members: dict[str, np.ndarray]) -> Iterator[tuple[str, Callable[[],
         if name in TEXTS or name.startswith("step_"):
             continue
         for value in (np.nan, np.inf, 1e300):
-            if array.dtype.kind == "f" and not (name == "inputs_command" and np.isnan(value)):
+            lacks = name == "inputs_command" and np.isnan(value)  # not commanded
+            if array.dtype.kind == "f" and array.size and not lacks:
                 yield f"{name}: {value}", partial(rebuilt, members | {name: np.full_like(array, value)})
     memory = members["memory"]
     for field in _fields(memory.dtype):

@@ -28,6 +28,7 @@ from cable_sim_ros.physics.heave_filter import Heave
 from cable_sim_ros.physics.inputs import COMMAND_ROWS, make_inputs
 from cable_sim_ros.physics.ship import Ship
 from cable_sim_ros.physics.state import records
+from cable_sim_ros.physics.towbody import Towbody
 from cable_sim_ros.physics.winch import DRUM, WINCH
 from cable_sim_ros.physics.winch_command import command as carry
 
@@ -39,7 +40,7 @@ NOW = T0 + 100 * S
 class Scene:
     """What a Feeder asks of a scene."""
 
-    ship, gravity = Ship(), 9.81
+    ship, gravity, towbody = Ship(), 9.81, Towbody(mass=1.0, net_weight=1.0)
 
 
 def command(stamp, position=(), velocity=(), names=("payout",), effort=(), frame="", little_endian=True):

@@ -16,6 +16,9 @@ from test_stepped import BEGIN, MS, Run, S
 
 from cable_sim_ros.io.bags.typestore import STORE
 from cable_sim_ros.io.messages.messages import Event, decode_pose, stamp_of
+from cable_sim_ros.io.motion.arrival_order import Intake
+from cable_sim_ros.io.scenes.load import load_scene
+from cable_sim_ros.physics.inputs import make_inputs
 from cable_sim_ros.ros.report.vehicle_status import vehicle_status
 
 pytest.importorskip("rclpy")
@@ -121,3 +124,23 @@ def test_poses_alone_will_do_and_their_rates_are_differences(monkeypatch):
     twist = other.until(TICKS)
     other.close()
     np.testing.assert_allclose(frames.vehicle_position[60:], twist.vehicle_position[60:], atol=0.2)
+
+
+def test_a_pose_for_a_scene_without_a_vehicle_is_counted():
+    intake = Intake(make_inputs(), load_scene("side_scan"))
+    place, velocity = moving(0.0)
+    assert not intake.of_vehicle(Event(BEGIN, BEGIN, "vehicle", pose(BEGIN, place, velocity=velocity)))
+    assert intake.refusals() == {"no_vehicle": 1} and not intake.inputs.vehicle_head[0]
+
+
+def test_a_tow_that_is_taken_back_to_a_saved_state_meets_the_same_poses(monkeypatch, tmp_path):
+    run = sailed(monkeypatch)
+    run.until(40)
+    assert run.session.save(tmp_path / "tow.npz")[0]
+    first = run.until(TICKS)[40:]
+    back = run.session.restore(tmp_path / "tow.npz")
+    assert back[0], back
+    run.frames.clear()
+    again = run.until(TICKS - 40)
+    run.close()
+    assert again.tobytes() == first.tobytes()

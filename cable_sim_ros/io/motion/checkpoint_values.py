@@ -112,7 +112,7 @@ OF_INGEST: dict[str, Any] = {
 }
 Hint = Any  # a type, or a function that says whether a value fits
 REMEMBERED: dict[str, dict[str, Hint]] = {
-    "Intake": {"wall": SAME, "refused": dict[Text, Count]},
+    "Intake": {"wall": SAME, "refused": dict[Text, Count], "vehicle": SAME},
     "DataClock": {
         "offset": Whole | None,
         "last_stamp": Whole | None,

@@ -95,7 +95,7 @@ class Journal:
         """Is this tick part of what is recorded?"""
         return self.first is not None and index >= self.first
 
-    def tick(self, index: int, motion_head: int, command_head: int, vehicle_head: int) -> None:
+    def tick(self, index: int, motion_head: int, command_head: int, vehicle_head: int = 0) -> None:
         """Tick ``index``, counted from 0, saw so many motion samples, commands and samples of the vehicle since the
         rings were empty."""
         self._settle(index)
@@ -226,7 +226,7 @@ class Segment:
         for name, array in inputs._asdict().items():
             array[...] = self.rings[f"inputs_{name}"]
 
-    def push(self, inputs: Inputs, motion_head: int, command_head: int, vehicle_head: int) -> None:
+    def push(self, inputs: Inputs, motion_head: int, command_head: int, vehicle_head: int = 0) -> None:
         """Push the samples and commands up to these heads of the rings."""
         motion, command, vehicle = self.base
         for stamp, *row in self.motion[int(inputs.motion_head[0]) - motion : motion_head - motion]:
