@@ -13,7 +13,7 @@ from ..problem import Problem
 from ..scene import Scene
 from ..statics.vehicle_shape import attachment_of, max_tension, mean_compliance, pose_of, reach_problem
 
-UNTOLD = ("model", "mass", "net_weight")
+DRAWN = "length", "diameter"  # of a picture
 
 
 def vehicle_problems(scene: Scene) -> Iterator[Problem]:
@@ -35,7 +35,7 @@ def vehicle_problems(scene: Scene) -> Iterator[Problem]:
             )
         return
     bare = Towbody.model_validate({"model": "vehicle"})
-    if given := [key for key, value in scene.towbody if value != getattr(bare, key)]:
+    if given := [key for key, value in scene.towbody if value != getattr(bare, key) and key not in DRAWN]:
         yield Problem(
             f"towbody.{given[0]}",
             f"is given to a body of model vehicle, of which the pose alone counts: {', '.join(given)} would do nothing",
