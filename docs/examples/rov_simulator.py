@@ -79,7 +79,7 @@ def main():
     """Until it is stopped."""
     rclpy.init()
     words = rclpy.utilities.remove_ros_args(sys.argv)[1:]
-    node = RovNode([float(word) for word in words] or [0.0, -40.0, 30.0])
+    node = RovNode([float(word) for word in words] or [0.0, -50.0, 32.0])
     try:
         rclpy.spin(node)
     except (KeyboardInterrupt, rclpy.executors.ExternalShutdownException):

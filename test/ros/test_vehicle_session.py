@@ -144,3 +144,15 @@ def test_a_tow_that_is_taken_back_to_a_saved_state_meets_the_same_poses(monkeypa
     again = run.until(TICKS - 40)
     run.close()
     assert again.tobytes() == first.tobytes()
+
+
+def test_poses_at_1_hz_are_gone_on_from_and_taken_up_smoothly(monkeypatch):
+    run = sailed(monkeypatch, vehicle=poses(9.0, rate=1.0), seconds=9.0)
+    frames = run.until(400)
+    run.close()
+    velocity = np.gradient(frames.vehicle_position, 0.02, axis=0)[1:-1]
+    w = 2.0 * math.pi / 6.0
+    assert np.abs(velocity[:, 1]).max() < 2.0 * w and np.abs(np.diff(velocity, axis=0)).max() < 0.15
+    late = frames[200:]
+    off = late.vehicle_position[:, 1] - [moving((t - BEGIN) * 1e-9)[0][1] for t in late.time.tolist()]
+    assert np.abs(off).max() < 1.0 and not (frames.vehicle_off > 0.0).any()
