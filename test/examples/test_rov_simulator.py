@@ -1,4 +1,4 @@
-"""docs/examples/rov_simulator.py beside the node in lockstep: pose in, wrench out."""
+"""rov_simulator.py beside the node in lockstep: pose in, wrench out."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ pytestmark = [
     pytest.mark.rest,
     pytest.mark.skipif(os.environ.get("NUMBA_DISABLE_JIT") == "1", reason="minutes without compilation"),
 ]
-SCRIPT = Path(__file__).resolve().parents[2] / "docs" / "examples" / "rov_simulator.py"
+SCRIPT = Path(__file__).with_name("rov_simulator.py")
 EAST, NORTH, DOWN = -50.0, 0.0, 32.0  # where the scene has it, the ship heading east
 
 
