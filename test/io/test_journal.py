@@ -187,3 +187,12 @@ def test_a_state_as_numpy_packs_it_is_read(tmp_path):
     np.savez_compressed(tmp_path / "state.npz", **empty)
     state = state_of(base64.b64encode((tmp_path / "state.npz").read_bytes()).decode())
     assert state.rings.keys() == empty.keys()
+
+
+def test_a_recording_from_before_there_were_vehicles_has_empty_rings_of_them():
+    arrays = {f"inputs_{name}": array for name, array in make_inputs()._asdict().items() if "vehicle" not in name}
+    state = state_of(packed(arrays))
+    assert not state.rings["inputs_vehicle_head"][0] and state.rings["inputs_vehicle"].shape == (MOTION_ROWS, 14)
+    del arrays["inputs_motion"]
+    with pytest.raises(ValueError, match="'inputs_motion' is missing"):
+        state_of(packed(arrays))
