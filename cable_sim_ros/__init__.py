@@ -17,6 +17,7 @@ _FACE = {  # name -> module
     "Rig": "sim.rig.rig",
     "SceneWarning": "io.scenes.load",
     "ShipMotion": "sim.inputs",
+    "VehicleMotion": "sim.inputs",
     "ShipPlan": "io.scenes.ship_plan",
     "Simulator": "api",
     "WinchCommand": "sim.inputs",
@@ -38,6 +39,7 @@ __all__ = [
     "Rig",
     "SceneWarning",
     "ShipMotion",
+    "VehicleMotion",
     "ShipPlan",
     "Simulator",
     "WinchCommand",
@@ -64,7 +66,7 @@ if TYPE_CHECKING:
     from .runs.controller import ControllerError
     from .runs.offline import replay, run
     from .runs.sources import motion_of_bag
-    from .sim.inputs import FlapCommand, ShipMotion, WinchCommand
+    from .sim.inputs import FlapCommand, ShipMotion, VehicleMotion, WinchCommand
     from .sim.rig.rig import Rig
     from .tools.spans.in_time.wake_run import run_span
 

@@ -51,6 +51,12 @@ OPTIONS = (
         help="Where the ship goes in place of --motion, times in s from the start: '60 starboard 90 over 120, 300 "
         "speed 1 over 60'; also port. Turns in deg, speed in m/s. Goes with --heave: docs/turns.md.",
     ),
+    click.option(
+        "--vehicle",
+        metavar="MOTION|CSV|BAG",
+        help="How the vehicle at the far end moves: 'circle 5 60', 'heave 1 8' (also surge, sway; m, s), still, a "
+        "table or a bag with vehicle/odom. Default: as --motion has it, or along with the ship: docs/vehicles.md.",
+    ),
     click.option("--faults", metavar="FILE", help="A scenario of what goes wrong when: docs/instruments.md."),
     setpoint_option,
     imu_option,
@@ -85,6 +91,7 @@ def simulated(
     heave: tuple[float, float] | None,
     rao: str | None,
     ship: str | None,
+    vehicle: str | None,
     imu_only: bool,
     step: str | None,
     convention: str | None,
@@ -108,13 +115,13 @@ def simulated(
 
         given, names = settings_of(settings, convention), topics_of(topics)
         state = None if begin is None else Resumed(begin)
-        if motion is None and heave is None and rao is None and ship is None:
+        if (motion, heave, rao, ship, vehicle) == (None, None, None, None, None):
             if state is None:
                 motion = SHIPPED_BAG
             else:
                 report = state.report()
                 motion, heave, imu_only = report.motion, report.heave, report.imu_only
-                rao, ship = report.rao, report.ship
+                rao, ship, vehicle = report.rao, report.ship, report.vehicle
                 given, names = {**report.settings, **given}, names or report.topics
         return offline.run(
             scene,
@@ -122,6 +129,7 @@ def simulated(
             heave=heave,
             rao=rao,
             ship=ship,
+            vehicle=vehicle,
             imu_only=imu_only,
             step=step,
             resumed=state,

@@ -1,7 +1,8 @@
-"""Inputs: what a tick is told. Rings of motion samples, winch commands and angles of flaps, one writer, no lock.
+"""Inputs: what a tick is told. Rings of motion samples (of the ship, and of a vehicle at the far end of the cable),
+winch commands and angles of flaps, one writer, no lock.
 
-The writer stores the row first and the head last. A tick works on the heads as they stood when it began, `motion_seen`,
-`command_seen` and `flap_seen`, which the compiled entry sets: what comes while it runs is for the next one.
+The writer stores the row first and the head last. A tick works on the heads as they stood when it began, `motion_seen`
+and the others, which the compiled entry sets: what comes while it runs is for the next one.
 """
 
 from __future__ import annotations
@@ -27,19 +28,25 @@ class Inputs(NamedTuple):
     command: np.ndarray  # float64 [COMMAND_ROWS, 2]: pay-out m, rate m/s; NaN = not commanded
     command_head: np.ndarray  # int64 [1]
     command_seen: np.ndarray  # int64 [1]
+    vehicle_time: np.ndarray  # int64 [MOTION_ROWS], ns
+    vehicle: np.ndarray  # float64 [MOTION_ROWS, MOTION_COLUMNS], as motion
+    vehicle_head: np.ndarray  # int64 [1]
+    vehicle_seen: np.ndarray  # int64 [1]
     flap_time: np.ndarray  # int64 [FLAP_ROWS], ns
     flap: np.ndarray  # float64 [FLAP_ROWS, MAX_WINGS]: rad, a column a wing; NaN = not commanded
     flap_head: np.ndarray  # int64 [1]
     flap_seen: np.ndarray  # int64 [1]
 
     @property
-    def heads(self) -> tuple[int, int, int]:
-        """Motion samples, winch commands and rows of flaps written since the start."""
-        return int(self.motion_head[0]), int(self.command_head[0]), int(self.flap_head[0])
+    def heads(self) -> tuple[int, int, int, int]:
+        """Motion samples, winch commands, samples of the vehicle and rows of flaps written since the start."""
+        heads = self.motion_head, self.command_head, self.vehicle_head, self.flap_head
+        motion, command, vehicle, flap = (int(head[0]) for head in heads)
+        return motion, command, vehicle, flap
 
 
 def make_inputs() -> Inputs:
-    """Empty rings: the ship follows its mean track, the winch holds."""
+    """Empty rings: ship and vehicle follow their mean tracks, the winch holds."""
     return Inputs(
         np.zeros(MOTION_ROWS, np.int64),
         np.zeros((MOTION_ROWS, MOTION_COLUMNS)),
@@ -47,6 +54,10 @@ def make_inputs() -> Inputs:
         np.zeros(1, np.int64),
         np.zeros(COMMAND_ROWS, np.int64),
         np.zeros((COMMAND_ROWS, 2)),
+        np.zeros(1, np.int64),
+        np.zeros(1, np.int64),
+        np.zeros(MOTION_ROWS, np.int64),
+        np.zeros((MOTION_ROWS, MOTION_COLUMNS)),
         np.zeros(1, np.int64),
         np.zeros(1, np.int64),
         np.zeros(FLAP_ROWS, np.int64),
@@ -73,6 +84,16 @@ def push_motion(inputs: Inputs, time_ns: int, sample) -> None:
     inputs.motion[head % MOTION_ROWS] = row
     inputs.motion_time[head % MOTION_ROWS] = time_ns
     inputs.motion_head[0] = head + 1
+
+
+def of_vehicle(inputs: Inputs) -> Inputs:
+    """The rings as a writer of motion samples sees them that writes those of the vehicle."""
+    return inputs._replace(
+        motion_time=inputs.vehicle_time,
+        motion=inputs.vehicle,
+        motion_head=inputs.vehicle_head,
+        motion_seen=inputs.vehicle_seen,
+    )
 
 
 def push_command(inputs: Inputs, time_ns: int, payout: float, rate: float) -> None:

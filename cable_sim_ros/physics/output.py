@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..compiler.jit import driver, inline
+from ..compiler.jit import driver, inline, opaque
 from .attitude import axes, roll_pitch_yaw, to_world
 from .contact import latch
 from .contact_output import in_block, pull_of, read_drums, read_ground, read_sheave, rub_moment
@@ -21,7 +21,7 @@ from .instruments import direction_at, measure, node_tension, tension_at
 from .link_element import is_links, joint_tension
 from .ringing import missing
 from .sea import elevation
-from .ship import along_heading, frame_shift, quaternion, spin, unrotate
+from .ship import along_heading, frame_shift, quaternion, rotate, spin, unrotate
 from .state import ARC, FLOW, NOW, A, Q, V
 from .swivel import aim_block
 from .tick_output import (
@@ -39,9 +39,12 @@ from .tick_output import (
     SLACK_ENERGY,
     STALLED,
     SURFACE_CROSSED,
+    VEHICLE_BLENDING,
+    VEHICLE_LIMITED,
+    VEHICLE_STALE,
 )
 from .towbody import TURNING, heading, heading_held, slam
-from .vec import dot, norm, scale
+from .vec import at3, cross, dot, norm, scale
 from .viv_amplification import show, sum_up
 from .winch import ACCELERATION, COMMAND, RAMP, RATE, TRAVEL, cell
 
@@ -98,6 +101,34 @@ def fill_motion(state, f, body, rigid):
     f.layback = hypot(f.body_position[0] - f.sheave_position[0], f.body_position[1] - f.sheave_position[1])
     f.motion_source = np.int64(now.ship.source)
     f.motion_age = now.ship.age
+
+
+@driver
+def _fill_vehicle(vehicle, state, f) -> int:
+    """Pose of the vehicle, what the cable does to it, and what of its pose is not followed; returns the flags."""
+    now, last, flags = state.memory[NOW], state.reaction.shape[0] - 1, 0
+    motion, v = now.vehicle.motion, state.nodes[NOW, V]
+    shift, force = frame_shift(now, now.time.now), scale(-1.0, at3(state.reaction[last], 0))
+    moment = cross(rotate(motion.coord, at3(vehicle.attachment, 0)), force)
+    omega, quat = spin(motion)[0], quaternion(motion.coord)
+    f.vehicle_power = 0.0
+    for k in range(3):
+        f.vehicle_position[k] = motion.coord[k] + (shift[k] if k < 2 else 0.0)
+        f.vehicle_force[k], f.vehicle_moment[k], f.body_rate[k] = force[k], moment[k], omega[k]
+        f.vehicle_power -= force[k] * v[last, k]
+    for k in range(4):
+        f.body_quaternion[k] = quat[k]
+    f.vehicle_off, f.vehicle_age = now.vehicle_off, now.vehicle.age
+    if f.vehicle_age > vehicle.times.stale_after:
+        flags |= VEHICLE_STALE
+    if now.vehicle.blend_length > 0.0:
+        flags |= VEHICLE_BLENDING
+    if now.vehicle_off > 0.0 or norm(force) > vehicle.max_tension:
+        flags |= VEHICLE_LIMITED
+    return flags
+
+
+fill_vehicle = opaque(_fill_vehicle)
 
 
 @inline
@@ -270,11 +301,12 @@ def fill_peaks(settings, state, f):
 
 
 @driver
-def fill_slam(line, state, f, h):
-    """Largest slam of the bodies that were in the water surface in a tick of h [s]; returns the flags."""
+def fill_slam(line, state, f, h, first):
+    """Largest slam of the bodies from ``first`` on that were in the water surface in a tick of h [s]; returns the
+    flags."""
     q, v, crossed = state.nodes[NOW, Q], state.nodes[NOW, V], 0
     f.slam, f.slam_estimate = 0.0, 0.0
-    for i in range(line.bodies.shape[0]):
+    for i in range(first, line.bodies.shape[0]):
         n, row = line.body_nodes[i], line.bodies[i].rigid
         force, left_out = slam(line.bodies[i], q[n], v[n], state.work.around[n], h)
         if force >= 0.0:
@@ -340,7 +372,10 @@ def observe(model, state, output, slot, flags, blending) -> int:
     fill_winch(model.settings[0].drum, state, f)
     fill_energy(model.line, state, f)
     flags |= fill_cable(model.line, state, f, body) | fill_peaks(model.settings[0], state, f)
-    flags |= fill_slam(model.line, state, f, model.settings[0].tick_ns * 1e-9)
+    vehicle = model.settings[0].vehicle
+    flags |= fill_slam(model.line, state, f, model.settings[0].tick_ns * 1e-9, np.int64(vehicle.on))
+    if vehicle.on != 0:
+        flags |= fill_vehicle(vehicle, state, f)
     for i in range(state.attitude.shape[1]):
         if state.attitude[NOW, i].attack > 1.0:
             flags |= STALLED

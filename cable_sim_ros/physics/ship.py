@@ -5,13 +5,16 @@ Hermite: a held or extrapolated boundary costs 10 % of the tension's deviation).
 an epoch number. Where the epoch changes, and at the start, the ship goes over to the new source by a C1 blend;
 after the newest sample it goes over to its mean track, critically damped: on at its mean speed, level, on its heading.
 
+A vehicle at the far end of the cable (vehicle.py) is moved by the same rules, as a craft of its own.
+
 Positions are relative to the tow frame, which moves with the constant velocity chosen at the start: the numbers stay
 small however far the tow goes.
 """
 
 from __future__ import annotations
 
-from math import cos, exp, floor, pi, sin
+from math import cos, exp, floor, pi, sin, sqrt
+from typing import NamedTuple
 
 import numpy as np
 
@@ -29,20 +32,28 @@ SHIP = np.dtype(
         ("source", "f8"),  # Source of the newest sample used
         ("age", "f8"),  # s, simulation time less its stamp
         ("blend_length", "f8"),  # s, 0: no blend
+        ("blend_at", "i8"),  # ns, when it began
         ("offset", "f8", 6),  # what dies out in a blend
         ("offset_rate", "f8", 6),
         ("mean_rate", "f8", 2),  # m/s, x y, tow frame: running mean of what the samples say
         ("mean_age", "f8"),  # s of motion in it
         ("mean_at", "i8"),  # ns, when it was last brought up to date; 0: never
+        ("holds", "i8"),  # 1: after its newest sample it keeps height, roll and pitch; 0: they go to their mean
         ("unblended", MOTION),  # scratch of follow()
     ],
     align=True,
 )
 TOW_FRAME = np.dtype([("origin", "f8", 2), ("velocity", "f8", 2)])  # m at the start, m/s
-TIME = np.dtype([("now", "i8"), ("start", "i8"), ("ticks", "i8"), ("blend", "i8")])  # ns, ns, 1, ns: a blend begins
+TIME = np.dtype([("now", "i8"), ("start", "i8"), ("ticks", "i8")])  # ns, ns, 1
 SHIP_TIMES = np.dtype(
-    [("stale_after", "f8"), ("stale_decay", "f8"), ("start_blend", "f8"), ("source_blend", "f8")]
-)  # s
+    [  # s, and m/s: the fastest that an offset may die out; 0: as fast as it takes
+        ("stale_after", "f8"),
+        ("stale_decay", "f8"),
+        ("start_blend", "f8"),
+        ("source_blend", "f8"),
+        ("max_speed", "f8"),
+    ]
+)
 NO_EPOCH = -1.0
 MEAN_MEMORY = 30.0  # s, of the mean speed: waves of 10 s leave 1/20 of their velocity in it
 MIN_MEAN = 5.0  # s of motion, before which the mean speed is that of the start
@@ -69,6 +80,26 @@ class Ship(Block):
     max_gap: float = quantity(
         1.5, "s", 0.02, 60.0, "a longer gap between samples begins a new epoch instead of being interpolated"
     )
+
+
+class Ring(NamedTuple):
+    """The samples of one craft."""
+
+    time: np.ndarray
+    rows: np.ndarray
+    seen: np.ndarray
+
+
+@inline
+def ship_ring(inputs):
+    """The samples of the ship's motion."""
+    return Ring(inputs.motion_time, inputs.motion, inputs.motion_seen)
+
+
+@inline
+def vehicle_ring(inputs):
+    """The samples of the vehicle's motion."""
+    return Ring(inputs.vehicle_time, inputs.vehicle, inputs.vehicle_seen)
 
 
 @inline
@@ -176,70 +207,71 @@ def axis_of(pair, i):
 
 
 @driver
-def path(t, epoch, inputs, memory, decay, out):
+def path(t, epoch, ring, craft, memory, decay, out):
     """Unblended motion of one epoch at time t [ns] into the MOTION out; returns (source, age [s]).
 
-    NO_EPOCH follows the mean coordinates. Past the newest sample of the epoch the motion dies out with time constant
-    decay [s]: heave, roll, pitch to their mean, yaw to rest, and of surge and sway what differs from the mean speed.
+    ring: its samples; craft: a SHIP of the memory. NO_EPOCH follows the mean coordinates. Past the newest sample of the
+    epoch the motion dies out with time constant decay [s]: heave, roll, pitch to their mean, or where they are, yaw to
+    rest, and of surge and sway what differs from the mean speed.
     """
-    mean, velocity, going = memory.ship.mean_coord, memory.frame.velocity, memory.ship.mean_rate
-    known = memory.ship.mean_age >= MIN_MEAN
+    mean, velocity, going = craft.mean_coord, memory.frame.velocity, craft.mean_rate
+    known = craft.mean_age >= MIN_MEAN
     for i in range(6):
         out.coord[i], out.rate[i], out.accel[i] = mean[i], 0.0, 0.0
     if epoch == NO_EPOCH:
         return 0.0, 0.0
-    head = inputs.motion_seen[0]
+    head = ring.seen[0]
     newest = -1
     before = -1
     for back in range(1, min(head, MOTION_ROWS - 8) + 1):
         row = (head - back) % MOTION_ROWS
-        if inputs.motion[row, EPOCH] != epoch:
+        if ring.rows[row, EPOCH] != epoch:
             if newest >= 0:
                 break
             continue
         if newest < 0:
             newest = row
-        if inputs.motion_time[row] <= t:
+        if ring.time[row] <= t:
             before = row
             break
         newest = row
     if newest < 0:
         return 0.0, 0.0
     row = before if before >= 0 else newest
-    first = frame_shift(memory, inputs.motion_time[row])
+    first = frame_shift(memory, ring.time[row])
     if before >= 0 and newest != before:  # newest is now the first sample after t
-        h = (inputs.motion_time[newest] - inputs.motion_time[before]) * 1e-9
-        second = frame_shift(memory, inputs.motion_time[newest])
+        h = (ring.time[newest] - ring.time[before]) * 1e-9
+        second = frame_shift(memory, ring.time[newest])
         for i in range(6):
             f, g, w = axis_of(first, i), axis_of(second, i), axis_of(velocity, i)
             out.coord[i], out.rate[i], out.accel[i] = hermite(
-                (t - inputs.motion_time[before]) * 1e-9,
+                (t - ring.time[before]) * 1e-9,
                 h,
-                (inputs.motion[before, i] - f, inputs.motion[before, 6 + i] - w),
-                (inputs.motion[newest, i] - g, inputs.motion[newest, 6 + i] - w),
+                (ring.rows[before, i] - f, ring.rows[before, 6 + i] - w),
+                (ring.rows[newest, i] - g, ring.rows[newest, 6 + i] - w),
             )
-        return inputs.motion[before, SOURCE], (t - inputs.motion_time[newest]) * 1e-9
-    tau = (t - inputs.motion_time[row]) * 1e-9
+        return ring.rows[before, SOURCE], (t - ring.time[newest]) * 1e-9
+    tau = (t - ring.time[row]) * 1e-9
     fade = exp(-tau / decay) if tau > 0.0 else 1.0
     for i in range(6):
-        x, v = inputs.motion[row, i] - axis_of(first, i), inputs.motion[row, 6 + i] - axis_of(velocity, i)
+        x, v = ring.rows[row, i] - axis_of(first, i), ring.rows[row, 6 + i] - axis_of(velocity, i)
         if tau <= 0.0:  # before the first sample of the epoch: straight back
             out.coord[i], out.rate[i] = x + v * tau, v
         else:
-            rest, u = mean[i] if 2 <= i <= 4 else x, axis_of(going, i) if known else 0.0
+            rest, u = mean[i] if 2 <= i <= 4 and craft.holds == 0 else x, axis_of(going, i) if known else 0.0
             d = x - rest
             k = v - u + d / decay
             out.coord[i] = rest + u * tau + (d + k * tau) * fade
             out.rate[i] = u + (k - (d + k * tau) / decay) * fade
             out.accel[i] = (-2.0 * k + (d + k * tau) / decay) / decay * fade
-    return inputs.motion[row, SOURCE], tau
+    return ring.rows[row, SOURCE], tau
 
 
 @driver
-def blend(t, began, ship):
-    """Add the dying offset of a changed source to the ship's motion at t [ns]; began: ns. True while it lasts."""
+def blend(t, ship):
+    """Add the dying offset of a changed source to the ship's motion at t [ns]. True while it lasts."""
     length, out = ship.blend_length, ship.motion
-    tau = (t - began) * 1e-9
+    tau = (t - ship.blend_at) * 1e-9
     if length > 0.0 and tau < length:
         for i in range(6):
             x, v, a = hermite(tau, length, (ship.offset[i], ship.offset_rate[i]), (0.0, 0.0))
@@ -262,45 +294,47 @@ def learn_mean(t, ship):
 
 
 @driver
-def evaluate(t, inputs, memory, decay):
-    """Motion of base_link at time t [ns] into memory.ship, with source and age. True while blending."""
-    ship = memory.ship
-    ship.source, ship.age = path(t, ship.epoch, inputs, memory, decay, ship.motion)
+def evaluate(t, ring, ship, memory, decay):
+    """Motion at time t [ns] into the SHIP ``ship`` of the memory, with source and age. True while blending."""
+    ship.source, ship.age = path(t, ship.epoch, ring, ship, memory, decay, ship.motion)
     if ship.epoch != NO_EPOCH and ship.age <= 0.0:
         learn_mean(t, ship)
-    return blend(t, memory.time.blend, ship)
+    return blend(t, ship)
 
 
 @driver
-def follow(t, t_next, inputs, memory, times):
+def follow(t, t_next, ring, ship, memory, times):
     """At tick start t: take up a new epoch whose samples reach t_next, or late samples of this one.
 
     Late: the tick before went past the newest sample, and there are newer ones now. Either way the difference between
     the motion used so far and the new path becomes an offset that dies out C1, from now on. times: SHIP_TIMES.
     """
-    ship, head = memory.ship, inputs.motion_seen[0]
+    head = ring.seen[0]
     old = ship.epoch
     epoch = old
     for back in range(1, min(head, MOTION_ROWS - 8) + 1):
         row = (head - back) % MOTION_ROWS
-        if inputs.motion_time[row] <= t_next:
-            epoch = inputs.motion[row, EPOCH]
+        if ring.time[row] <= t_next:
+            epoch = ring.rows[row, EPOCH]
             break
     if epoch == old:
         newest = (head - 1) % MOTION_ROWS
         if (
             head == 0
             or ship.age <= 0.0
-            or inputs.motion[newest, EPOCH] != epoch
-            or inputs.motion_time[newest] <= t - np.int64(ship.age * 1e9) + 1000
+            or ring.rows[newest, EPOCH] != epoch
+            or ring.time[newest] <= t - np.int64(ship.age * 1e9) + 1000
         ):
             return
-    path(t, epoch, inputs, memory, times.stale_decay, ship.unblended)
+    path(t, epoch, ring, ship, memory, times.stale_decay, ship.unblended)
     for i in range(6):
         ship.offset[i] = ship.motion.coord[i] - ship.unblended.coord[i]
         ship.offset_rate[i] = ship.motion.rate[i] - ship.unblended.rate[i]
     turns = floor(ship.offset[5] / (2.0 * pi) + 0.5)
     ship.offset[5] -= 2.0 * pi * turns
     ship.blend_length = times.start_blend if old == NO_EPOCH else times.source_blend
+    if times.max_speed > 0.0:  # a cubic from there to 0 is at most 3/2 of its mean speed
+        far = sqrt(ship.offset[0] ** 2 + ship.offset[1] ** 2 + ship.offset[2] ** 2)
+        ship.blend_length = max(ship.blend_length, 1.5 * far / times.max_speed)
     ship.epoch = epoch
-    memory.time.blend = t
+    ship.blend_at = t

@@ -21,6 +21,7 @@ from .sea import SEA, Sea
 from .sensor_models import SensorModel, Sensors, make_sensors
 from .ship import SHIP, SHIP_TIMES, TIME, TOW_FRAME
 from .swivel import SWIVEL, SWUNG
+from .vehicle import VEHICLE
 from .winch import DRUM, WINCH
 from .winch_drive import DRIVE, DRIVING
 from .workspace import POWERS, Work, make_work
@@ -129,6 +130,8 @@ MEMORY = np.dtype(
         ("wind", "f8", 2),  # relative to the tow frame, m/s
         ("sea", SEA),
         ("ship", SHIP),
+        ("vehicle", SHIP),  # at the far end of the cable, see vehicle.py
+        ("vehicle_off", "f8"),  # m, from its attachment to the end of the cable
         ("sheave", SHEAVE),
         ("seen", SHEAVE),  # as the instruments have it
         ("swung", SWUNG),  # the block of the sheave, where it swivels
@@ -180,6 +183,7 @@ TOW_SETTINGS = np.dtype(
         ("drum", DRUM),
         ("drive", DRIVE),
         ("swivel", SWIVEL),
+        ("vehicle", VEHICLE),
     ],
     align=True,
 )

@@ -11,12 +11,12 @@ import numpy as np
 from ..compiler.jit import driver, link, opaque
 from .flaps import link_flaps, move_flaps
 from .heave_compensation import by_angle
-from .output import glance, no_peaks
+from .output import _fill_vehicle, glance, no_peaks
 from .output import observe as _observe
 from .rigid_body import head_bodies
 from .ringing import fade
 from .sensors import sense as _sense
-from .ship import follow
+from .ship import follow, ship_ring, vehicle_ring
 from .state import FLOW, NOW, TICK, Q, V, checkpoint, restore
 from .substeps import begin, link_stepper, start, unfinished
 from .tick_output import HALVED, NEWTON_FAILED, NOT_FINITE, SETPOINT_LIMITED
@@ -61,6 +61,15 @@ def turn_bodies(line, state, h):
 
 
 @driver
+def _follow_vehicle(t, t_next, inputs, now, vehicle) -> None:
+    """Take up new samples of the vehicle's motion, see follow()."""
+    follow(t, t_next, vehicle_ring(inputs), now.vehicle, now, vehicle.times)
+
+
+follow_vehicle = opaque(_follow_vehicle)
+
+
+@driver
 def _stride(model, state, inputs, output, slot, begun) -> tuple[bool, bool]:
     """Take the next step of a tick that began at ``begun`` [ns] and whose steps are chosen: all that is looked at once
     a tick is looked at once a step. Returns (False: no halving left, is a source blending).
@@ -69,7 +78,9 @@ def _stride(model, state, inputs, output, slot, begun) -> tuple[bool, bool]:
     done = plan.done
     first, last = now.time.now, begun + np.int64((done + plan.fraction) * settings.tick_ns)
     h, before = begin(model.line, state, settings.tick_ns * 1e-9), now.winch.command_rate
-    follow(first, last, inputs, now, settings.ship)
+    follow(first, last, ship_ring(inputs), now.ship, now, settings.ship)
+    if settings.vehicle.on != 0:
+        follow_vehicle(first, last, inputs, now, settings.vehicle)
     rate = command_between(first, last, settings.drum, inputs, now.winch)
     note_command(settings.drum, now.winch, before, h)
     if state.attitude.shape[1] > 0:
@@ -109,7 +120,9 @@ def _tick(model, state, inputs, output, slot) -> int:
     begun, commanded, blending = now.time.now, (now.winch.commanded, now.winch.command_rate), False
     chosen = model.line.settings[0].step_tension > 0.0
     if not chosen:
-        follow(begun, end, inputs, now, settings.ship)
+        follow(begun, end, ship_ring(inputs), now.ship, now, settings.ship)
+        if settings.vehicle.on != 0:
+            follow_vehicle(begun, end, inputs, now, settings.vehicle)
         command(end, h, settings.drum, inputs, now.winch)
         note_command(settings.drum, now.winch, commanded[1], h)
         if state.attitude.shape[1] > 0:
@@ -156,7 +169,9 @@ def link_tick(model, state, inputs, output) -> None:
     link_tow(model, state, inputs)
     link_flaps(model.line.rigid, state, inputs)
     link(_observe, model, state, output, 0, 0, False)
-    chosen = model.line.settings[0].step_tension > 0.0
+    chosen, vehicle = model.line.settings[0].step_tension > 0.0, model.settings[0].vehicle
+    link(_follow_vehicle, 0, 0, inputs, state.memory[NOW], vehicle, needed=vehicle.on != 0)
+    link(_fill_vehicle, vehicle, state, output.frame[0], needed=vehicle.on != 0)
     link(_stride, model, state, inputs, output, 0, 0, needed=chosen)
     link(_sense, model, state, output.frame[0], needed=len(model.sensors.rules) > 0)
     link(_tick, model, state, inputs, output, 0)

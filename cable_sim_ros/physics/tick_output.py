@@ -46,6 +46,12 @@ class Flag(IntFlag):
     STALLED = 4194304, "a wing or fin of a rigid body is stalled: it bears about what a plate does"
     FLAP_STALE = 8388608, "a commanded flap ran into its flap_timeout: it goes to its flap_neutral"
     FLAP_LIMITED = 16777216, "a flap is commanded beyond its flap_range: it goes to the end of that"
+    VEHICLE_STALE = 33554432, "newest pose of the vehicle older than vehicle.stale_after"
+    VEHICLE_BLENDING = 67108864, "a pose of the vehicle that jumped (or the first one) is being taken up"
+    VEHICLE_LIMITED = (
+        134217728,
+        "the vehicle is out of the cable's reach or in the seabed, and its end stays behind, or pulls beyond its limit",
+    )
 
 
 # the same as plain numbers, each by its own name: kernels know no enums
@@ -74,6 +80,9 @@ SURFACE_CROSSED = int(Flag.SURFACE_CROSSED)
 STALLED = int(Flag.STALLED)
 FLAP_STALE = int(Flag.FLAP_STALE)
 FLAP_LIMITED = int(Flag.FLAP_LIMITED)
+VEHICLE_STALE = int(Flag.VEHICLE_STALE)
+VEHICLE_BLENDING = int(Flag.VEHICLE_BLENDING)
+VEHICLE_LIMITED = int(Flag.VEHICLE_LIMITED)
 
 
 class Source(IntFlag):
@@ -294,6 +303,30 @@ FIELDS = (
         "1",
         "devices with a reading of this tick: 1 MRU, 2 encoder, 4 metering sheave, 8 load pin, 16 fix, 32 depth",
     ),
+    (
+        "vehicle_position",
+        (3,),
+        "f8",
+        "m",
+        "reference point of the vehicle in odom; without a vehicle 0, as what follows",
+    ),
+    ("vehicle_force", (3,), "f8", "N", "force of the cable on the vehicle in odom"),
+    ("vehicle_moment", (3,), "f8", "N m", "its moment about the vehicle's reference point in odom"),
+    (
+        "vehicle_power",
+        (),
+        "f8",
+        "W",
+        "power of the vehicle on the cable: minus the force times the velocity of the end",
+    ),
+    (
+        "vehicle_off",
+        (),
+        "f8",
+        "m",
+        "distance from the vehicle's attachment to the end of the cable: above 0 where limited",
+    ),
+    ("vehicle_age", (), "f8", "s", "simulation time less stamp of the newest pose of the vehicle (negative: ahead)"),
     ("iterations", (), "i8", "1", "Newton iterations of the tick"),
     ("substeps", (), "i8", "1", "time steps of the tick"),
     ("residual", (), "f8", "N", "largest residual left by the last step"),

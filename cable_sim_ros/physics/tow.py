@@ -19,11 +19,12 @@ from .noise import gauss, spoiled
 from .rate_loop import follow_rate
 from .sensor_models import FROZEN, NOISE
 from .sensors import pin_tension
-from .ship import evaluate, hull_point, rotate, spin
+from .ship import evaluate, hull_point, rotate, ship_ring, spin, vehicle_ring
 from .state import ARC, NOW, STEP, A, Q, V
 from .substeps import begin, finish
 from .swivel import hinge, rolled, swing, swung_to
 from .vec import at3, axpy
+from .vehicle import end_of
 from .viv_amplification import aim, approach
 from .winch import WOUND, clip, drum_point, drum_turning, servo, wind
 from .winch_command import between
@@ -105,13 +106,41 @@ def hold_end(model, state):
         nodes[Q, 0, k] = p[k]
         nodes[V, 0, k] = v[k]
         nodes[A, 0, k] = a[k]
+    if model.settings[0].vehicle.on != 0:
+        hold_far_end(model, state)
+
+
+@driver
+def _hold_far_end(model, state) -> None:
+    """The same of the last node, which a vehicle drives."""
+    now, nodes, settings = state.memory[NOW], state.nodes[NOW], model.settings[0]
+    p, v, a, now.vehicle_off = end_of(settings.vehicle, now, state.surfaces[settings.sheave], settings.drum)
+    last = nodes.shape[1] - 1
+    for k in range(3):
+        nodes[Q, last, k] = p[k]
+        nodes[V, last, k] = v[k]
+        nodes[A, last, k] = a[k]
+
+
+hold_far_end = opaque(_hold_far_end)
+
+
+@driver
+def _move_vehicle(t, inputs, now, vehicle) -> bool:
+    """Motion of the vehicle at t [ns]. Is a changed source being taken up?"""
+    return evaluate(t, vehicle_ring(inputs), now.vehicle, now, vehicle.times.stale_decay)
+
+
+move_vehicle = opaque(_move_vehicle)
 
 
 @driver
 def _impose(model, state, inputs, t, h, command_rate) -> bool:
     """Ship, surfaces, set-point, winch and cable end at the end t [ns] of a step of h [s]. Is a source blending?"""
     now, settings = state.memory[NOW], model.settings[0]
-    blending = evaluate(t, inputs, now, settings.ship.stale_decay)
+    blending = evaluate(t, ship_ring(inputs), now.ship, now, settings.ship.stale_decay)
+    if settings.vehicle.on != 0 and not move_vehicle(t, inputs, now, settings.vehicle):
+        now.vehicle.blend_length = 0.0
     if settings.swivel.on != 0:
         swing(h, settings.swivel, state.memory[STEP].swung, now.swung)
     place_surfaces(model, state)
@@ -309,7 +338,9 @@ def rest(model, state, sigma, max_steps, max_step):
 
 def link_tow(model, state, inputs) -> None:
     """Compile or load what a step of a tow calls by symbol and publish it; call before anything that uses it runs."""
-    motor = model.settings[0].drive.model == MOTOR
+    motor, vehicle = model.settings[0].drive.model == MOTOR, model.settings[0].vehicle
+    link(_hold_far_end, model, state, needed=vehicle.on != 0)
+    link(_move_vehicle, 0, inputs, state.memory[NOW], vehicle, needed=vehicle.on != 0)
     link(_impose, model, state, inputs, 0, 0.0, 0.0)
     link(_turn_motor, model, state, 0.0, 0.0, 0.0, needed=motor)
     link(_solve_driven, model, state, 0.0, needed=motor)

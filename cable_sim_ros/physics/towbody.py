@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from enum import StrEnum
 from math import atan2, cos, pi, sin, sqrt
+from typing import Any
 
 import numpy as np
 
@@ -20,7 +21,7 @@ from ..compiler.jit import driver, inline
 from .contact import acts, touch
 from .contact_surface import solid
 from .drag_laws import smooth
-from .parameter import REQUIRED, Block, quantity
+from .parameter import REQUIRED, Block, before_checks, quantity
 from .point_mass import half_height
 from .sea import ELEVATION, EXTRA, ORBIT, RATE, SHEAR
 from .vec import at3, axpy, dot, scale
@@ -56,11 +57,19 @@ class BodyModel(StrEnum):
 
     LEVEL = "level"  # a point that stays level and turns into the flow
     RIGID = "rigid"  # six degrees of freedom
+    VEHICLE = "vehicle"  # nothing: its pose is given, see vehicle.py
+
+
+UNWEIGHED = {"mass": 1e-6, "net_weight": 0.0}  # kg, N: a vehicle has none that counts
 
 
 class Towbody(Block):
     model: BodyModel = quantity(
-        BodyModel.LEVEL, "", None, None, "a point that stays level and turns into the flow, or a body with attitude"
+        BodyModel.LEVEL,
+        "",
+        None,
+        None,
+        "a point that stays level and turns into the flow, a body with attitude, or a vehicle whose pose is given",
     )
     mass: float = quantity(REQUIRED, "kg", 1e-6, 1e6, "dry mass", "Westin Table 8")
     net_weight: float = quantity(REQUIRED, "N", -1e6, 1e7, "weight less buoyancy in water", "Westin Table 8")
@@ -129,6 +138,13 @@ class Towbody(Block):
         "Allen and Perkins 1951",
     )
     wings: dict[str, Wing] = quantity({}, "", None, None, "rigid: wings and fins")
+
+    @before_checks
+    @classmethod
+    def _vehicle_is_not_weighed(cls, data: Any) -> Any:
+        if isinstance(data, dict) and data.get("model") == BodyModel.VEHICLE:
+            return UNWEIGHED | data
+        return data
 
     @property
     def level_lift_area(self) -> float:

@@ -119,6 +119,9 @@ class Frames(Block):
     base_link: str = quantity("base_link", "", None, None, "ship frame: x forward, y left, z up", "REP 103")
     sheave_link: str = quantity("sheave_link", "", None, None, "frame in the sheave centre, axes of the ship")
     towbody_link: str = quantity("towbody_link", "", None, None, "frame of the towbody")
+    vehicle_link: str = quantity(
+        "vehicle_link", "", None, None, "frame of the vehicle at the far end: x forward, y left, z up", "REP 103"
+    )
 
 
 class OwnBlock(Block):

@@ -12,9 +12,11 @@ LONGEST.
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Iterable
 from enum import Enum
 from typing import Any
 
+from ..io.messages.messages import SHIPS
 from ..io.motion import checkpoint
 from ..io.motion.time_sequencer import FAR, Cadence, MotionGate
 from .blocks import Lockstep as Settings
@@ -60,13 +62,13 @@ class Phase(Enum):
 class Lockstep:
     """The clock and the steps of one simulation. Times in ns; `clock` is what /clock says."""
 
-    def __init__(self, settings: Settings, period: int, delay: int) -> None:
+    def __init__(self, settings: Settings, period: int, delay: int, kinds: Iterable[str] = SHIPS) -> None:
         self.settings, self.period, self.delay = settings, period, delay
         self.clock = round(settings.start * SECOND)
         self.paused = settings.paused
         self.held = ""  # why nothing may run, or ""
         self.steps_left = self.steps = 0
-        self.gate = MotionGate(settings.silent_after, delay)
+        self.gate = MotionGate(settings.silent_after, delay, kinds)
         given = None if settings.command_period is None else round(settings.command_period * SECOND)
         self.commands = Cadence(settings.silent_after, given, True, round(settings.chain_delay * SECOND))
         self.flaps = Cadence(settings.silent_after, None, True, round(settings.chain_delay * SECOND))

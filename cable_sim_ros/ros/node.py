@@ -24,7 +24,7 @@ from rclpy.serialization import serialize_message
 from ..errors import CableSimError
 from ..io.messages.channels import Context, Encoder
 from ..io.messages.markers import TOPIC as MARKERS
-from ..io.messages.messages import CAUSES, COMMANDED, COMMANDS, JOINT_COMMAND, KINDS, Event, stamp_of
+from ..io.messages.messages import CAUSES, COMMANDED, COMMANDS, JOINT_COMMAND, KINDS, VEHICLES, Event, stamp_of
 from ..io.recordings.recording_place import name_problem, state_problem
 from ..sim.checks.friction_checks import slow
 from ..sim.flag_rules import FAILED
@@ -149,9 +149,9 @@ class CableSimNode(LifecycleNode):
         self.arrivals = StampArrivals(lambda: self.session.now()) if self.session.lockstep else Arrivals()
         self.recording = RecordingControl(self.settings, self.get_namespace())
         self.inputs: list = []
-        self.heard, self._unheard = inputs_there()
-        if not flaps_of(self.settings.scene):
-            del self.heard["flaps"]
+        made, self._unheard = inputs_there()
+        deaf = {*(() if self.session.driven else VEHICLES), *(() if flaps_of(self.settings.scene) else ("flaps",))}
+        self.heard = {kind: message for kind, message in made.items() if kind not in deaf}
         self._diagnostics = self.create_publisher(DiagnosticArray, "/diagnostics", 10)
         self.control = SimulationControl(self)
         self.standard = simulation_interfaces.offer(self.control)
@@ -179,7 +179,8 @@ class CableSimNode(LifecycleNode):
             return TransitionCallbackReturn.FAILURE
         node, frames = self.settings.node, self.settings.node.frame
         links, scene = (frames.odom, frames.base_link, frames.sheave_link, frames.towbody_link), self.settings.scene
-        context = Context(*links, self.get_namespace(), body_places(scene), tuple(flaps_of(scene).items()))
+        flaps = tuple(flaps_of(scene).items())
+        context = Context(*links, self.get_namespace(), body_places(scene), flaps, frames.vehicle_link)
         channels = rows_of(scene, node.publish)
         publishers, missing = publishers_of(self, context, channels, STEPPED_QOS if self.session.lockstep else QOS)
         for text in missing:
@@ -301,6 +302,8 @@ class CableSimNode(LifecycleNode):
             self.record(topic, msgtype, data, arrival)
             if kind in COMMANDED:
                 self._command(data, arrival, kind)
+            elif kind in VEHICLES:
+                self.session.vehicle(Event(stamp, arrival, kind, data))
             else:
                 self.session.motion(Event(stamp, arrival, kind, data))
                 self.arrivals.took(clock.last_stamp, clock.offset)

@@ -20,7 +20,7 @@ from typing import Any
 
 import numpy as np
 
-from ..io.messages.messages import Event
+from ..io.messages.messages import SHIPS, VEHICLES, Event
 from ..io.motion.arrival_order import Intake, Took
 from ..io.motion.clock import DataClock
 from ..io.motion.refusals import TOPICS
@@ -28,6 +28,7 @@ from ..io.recordings.journal import STATIC, Journal, Start
 from ..physics.inputs import MOTION_ROWS, SOURCE, make_inputs
 from ..physics.state import NOW
 from ..physics.tick_output import Source
+from ..physics.towbody import BodyModel
 from ..sim.build import make_output
 from ..sim.live_parameters import changed, put_live, value_of, ways
 from ..sim.rebase import carried_over, heading_problem, place
@@ -49,6 +50,7 @@ START_MARGIN = 0.25  # s; messages that came during the static start must be in 
 SECOND = 1_000_000_000
 SWITCH = 5e-4  # s; a thread that waits for the lock gets it after this
 NEVER = 1_000_000_000
+NO_POSE = "no pose has come on vehicle/odom or vehicle/pose: the vehicle is where the scene has it, along with the ship"
 
 
 def quiet() -> None:
@@ -97,6 +99,11 @@ class Session:
         self.ended = math.nan
         self._cause = "start"  # of the next start, as in the journal; the cable is kept after a jump or a lag
         self._waiting_since = 0.0
+        self.driven = self.scene.towbody.model is BodyModel.VEHICLE
+        self.kinds = (*SHIPS, *VEHICLES) if self.driven else SHIPS  # of motion
+        self.early: Event | None = None  # newest pose of the vehicle before the clock of the motion is known
+        self.vehicle_arrival: int | None = None  # of the newest, CLOCK_MONOTONIC ns
+        self.poses = 0  # messages of the vehicle
 
     @property
     def built_sim(self) -> Simulator:
@@ -148,6 +155,7 @@ class Session:
             self.wall,
             drum,
             (frame.odom, frame.base_link),
+            frame.vehicle_link,
         )
         quiet()
         self.state = "ready"
@@ -208,6 +216,25 @@ class Session:
             elif self.state == "waiting":
                 self._start()
 
+    def vehicle(self, event: Event) -> None:
+        """One message of a kind of VEHICLES; its arrival is on CLOCK_MONOTONIC."""
+        self.vehicle_received(event)
+        self.take_vehicle(event)
+
+    def vehicle_received(self, event: Event) -> None:
+        """Count a message of the vehicle."""
+        self.poses += 1
+        self.vehicle_arrival = event.arrival
+
+    def take_vehicle(self, event: Event) -> None:
+        """Take a pose in, or keep it until the clock of the motion is known."""
+        if self.clock.offset is None:
+            self.early = event
+            return
+        self.intake.of_vehicle(event)
+        while self.intake.vehicle is not None and self.intake.vehicle.notices:
+            self.log("warn", self.intake.vehicle.notices.popleft())
+
     def command(self, data: bytes, arrival: int, kind: str = "command") -> str:
         """One command as CDR bytes; arrival: CLOCK_MONOTONIC, ns; kind: of COMMANDED. Returns "" or the cause of
         its refusal."""
@@ -255,6 +282,9 @@ class Session:
 
     def _start(self) -> None:
         """Static start where the ship will be when it is solved, and the loop with it."""
+        if self.early is not None:
+            early, self.early = self.early, None
+            self.take_vehicle(early)
         sample, stamp = self._newest_sample().copy(), self._newest_stamp()
         begin, target = self._when(stamp)
         kept = self._cause not in STATIC
@@ -278,6 +308,8 @@ class Session:
         self.pace.begin(begin + self.period + target, self.built_loop.count)
         self.running_since, self.first_tick = time.monotonic(), self.built_loop.count
         self.state, self.problem = "running", ""
+        if self.driven and not int(self.built_sim.inputs.vehicle_head[0]):
+            self.log("warn", NO_POSE)
         turned = turned_current(self.scene, float(sample[5]))
         if turned:
             self.log("warn", turned)

@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from ..io.messages.messages import KINDS, Event, stamp_of
+from ..io.messages.messages import KINDS, SHIPS, VEHICLES, Event, stamp_of
 from ..io.motion.arrival_order import Took
 from ..io.motion.checkpoint import check, set_back, taken
 from ..io.motion.time_sequencer import CONFIRM, FAR
@@ -38,7 +38,7 @@ class SteppedSession(Session):
         super().__init__(settings, log)
         self.wall = 0  # arrivals are stamps
         self.period = round(self.scene.solver.tick * SECOND)
-        self.steps = Lockstep(self.node.lockstep, self.period, self.delay)
+        self.steps = Lockstep(self.node.lockstep, self.period, self.delay, self.kinds)
         self.publish_clock: Callable[[int], None] = lambda clock: None
         self.publish_ticks: Callable[[], None] = lambda: None
         self.rate = math.nan  # simulated over wall time, achieved
@@ -132,6 +132,14 @@ class SteppedSession(Session):
         if cause:
             self.refused[cause] += count
 
+    def vehicle(self, event: Event) -> None:
+        """One message of a kind of VEHICLES; its stamp is its arrival."""
+        stamp, _, kind, data = event
+        self.vehicle_received(event)
+        cause, count = ("size", 1) if stamp is None else self.steps.motion(kind, stamp, data)
+        if cause and self.intake.vehicle is not None:
+            self.intake.vehicle.counts[cause] += count
+
     def _first(self, stamp: int) -> None:
         """The first motion decides what the clock says."""
         off = stamp - self.steps.clock
@@ -142,7 +150,13 @@ class SteppedSession(Session):
             self.steps.go_to(stamp)
 
     def _hand_on(self) -> None:
-        for message in self.steps.gate.take(self.steps.clock):
+        messages = self.steps.gate.take(self.steps.clock)
+        if self.state == "waiting":  # the pose of a vehicle before the motion that the tow starts with
+            messages.sort(key=lambda message: message.kind in SHIPS)
+        for message in messages:
+            if message.kind in VEHICLES:
+                self.take_vehicle(Event(stamp_of(message.data), message.stamp, message.kind, message.data))
+                continue
             # the stamp of one that waited is the clock where its own is 0
             took = self.intake.motion(Event(stamp_of(message.data), message.stamp, message.kind, message.data))
             while self.intake.ingest.notices:

@@ -17,7 +17,8 @@ from .runner import Runner
 from .stepping import Progress, Stepped, Stepper, silent
 
 CHUNK_TICKS = 256  # of one compiled call, at most; each begins with cold caches
-RING_FRACTION = 400, 100, 50  # samples, commands and rows of flaps a chunk may bring: less than half of each ring
+# samples, commands, samples of a vehicle and rows of flaps a chunk may bring: less than half of each ring
+RING_FRACTION = 400, 100, 400, 50
 MORE_TICKS = 2_000  # that a journal may say beyond those in the bag: a slow disk drops what was published
 MAX_UNSEEN = 360_000  # ticks of a bag that has none to compare with: an hour of 10 ms
 NO_END = 2**62
@@ -118,8 +119,8 @@ class JournalReplay(Runner):
                 f"the state of the tow at {start.time * 1e-9:.3f} s ({start.cause}) is {why}: begun there from the "
                 f"static equilibrium"
             )
-        self._start_at(start)
-        segment.load(self.sim.inputs)
+        segment.load(self.sim.inputs)  # a start takes the pose of a vehicle from there
+        self._start_at(start, keep_inputs=True)
 
     def _segment(self, segment: Segment, stepper: Stepper) -> None:
         heads, inputs, done = segment.heads(), self.sim.inputs, 0

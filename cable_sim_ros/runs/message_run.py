@@ -320,7 +320,7 @@ def _mean_yaw(tow: RecordedTow, yaw: float, ingest: MotionIngest) -> float:
     convention, mounting = ingest.settings.convention, mounting_of(ingest.heave.imu_rotation_deg)
     until, total = tow.start + round(HEADING_OVER * SECOND), [0.0, 0.0]
     for event in tow.events:
-        if event.is_command or event.kind in tow.unfit or not tow.start <= event.time <= until:
+        if not event.is_motion or event.kind in tow.unfit or not tow.start <= event.time <= until:
             continue
         try:
             if event.kind == "imu":

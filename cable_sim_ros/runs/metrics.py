@@ -57,6 +57,7 @@ METRICS = (
         "controller given to `run` in Python: `period_s`, `calls`, `commands`, `limited` (counts); absent without one",
     ),
     ("motion_refused", "1", "motion messages refused or bridged, by cause"),
+    ("vehicle_refused", "1", "poses of a vehicle refused, by cause; absent without one"),
     ("commands_refused", "1", "winch commands refused, by cause"),
     ("commands_limited", "1", "winch commands that asked for more than the winch can do, by what was limited"),
     ("clock_jumps", "1", "jumps of the clock of the motion, over which the tow was carried"),

@@ -26,7 +26,7 @@ def look(tow: RecordedTow, scene: Scene, motion: MotionInput, heave: Heave) -> N
     """Raise MotionError where every source of motion stands convicted after the first LOOK seconds; note which do."""
     intake, received = Intake(make_inputs(), scene, motion, heave), dict[str, int]()
     for event in tow.events[:MAX]:
-        if event.is_command:
+        if not event.is_motion:
             continue
         after = (event.time - tow.start) * 1e-9
         if intake.motion(event) is Took.JUMPED:

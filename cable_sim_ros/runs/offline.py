@@ -20,6 +20,7 @@ from ..io.scenes.winch_plan import WinchPlan
 from ..io.sources.imported_bag import at_speed, provenance
 from ..io.sources.motion_table import MotionError
 from ..io.sources.recorded_tow import RecordedTow, SameTicks, paired, read_tow, recorded_frames, residuals
+from ..io.sources.vehicle_motion import Pose
 from ..limits import LONGEST_RUN
 from ..physics.tick_output import Flag
 from ..sim.drive_mode import WORDS
@@ -125,6 +126,7 @@ def run(
     heave: tuple[float, float] | None = None,
     rao: str | os.PathLike | None = None,
     ship: ShipPlan | str | os.PathLike | None = None,
+    vehicle: Pose | str | os.PathLike | None = None,
     duration: float | None = None,
     algorithm: str | None = None,
     imu_only: bool = False,
@@ -148,7 +150,10 @@ def run(
 
     heave: amplitude [m] and period [s], in place of ``motion`` (None: mean track); rao: CSV of response amplitude
     operators, or ``simple``, in place of ``motion``: the ship moves in the waves of the scene; ship: a plan of turns
-    and speeds, its text or file, in place of ``motion``; duration: s, default all the motion there is, or a short
+    and speeds, its text or file, in place of ``motion``; vehicle: motion of the vehicle at the far end
+    (``towbody.model: vehicle``): a CSV table, a bag, a simple motion such as ``circle 5 60`` (m, s), or a callable that
+    takes the seconds of the run and returns x, y, z [m, odom], roll, pitch, yaw [rad], None: what the bag has of it, or
+    where the scene has it, going along; duration: s, default all the motion there is, or a short
     settling without any, or a minute after the last item of a winch plan, two cable lengths after a plan of the ship;
     algorithm: set-point in place of the scene's; imu_only: leave odometry out; winch: a plan, its text or file, in
     place of the winch commands of the bag; changes: (seconds, key, value) in order of time, each gives a live key of
@@ -189,7 +194,7 @@ def run(
         )
     plan, scenario = None if winch is None else WinchPlan.of(winch), scenario_of(faults)
     live, way = in_order(changes_of(changes or ()), scenario), None if ship is None else ShipPlan.of(ship)
-    report = report_of(motion, heave, imu_only, plan, rao, way)
+    report = report_of(motion, heave, imu_only, plan, rao, way, vehicle)
     report = report._replace(settings=of_intake(settings), topics=dict(topics))
     before = 0.0  # s simulated under the same motion
     own_plan = winch is not None
@@ -209,8 +214,9 @@ def run(
     if duration is None and motion is None:
         last = max([one.time for one in live] + ([plan.last - before] if plan is not None else []), default=-AFTER_PLAN)
         duration = max(seconds_of(heave, rao, scene, way) - (0.0 if way is None else before), last + AFTER_PLAN) or None
-    lasts = duration if duration is None or (heave, rao, way) == (None, None, None) else before + duration
-    tow = motion_of(scene, motion, heave, lasts, imu_only, settings, topics, rao, way)
+    endless = (heave, rao, way, vehicle) != (None, None, None, None)
+    lasts = before + duration if duration is not None and endless else duration
+    tow = motion_of(scene, motion, heave, lasts, imu_only, settings, topics, rao, way, vehicle)
     if tow is not None and (plan is not None or control is not None):
         tow.events = [event for event in tow.events if not event.is_command]
     one = MessageRun(scene, tow, progress=progress, winch=plan, control=control, changes=live)
@@ -243,7 +249,7 @@ def run(
             refinement_check.compare(
                 result,
                 scene,
-                lambda: motion_of(scene, motion, heave, lasts, imu_only, settings, topics, rao, way),
+                lambda: motion_of(scene, motion, heave, lasts, imu_only, settings, topics, rao, way, vehicle),
                 duration,
                 plan,
                 progress,
@@ -452,6 +458,7 @@ def _intake_metrics(one: MessageRun) -> dict[str, Any]:
         "motion_refused": intake.refusals(),
         "commands_refused": dict(intake.commands.refused),
         "commands_limited": dict(intake.commands.clamped),
+        **({} if intake.vehicle is None else {"vehicle_refused": intake.vehicle.refusals_by_cause()}),
         "clock_jumps": intake.clock.jumps,
         "notices": [*one.tow.notices, *intake.ingest.notices],
         **({"motion_rounded": one.tow.rounded} if one.tow.rounded else {}),

@@ -46,6 +46,7 @@ class Report(NamedTuple):
     topics: dict[str, str] = {}
     rao: str | None = None  # a table as given, or the simple hull
     ship: str | None = None  # the plan of the ship
+    vehicle: str | None = None  # motion of the vehicle as given
 
 
 class Note(BaseModel):
@@ -70,10 +71,12 @@ def report_of(
     winch: WinchPlan | None,
     rao: str | os.PathLike | None = None,
     ship: ShipPlan | None = None,
+    vehicle: Any = None,
 ) -> Report:
     """As noted in a file: a path is kept absolute, a shipped bag by its name."""
     plan = None if winch is None else str(winch)
-    return Report(_kept(motion), heave, imu_only, plan, rao=_kept(rao), ship=None if ship is None else str(ship))
+    way, moves = None if ship is None else str(ship), "a callable" if callable(vehicle) else _kept(vehicle)
+    return Report(_kept(motion), heave, imu_only, plan, rao=_kept(rao), ship=way, vehicle=moves)
 
 
 def _kept(path: str | os.PathLike | None) -> str | None:

@@ -29,11 +29,11 @@ class Runner(ABC):
         self.live: dict[str, Any] = {}  # live parameters that are not as in the scene
         self._starting = 0.0  # s of wall time
 
-    def _start_at(self, start: Start) -> None:
-        """The static start. Raises StartError."""
+    def _start_at(self, start: Start, keep_inputs: bool = False) -> None:
+        """The static start, see `Simulator.start`. Raises StartError."""
         self.progress("static start", 0.0, 0.0)
         begun = time.perf_counter()
-        self.sim.start(start.time, start.position, start.heading)
+        self.sim.start(start.time, start.position, start.heading, keep_inputs)
         self._starting += time.perf_counter() - begun
 
     def _run(self, bag: Path | None, markers: float) -> Stepped:

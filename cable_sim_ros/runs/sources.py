@@ -20,6 +20,7 @@ from ..io.sources.imported_bag import at_speed, take_provenance
 from ..io.sources.motion_table import MotionError, planned, read_table, sine_heave
 from ..io.sources.recorded_tow import RecordedTow, read_tow
 from ..io.sources.sea_motion import sea_motion
+from ..io.sources.vehicle_motion import Pose, at_rest, with_vehicle
 from ..physics.inputs import EPOCH, MOTION_ROWS, SOURCE, make_inputs
 from ..physics.integrate import TOLERANCE
 from ..physics.tick_output import Source
@@ -46,8 +47,27 @@ def motion_of(
     topics: Mapping[str, str] = NOTHING,
     rao: str | os.PathLike | None = None,
     ship: ShipPlan | None = None,
+    vehicle: Pose | str | os.PathLike | None = None,
 ) -> RecordedTow | None:
-    """Messages of the ship's motion, whatever they come from."""
+    """Messages of the ship's motion, whatever they come from, and of the vehicle's."""
+    tow = _ship_motion(scene, motion, heave, duration, imu_only, settings, topics, rao, ship)
+    if vehicle is None:
+        return tow
+    return with_vehicle(at_rest(scene, duration or HEAVE_SECONDS) if tow is None else tow, vehicle, scene)
+
+
+def _ship_motion(
+    scene: Scene,
+    motion: str | os.PathLike | None,
+    heave: tuple[float, float] | None,
+    duration: float | None,
+    imu_only: bool,
+    settings: Settings,
+    topics: Mapping[str, str],
+    rao: str | os.PathLike | None,
+    ship: ShipPlan | None,
+) -> RecordedTow | None:
+    """The first of them."""
     table = motion if motion is not None and Path(motion).suffix.lower() == ".csv" else None
     if heave is not None and motion is not None:
         raise MotionError(f"heave and the motion '{motion}' were both given: nothing was simulated; give one of them")
@@ -185,7 +205,7 @@ def motion_of_bag(
     samples: list[ShipMotion] = []
     epoch = None
     for event in tow.events:
-        if event.is_command:
+        if not event.is_motion:
             continue
         before = int(inputs.motion_head[0])
         if intake.motion(event) is Took.JUMPED:

@@ -43,6 +43,7 @@ from ..physics.substeps import LEAVE_STEP, MAX_TURN
 from ..physics.swivel import SWIVEL, swivel_record
 from ..physics.tick_output import CONTACT_COLUMNS, MAX_CONTACT_POINTS, STRUMMING, TICK_OUTPUT, TURNED, WIDTH
 from ..physics.towbody import BODY, BodyModel, Towbody, body_record
+from ..physics.vehicle import VEHICLE
 from ..physics.wake_oscillator import WAKE_SECTION
 from ..physics.water import Water
 from ..physics.winch import DRUM
@@ -51,6 +52,7 @@ from .layout import Layout
 from .mesh.mesh_kinds import FeedMesh
 from .scene import Scene
 from .statics.route import DRUM_RESERVE, ROUND_OFF
+from .statics.vehicle_shape import max_tension, mean_compliance
 from .tables.drum_layers import layered
 from .tables.material import arc_lengths, extreme, material_rows, section_ends, termination_weight
 from .tables.rigid_tables import added_of, rigid_tables
@@ -111,6 +113,8 @@ def element_table(cable: Cable, water: Water, gravity: float, free_ends: tuple[b
 
 def light_end(scene: Scene, mesh: FeedMesh | None) -> bool:
     """Does the towbody pull less than the last element weighs, at the longest that it may become?"""
+    if scene.towbody.model is BodyModel.VEHICLE:  # its end is held
+        return False
     last = list(scene.cable.sections.values())[-1]
     fractions = (
         None if mesh is None else np.append(0.0, mesh.section_fractions[-1])
@@ -147,7 +151,9 @@ def with_attitudes(
 
 def _body_row(scene: Scene, body: Towbody) -> np.ndarray:
     row = body_record(body, scene.gravity, scene.water.density)
-    if scene.seabed.depth is not None and body.net_weight > 0.0:
+    if body.model is BodyModel.VEHICLE:  # no load of its own, and alike in every direction
+        row["mass"], row["slam"] = 0.0, 0.0
+    elif scene.seabed.depth is not None and body.net_weight > 0.0:
         row["floor_stiffness"] = abs(body.net_weight) / scene.seabed.penetration**1.5
     return row
 
@@ -217,6 +223,23 @@ def swivel_of(layout: Layout) -> np.ndarray:
         return np.zeros((), SWIVEL)
     ends, _ = route.nodes(route.on_drum + np.array([0.0, route.span]), 0.0)
     return swivel_record(ends, np.array(wheel.position), route.sheave, wheel.swivel_friction, wheel.swivel_time)
+
+
+def vehicle_record(scene: Scene) -> np.ndarray:
+    """Vehicle as numbers; all zero where there is none."""
+    row, v, ship = np.zeros((), VEHICLE), scene.vehicle, scene.ship
+    row["on"] = scene.towbody.model is BodyModel.VEHICLE
+    if not row["on"]:
+        return row
+    row["attachment"] = v.attachment
+    row["max_tension"] = max_tension(scene)
+    row["max_strain"] = row["max_tension"] * mean_compliance(scene)
+    row["bottom"] = -np.inf if scene.seabed.depth is None else -scene.seabed.depth
+    own = {key: getattr(v, key) for key in ("stale_after", "stale_decay", "start_blend", "source_blend")}
+    times = {key: getattr(ship, key) if value is None else value for key, value in own.items()}
+    times["stale_after"] = v.max_gap if v.stale_after is None else v.stale_after
+    row["times"] = (*(times[key] for key in own), v.max_speed)
+    return row
 
 
 def drive_record(scene: Scene) -> np.ndarray:
@@ -350,6 +373,8 @@ def build_model(layout: Layout, mesh: FeedMesh | None = None) -> Model:
     nodes = len(layout.arc) if mesh is None else mesh.nodes
     held = np.zeros((nodes, 6))
     held[0, :3] = 1.0
+    if scene.towbody.model is BodyModel.VEHICLE:
+        held[-1, :3] = 1.0
     tension, ship = scene.contact.working_tension, scene.ship
     settings = np.zeros(1, TOW_SETTINGS)
     settings["sheave"] = SHEAVE_ROW
@@ -361,9 +386,9 @@ def build_model(layout: Layout, mesh: FeedMesh | None = None) -> Model:
     settings["max_ringing"] = MAX_RINGING * tension
     settings["bending_length"] = sqrt(extreme(scene.cable, "bending_stiffness", max)[1] / tension)
     settings["instrumented"] = scene.instruments.feed is Feedback.INSTRUMENTS
-    settings["ship"] = (ship.stale_after, ship.stale_decay, ship.start_blend, ship.source_blend)
+    settings["ship"] = (ship.stale_after, ship.stale_decay, ship.start_blend, ship.source_blend, 0.0)
     settings["drum"] = drum_record(layout, mesh)
-    settings["swivel"] = swivel_of(layout)
+    settings["swivel"], settings["vehicle"] = swivel_of(layout), vehicle_record(scene)
     if mesh is None:
         elements = element_table(scene.cable, scene.water, scene.gravity, (False, light_end(scene, None)))
     else:  # filled for the pay-out, see mesh_motion.py

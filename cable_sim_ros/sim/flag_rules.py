@@ -282,6 +282,37 @@ RULES = (
         "flaps were commanded beyond their flap_range, and stood at its end",
         "a controller that is far from what it keeps is at the end of its range, as it is meant",
     ),
+    Rule(
+        "VEHICLE_STALE",
+        DOUBTFUL,
+        2.0,
+        0.01,
+        (*PEAKS, *BODY),
+        "no pose of the vehicle came: it went on at its mean speed, at its depth and attitude",
+        "as MOTION_STALE",
+        alarm=True,
+    ),
+    Rule(
+        "VEHICLE_BLENDING",
+        DOUBTFUL,
+        20.0,
+        0.1,
+        (*PEAKS, *BODY),
+        "poses of the vehicle that jumped were taken up again and again: a mixture, not its motion. See whether its "
+        "samples jump, or come later than input_delay",
+        "as MOTION_BLENDING",
+    ),
+    Rule(
+        "VEHICLE_LIMITED",
+        DOUBTFUL,
+        0.0,
+        0.0,
+        (*TENSION, *BODY),
+        "the vehicle was beyond the cable's reach or in the seabed, where the cable's end stayed behind, or pulled "
+        "harder than vehicle.max_tension: no vehicle does what was asked of it",
+        "one pull of this kind makes the largest tension of a run of any length",
+        alarm=True,
+    ),
 )
 # causes that are no flags: name, state, figures, what is looked at
 CHECKS = (

@@ -15,7 +15,17 @@ from typing import Any
 import numpy as np
 
 from ..errors import CableSimError
-from ..physics.inputs import EPOCH, MAX_WINGS, MOTION_ROWS, SOURCE, Inputs, push_command, push_flaps, push_motion
+from ..physics.inputs import (
+    EPOCH,
+    MAX_WINGS,
+    MOTION_ROWS,
+    SOURCE,
+    Inputs,
+    of_vehicle,
+    push_command,
+    push_flaps,
+    push_motion,
+)
 from ..physics.tick_output import Source
 from .tables.attitude import angle_rates, angles_of
 
@@ -29,6 +39,7 @@ MAX_COMMAND = 1e5  # m, m/s: a number beyond this is no command
 MAX_FLAP = pi  # rad: an angle beyond this is none, or in degrees
 SPARE = 16  # rows of a ring that stay free of samples ahead: the tick needs those around the present
 YAW = 5  # column of a motion sample
+JUMP_FREE = 0.1  # m, between two samples of a vehicle: noise of its position is no jump
 
 
 class InputError(CableSimError, ValueError):
@@ -69,8 +80,9 @@ class ShipMotion:
         _set(self, rate=_vector(self, "rate", "rad/s", (MAX_RATE,) * 3))
         if (self.attitude is None) == (self.quaternion is None):
             raise InputError(
-                f"ShipMotion.attitude = {self.attitude!r} and quaternion = {self.quaternion!r}: exactly one of them is "
-                f"needed; nothing was pushed. Give attitude=(roll, pitch, yaw) in rad, or quaternion=(x, y, z, w)"
+                f"{type(self).__name__}.attitude = {self.attitude!r} and quaternion = {self.quaternion!r}: exactly one "
+                f"of them is needed; nothing was pushed. Give attitude=(roll, pitch, yaw) in rad, or quaternion=(x, y, "
+                f"z, w)"
             )
         if self.attitude is not None:
             _set(self, attitude=_vector(self, "attitude", "rad", (MAX_TURNS, MAX_PITCH, MAX_TURNS)))
@@ -78,8 +90,8 @@ class ShipMotion:
             _set(self, quaternion=_unit(self))
         if self.source not in (Source.ODOMETRY, Source.IMU):
             raise InputError(
-                f"ShipMotion.source = {self.source!r} is neither Source.ODOMETRY nor Source.IMU: nothing was pushed. "
-                f"Give one of them, of cable_sim_ros.physics.tick_output, or leave it out"
+                f"{type(self).__name__}.source = {self.source!r} is neither Source.ODOMETRY nor Source.IMU: nothing "
+                f"was pushed. Give one of them, of cable_sim_ros.physics.tick_output, or leave it out"
             )
 
     @property
@@ -96,6 +108,16 @@ class ShipMotion:
         yaw += 2.0 * pi * round((near - yaw) / (2.0 * pi))
         rates = angle_rates(roll, pitch, self.rate)
         return [*self.position, roll, pitch, yaw, *self.velocity, *rates, epoch, float(self.source)]
+
+
+@dataclass(frozen=True, kw_only=True)
+class VehicleMotion(ShipMotion):
+    """One sample of the motion of the vehicle at the cable's far end (``towbody.model: vehicle``), as ShipMotion.
+
+    position, attitude and velocity are those of its reference point and axes (x forward, y to port, z up) in odom, the
+    same frame as the ship's; rate in its own axes. A sample that the one before does not lead to within
+    ``vehicle.max_speed`` is a jump, taken up at that speed. ``source`` has no meaning here.
+    """
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -167,14 +189,17 @@ def push(
     now_ns: int,
     max_gap: float,
     flaps: Mapping[str, int] = MappingProxyType({}),
+    max_speed: float = MAX_SPEED,
 ) -> None:
-    """Write one sample or command into its ring. now_ns: time of the last tick; max_gap: `ship.max_gap`, s; flaps:
-    columns by name.
+    """Write one sample or command into its ring. now_ns: time of the last tick; max_gap: `ship.max_gap`, s, or that of
+    the vehicle, and its max_speed, m/s; flaps: columns by name.
 
     Raises InputError for a stamp that does not advance or a full ring, TypeError for anything else.
     """
-    if isinstance(item, ShipMotion):
-        _push_motion(inputs, item, now_ns, max_gap)
+    if isinstance(item, VehicleMotion):
+        _push_motion(of_vehicle(inputs), item, now_ns, max_gap, max_speed)
+    elif isinstance(item, ShipMotion):
+        _push_motion(inputs, item, now_ns, max_gap, MAX_POSITION)
     elif isinstance(item, WinchCommand):
         stamp = _command_stamp(item, inputs.command_time, int(inputs.command_head[0]), now_ns)
         values = (nan if value is None else value for value in (item.payout, item.rate))
@@ -183,19 +208,29 @@ def push(
         row = item.row(flaps)
         push_flaps(inputs, _command_stamp(item, inputs.flap_time, int(inputs.flap_head[0]), now_ns), row)
     else:
-        raise TypeError(f"{item!r:.60} is a {type(item).__name__}: push a ShipMotion, WinchCommand or FlapCommand")
+        raise TypeError(
+            f"{item!r:.60} is a {type(item).__name__}: push a ShipMotion, VehicleMotion, WinchCommand or FlapCommand"
+        )
 
 
-def _push_motion(inputs: Inputs, item: ShipMotion, now_ns: int, max_gap: float) -> None:
+def _push_motion(inputs: Inputs, item: ShipMotion, now_ns: int, max_gap: float, max_speed: float) -> None:
+    owner, speed = type(item).__name__, sqrt(sum(v * v for v in item.velocity))
+    if speed > max_speed:
+        raise InputError(
+            f"{owner}.velocity = {item.velocity!r} m/s is {speed:.4g} m/s, above vehicle.max_speed = {max_speed:g} "
+            f"m/s: nothing was pushed. Check its unit and axes, or give a larger vehicle.max_speed"
+        )
     head = int(inputs.motion_head[0])
     epoch, near = 1.0, 0.0
     if head:
         last = (head - 1) % MOTION_ROWS
         before = int(inputs.motion_time[last])
-        _advances("ShipMotion", item.time_ns, before)
-        _room("ShipMotion", "samples", inputs.motion_time, head, MOTION_ROWS, now_ns)
+        _advances(owner, item.time_ns, before)
+        _room(owner, "samples", inputs.motion_time, head, MOTION_ROWS, now_ns)
         row = inputs.motion[last]
-        jump = item.jump or item.source != int(row[SOURCE]) or (item.time_ns - before) * 1e-9 > max_gap
+        dt = (item.time_ns - before) * 1e-9
+        far = sqrt(sum((a - b) ** 2 for a, b in zip(item.position, row[:3].tolist())))
+        jump = item.jump or item.source != int(row[SOURCE]) or dt > max_gap or far > max_speed * dt + JUMP_FREE
         epoch, near = float(row[EPOCH]) + jump, float(row[YAW])
     push_motion(inputs, item.time_ns, item.row(epoch, near))
 
@@ -287,14 +322,14 @@ def _unit(item: ShipMotion) -> tuple[float, ...]:
     norm = sqrt(sum(part * part for part in parts))
     if abs(norm - 1.0) > NORM_WITHIN:
         raise InputError(
-            f"ShipMotion.quaternion = {item.quaternion!r} has the norm {norm:.4g}, allowed 1 +- {NORM_WITHIN:g}: "
-            f"nothing was pushed. Give x, y, z, w of a rotation, w last"
+            f"{type(item).__name__}.quaternion = {item.quaternion!r} has the norm {norm:.4g}, allowed 1 +- "
+            f"{NORM_WITHIN:g}: nothing was pushed. Give x, y, z, w of a rotation, w last"
         )
     parts = tuple(part / norm for part in parts)
     pitch = angles_of(*parts)[1]
     if abs(pitch) > MAX_PITCH:
         raise InputError(
-            f"ShipMotion.quaternion = {item.quaternion!r} is a pitch of {pitch:.4g} rad, outside "
+            f"{type(item).__name__}.quaternion = {item.quaternion!r} is a pitch of {pitch:.4g} rad, outside "
             f"[{-MAX_PITCH:.4g}, {MAX_PITCH:.4g}] rad: nothing was pushed. Check the order of its components (w last)"
         )
     return parts

@@ -13,12 +13,14 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..physics.towbody import BodyModel
 from ..physics.winch import DrumModel
 from .mesh.mesh_kinds import FeedMesh, MeshPlan, places_outboard
 from .mesh.mesh_maker import Maker
 from .scene import Scene
 from .statics.route import Route, first_angle
 from .statics.static_shape import TowShape, tow_shape
+from .statics.vehicle_shape import vehicle_shape
 from .tables.current import flow_of
 from .tables.material import arc_lengths
 
@@ -135,7 +137,8 @@ class Layout:
         return self._shape(self.route.scope if scope is None else scope, heading)
 
     def _static_shape(self, scope: float, heading: float | None) -> TowShape:
-        shape = tow_shape(self.scene, self.route, scope, heading)
+        driven = self.scene.towbody.model is BodyModel.VEHICLE
+        shape = (vehicle_shape if driven else tow_shape)(self.scene, self.route, scope, heading)
         for part in shape:
             if isinstance(part, np.ndarray):
                 _locked(part)

@@ -38,13 +38,14 @@ SLEEP_CHUNK = 50_000_000  # ns, so that a stop is seen soon
 MIN_SLEEP = 200_000  # ns given to others by a tick that found its deadline already past
 MASS_DAMPING = 0.2  # 1/s, of the pseudo-transient only; it has no part in the equilibrium (trap T8)
 LONGEST_STEP = 1000.0  # s, of the pseudo-transient
+CREEPING = 1e6  # N left of a start that did not settle, from which there still is something to see
 HALT = NEWTON_FAILED | NOT_FINITE
 
 SETTLE, TICKS, LIVE = 0, 1, 2  # what to do
 TIME, DEADLINE, WAKE, DONE, FLAGS, LAG = range(6)  # columns of a stats row, ns
 STATS_COLUMNS = 6
-MOTION, COMMAND, FLAPS = 0, 1, 2  # columns of a heads row: samples, commands and rows of flaps that a tick saw
-HEADS = 3
+MOTION, COMMAND, VEHICLE, FLAPS = 0, 1, 2, 3  # columns of a heads row: what a tick saw of each ring
+HEADS = 4
 # control words: the first two are written by Python, the others by the loop; LIVE also reads the settings
 (
     STOP,
@@ -110,6 +111,7 @@ def look(inputs):
     inputs.motion_seen[0] = inputs.motion_head[0]
     inputs.command_seen[0] = inputs.command_head[0]
     inputs.flap_seen[0] = inputs.flap_head[0]
+    inputs.vehicle_seen[0] = inputs.vehicle_head[0]
 
 
 @driver
@@ -153,6 +155,7 @@ def live(model, state, inputs, output, control, stats, heads, buffer, one, count
         look(inputs)
         seen[MOTION], seen[COMMAND] = inputs.motion_seen[0], inputs.command_seen[0]
         seen[FLAPS] = inputs.flap_seen[0]
+        seen[VEHICLE] = inputs.vehicle_seen[0]
         flags = tick(model, state, inputs, output, slot)
         done = monotonic(buffer)
         if count == 0 and done - deadline > period:
@@ -184,7 +187,7 @@ def _drive(model, state, inputs, output, what, count, control, stats, heads):
     """
     if what == 0:
         steps, iterations, left = rest(model, state, MASS_DAMPING, count, LONGEST_STEP)
-        if steps >= 0:
+        if steps >= 0 or left < CREEPING:
             no_peaks(state.memory[NOW].health)
             observe(model, state, output, 0, 0, False)
             if model.sensors.rules.shape[0] > 0:
@@ -198,6 +201,7 @@ def _drive(model, state, inputs, output, what, count, control, stats, heads):
             if heads.shape[0] > 0:
                 inputs.motion_seen[0], inputs.command_seen[0] = heads[i, MOTION], heads[i, COMMAND]
                 inputs.flap_seen[0] = heads[i, FLAPS]
+                inputs.vehicle_seen[0] = heads[i, VEHICLE]
             if tick(model, state, inputs, output, i) & HALT:
                 return np.int64(i)
         return np.int64(count)

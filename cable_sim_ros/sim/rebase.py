@@ -67,13 +67,14 @@ def carried_over(saved: dict, time_ns: int, position: tuple[float, float]) -> di
     frame.origin += moved
     time.now += later
     time.start += later
-    time.blend = time_ns
     if events.pressed_since >= 0:
         events.pressed_since += later
-    ship.epoch = NO_EPOCH
-    ship.offset[:] = ship.motion.coord - ship.mean_coord
-    ship.offset_rate[:] = ship.motion.rate
-    ship.blend_length = 1.0  # any: the first tick takes the offset whole
+    for craft in (ship, memory.vehicle):
+        craft.blend_at = time_ns
+        craft.epoch = NO_EPOCH
+        craft.offset[:] = craft.motion.coord - craft.mean_coord
+        craft.offset_rate[:] = craft.motion.rate
+        craft.blend_length = 1.0  # any: the first tick takes the offset whole
     for fault in (memory.winch.fault, memory.winch.drive_fault):
         fault.since += later
     attitude = saved["attitude"].copy()

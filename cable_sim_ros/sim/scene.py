@@ -11,6 +11,7 @@ from ..physics.parameter import REQUIRED, Block, quantity
 from ..physics.sensor_models import Faults, Instruments
 from ..physics.ship import Ship
 from ..physics.towbody import LineBody, Towbody
+from ..physics.vehicle import Vehicle
 from ..physics.viv_amplification import Viv
 from ..physics.water import Water
 from ..physics.winch import Winch
@@ -39,6 +40,7 @@ class Scene(Block):
     seabed: Seabed = quantity(Seabed(), "", None, None, "seabed under the tow")
     contact: Contact = quantity(Contact(), "", None, None, "contact of the cable with drum and sheave")
     towbody: Towbody = quantity(REQUIRED, "", None, None, "towbody")
+    vehicle: Vehicle = quantity(Vehicle(), "", None, None, "vehicle at the far end, of towbody.model vehicle")
     bodies: dict[str, LineBody] = quantity({}, "", None, None, "bodies on the line between drum and towbody")
     rules: Rules = quantity(Rules(), "", None, None, "rules on watch, which change nothing of the tow")
     solver: Solver = quantity(Solver(), "", None, None, "time integration")

@@ -20,7 +20,7 @@ from ..physics.state import ARC, CARRIED, MEMORY, NOW, STEP
 from ..physics.tick_output import SHAPE_COLUMNS, TICK_OUTPUT, Flag, strum_table
 from .build import build_model, build_state, make_output
 from .compensation_setup import declare, take_rest, take_slope
-from .inputs import YAW, FlapCommand, InputError, ShipMotion, WinchCommand, push
+from .inputs import YAW, FlapCommand, InputError, ShipMotion, VehicleMotion, WinchCommand, push
 from .layout import layout_of
 from .loop import CONTROL_WORDS, HEADS, SETTLE, STATS_COLUMNS, TICKS, drive
 from .mesh.mesh_kinds import FeedMesh
@@ -28,8 +28,9 @@ from .rebase import start_problem
 from .saved import savefile
 from .saved.savefile import SaveError
 from .scene import Scene
-from .static_equilibrium import settle, tension_slope, turn_bodies
+from .static_equilibrium import out_of_reach, settle, tension_slope, turn_bodies
 from .statics.route import StartError
+from .statics.vehicle_shape import declare_vehicle
 from .tables.current import declare_water
 from .tables.rigid_tables import flaps_of
 from .tables.sensor_tables import declare_faults, keep_faults, pin_problem
@@ -108,6 +109,8 @@ class Simulator:
             first = self.inputs.motion[0]
             self._fits_start(float(first[YAW]), (float(first[0]), float(first[1])))
         drum = self.model.settings[0].drum
+        if problem := out_of_reach(self):
+            raise StartError(f"{scene.name}: {problem}; nothing was started", 0.0)
         shape = self.layout.shape(float(drum.payout_0 - drum.inboard), yaw)
         turn_bodies(self, shape, yaw)
         self.start_report = settle(self, shape, yaw)
@@ -127,7 +130,7 @@ class Simulator:
         """
         scene, state = self.scene, self.state
         now = self._clear()
-        now.time.now = now.time.start = now.time.blend = time_ns
+        now.time.now = now.time.start = now.ship.blend_at = time_ns
         speed = scene.ship.tow_speed
         now.frame.origin[:] = position
         now.frame.velocity[:] = (speed * cos(yaw), speed * sin(yaw))
@@ -135,6 +138,7 @@ class Simulator:
         now.ship.mean_coord[:] = (0.0, 0.0, scene.ship.reference_height, 0.0, 0.0, yaw)
         now.ship.motion.coord[:] = now.ship.mean_coord
         now.ship.epoch = NO_EPOCH
+        declare_vehicle(now, scene, yaw, self.inputs)
         declare(now.setpoint, scene, self._algorithm, yaw)
         drum = self.model.settings[0].drum
         lay_mesh(self.model.feed, drum, now.winch, state.nodes[NOW, ARC], self.model.line.elements)
@@ -183,9 +187,19 @@ class Simulator:
         """Contact points of the last tick [contact points, 9], columns CONTACT_COLUMNS."""
         return self.output.contact[0, : int(self.output.frame[0]["contact_stations"])]
 
-    def push(self, item: ShipMotion | WinchCommand | FlapCommand) -> None:
-        """Queue one sample of ship motion, one winch command or angles of flaps. Raises InputError, also where the
-        first sample is of another heading or place than the start: see `sim.rebase.start_problem`."""
+    def push(self, item: ShipMotion | VehicleMotion | WinchCommand | FlapCommand) -> None:
+        """Queue one sample of the motion of ship or vehicle, one winch command or angles of flaps. Raises InputError,
+        also where the first sample of the ship is of another heading or place than the start: see
+        `sim.rebase.start_problem`."""
+        if isinstance(item, VehicleMotion):
+            if not self.model.settings[0].vehicle.on:
+                raise InputError(
+                    f"{self.scene.name}: a VehicleMotion was given, and towbody.model = "
+                    f"{self.scene.towbody.model.value}: nothing was pushed. Give the scene towbody.model: vehicle"
+                )
+            vehicle = self.scene.vehicle
+            push(self.inputs, item, int(self.frame["time"]), vehicle.max_gap, max_speed=vehicle.max_speed)
+            return
         if self._begun and isinstance(item, ShipMotion) and not self.inputs.motion_head[0]:
             self._fits_start(item.angles[2], item.position[:2])
         push(self.inputs, item, int(self.frame["time"]), self.scene.ship.max_gap, self._flaps)
@@ -199,8 +213,8 @@ class Simulator:
     def run(self, count: int, *, heads: np.ndarray | None = None) -> np.recarray:
         """Advance ``count`` ticks in one compiled call; returns their tick outputs. Raises SolverError.
 
-        heads, int64 [count, 3]: motion samples, commands and rows of flaps, counted from the first, that each tick
-        sees of those written; default all.
+        heads, int64 [count, 4]: motion samples, commands, samples of the vehicle and rows of flaps, counted from the
+        first, that each tick sees of those written; default all.
         """
         if len(self._chunk.frame) < count:
             self._chunk = make_output(self.model, self.nodes, count)

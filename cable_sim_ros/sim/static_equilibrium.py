@@ -20,10 +20,12 @@ from ..physics.section import material_of
 from ..physics.state import FLOW, NOW, Model, State
 from ..physics.swivel import leads, rolled
 from ..physics.tick_output import Flag
+from ..physics.towbody import BodyModel
 from .layout import Layout
 from .scene import Scene
 from .statics.route import MAX_PUSH, MAX_STEPS, Route, StartError, first_angle, first_strain, laid_angle
 from .statics.static_shape import TowShape
+from .statics.vehicle_shape import attachment_of, reach_problem, vehicle_shape
 from .tables.current import flow_of
 from .tables.elementary import product
 from .tables.material import extreme, section_ends
@@ -33,6 +35,8 @@ IN_PLANE = 1e-3  # rad, from the plane of a block that swivels to the cable that
 MAX_FLEET = 0.1  # rad to one side of the sheave: more may be why the cable does not stay in its groove
 
 
+CREEPS = 3e-4  # of contact.working_tension: residual with which slack cable to a vehicle may begin
+SPREADS = 0.02, 0.1, 0.2  # of the length: how far the legs of a bight stand apart in a first guess, at least
 PAID_OUT = 3e-4  # of the scope, to either side, for the slope of the tension: more is a start of its own
 
 
@@ -155,6 +159,9 @@ def straight(sim: Tow, angle: float, strain: float, yaw: float) -> np.ndarray:
 
 def guesses(sim: Tow, shape: TowShape, yaw: float) -> Iterator[np.ndarray]:
     """Nodes [nodes, 6] about base_link to begin with, best first."""
+    if sim.scene.towbody.model is BodyModel.VEHICLE:
+        yield from to_vehicle(sim, yaw)
+        return
     if shape.closed:
         yield along_shape(sim, shape, yaw)
     angle = laid_angle(sim.scene, sim.layout.route, first_angle(sim.scene, shape.speed))
@@ -162,10 +169,34 @@ def guesses(sim: Tow, shape: TowShape, yaw: float) -> Iterator[np.ndarray]:
         yield straight(sim, angle, strain, yaw)
 
 
+def to_vehicle(sim: Tow, yaw: float) -> Iterator[np.ndarray]:
+    """The same of a cable whose far end is where its vehicle is: catenaries, what they miss it by spread along them."""
+    scene, route, arc = sim.scene, sim.layout.route, sim.state.arc - sim.state.arc[0]
+    end = attachment_of(scene, sim.state.now.vehicle.motion.coord.tolist())
+    drum = sim.model.settings[0].drum
+    for spread in SPREADS:
+        shape = vehicle_shape(scene, route, float(drum.payout_0 - drum.inboard), yaw, end, spread)
+        q = along_shape(sim, shape, yaw)
+        leaves = route.on_drum + route.span + route.on_sheave(shape.angle)
+        part = np.clip((arc - leaves) / max(arc[-1] - leaves, 1e-9), 0.0, 1.0)
+        q[:, :3] += part[:, None] * (end - (0.0, 0.0, scene.ship.reference_height) - q[-1, :3])
+        yield q
+
+
+def out_of_reach(sim: Tow) -> str:
+    """ "" or why the cable cannot begin where its vehicle is."""
+    if sim.scene.towbody.model is not BodyModel.VEHICLE:
+        return ""
+    now, drum = sim.state.now, sim.model.settings[0].drum
+    end = attachment_of(sim.scene, now.vehicle.motion.coord.tolist())
+    strain = float(sim.model.settings[0].vehicle.max_strain)
+    return reach_problem(sim.scene, end, float(now.ship.mean_coord[5]), float(drum.payout_0 - drum.inboard), strain)
+
+
 def settle(sim: Tow, shape: TowShape, yaw: float) -> dict[str, float]:
     """Bring a cleared Simulator to rest at its mean pose: steps, iterations and residual [N]. Raises StartError."""
     scene, health, block = sim.scene, sim.state.now.health, sim.state.now.swung
-    swivel = sim.model.settings[0].swivel
+    swivel, driven = sim.model.settings[0].swivel, scene.towbody.model is BodyModel.VEHICLE
     if swivel.on:
         block.angle = leads(swivel, outward(shape, yaw))[0]
     departure = signed_departure(sim, shape, yaw)
@@ -186,6 +217,8 @@ def settle(sim: Tow, shape: TowShape, yaw: float) -> dict[str, float]:
             if steps >= 0 or not left <= sim.tolerance:
                 break
             again -= 1  # its steps became too short to tell, and what they led to is balanced: begin from there
+        if driven and steps < 0 and left <= CREEPS * scene.contact.working_tension:
+            steps = abs(steps)  # slack cable without weight has no one place: it goes on from here
         resting = steps >= 0 and bool(np.isfinite(sim.state.q).all())
         if resting and (clear or not int(sim.frame.status) & Flag.DETACHED):
             check_push(sim)
@@ -217,6 +250,8 @@ def check_push(sim: Tow) -> None:
     """Refuse a rest in which the cable pushes. Raises StartError."""
     state = sim.state
     pushed, maximum = int(state.tension.argmin()), float(state.tension.max())
+    if sim.scene.towbody.model is BodyModel.VEHICLE:  # a slack bight is held by its bending stiffness, and may push
+        maximum = max(maximum, sim.scene.contact.working_tension)
     if state.tension[pushed] < -MAX_PUSH * maximum:
         raise StartError(
             f"{sim.scene.name}: at rest the cable would have to push with {-state.tension[pushed]:.4g} N at arc length "
@@ -276,6 +311,12 @@ def no_equilibrium(sim: Tow, departure: Departure, tried: int, iterations: int, 
         if aside
         else "check weight and drag of towbody and cable, or begin with a shorter cable or a coarser mesh"
     )
+    if scene.towbody.model is BodyModel.VEHICLE:
+        helps = (
+            "a drum and a sheave nearer to each other and to the water, for slack light cable does not stay on its "
+            "sheave; a cable no lighter than water, for one that floats to the surface finds no rest; or less "
+            "winch.scope"
+        )
     if len(sim.model.line.rigid.bodies):
         helps += (
             "; a body of model rigid may have no trim that it keeps: a lower centre_of_gravity, less wing, more fin, "

@@ -21,6 +21,7 @@ import numpy as np
 from ..errors import RunError
 from ..physics.parameter import Declared, declaration
 from ..physics.state import FLOW, NOW
+from ..physics.towbody import BodyModel
 from .layout import layout_of
 from .live_parameters import changed, value_of
 from .scene import Scene
@@ -135,6 +136,8 @@ class StaticGradients:
         self._tangent, self._why = self._base.tangent(), "the tangent of the tow is singular: a part of it is loose"
         if len(sim.model.line.rigid.bodies):
             self._tangent, self._why = None, "a body with an attitude turns with it, which this tangent leaves out"
+        if self.scene.towbody.model is BodyModel.VEHICLE:
+            self._tangent, self._why = None, "a vehicle holds the far end, which this tangent leaves free"
         try:
             if self._tangent is not None:
                 self.q, self._balance = rested(self._base, self._tangent, self.q)

@@ -8,13 +8,13 @@ import pytest
 from click.testing import CliRunner
 from heaving_ship import NAMES, numbers, pushed
 
-from cable_sim_ros import CableSimError, Simulator, WinchCommand
+from cable_sim_ros import CableSimError, Simulator, VehicleMotion, WinchCommand
 from cable_sim_ros.cli import commands
 from cable_sim_ros.io.scenes.load import dump_scene, load_scene, override
 from cable_sim_ros.tools.fmu import tow as module
 from cable_sim_ros.tools.fmu.slave import rows
 from cable_sim_ros.tools.fmu.tow import FmuError, Tow, matrix
-from cable_sim_ros.tools.fmu.variables import INPUTS, OUTPUTS, PARAMETERS, UNITS
+from cable_sim_ros.tools.fmu.variables import INPUTS, OUTPUTS, PARAMETERS, UNITS, VEHICLE_INPUTS, VEHICLE_OUTPUTS
 
 TICK, STEP = 0.02, 0.1
 SCENE = {"solver.tick": TICK}
@@ -295,3 +295,53 @@ def test_a_missing_extra_is_one_line(tmp_path, monkeypatch, fmi, module):
     done = CliRunner().invoke(commands.main, ["fmu", "side_scan", "--fmi", fmi, "--out", str(tmp_path / "a.fmu")])
     assert done.exit_code == 2 and f"--fmi {fmi} needs {module}, which cannot be imported" in done.stderr
     assert "pip install 'cable_sim_ros[fmu]'" in done.stderr and not list(tmp_path.iterdir())
+
+
+@pytest.fixture
+def tethered(tmp_path):
+    scene = override(load_scene("rov_tether"), SCENE)
+    (tmp_path / module.SCENE_FILE).write_text(dump_scene(scene))
+    about = {"name": "rov_tether", "version": module.__version__, "parameters": {}, "vehicle": True}
+    (tmp_path / module.ABOUT_FILE).write_text(json.dumps(about))
+    return tmp_path
+
+
+def test_a_vehicle_is_moved_by_the_master_and_feels_its_cable(tethered):
+    tow, sim = Tow(tethered), Simulator(override(load_scene("rov_tether"), SCENE))
+    assert {row.name for row in rows(tow.about)} == {
+        row.name for row in (*INPUTS, *OUTPUTS, *PARAMETERS, *VEHICLE_INPUTS, *VEHICLE_OUTPUTS)
+    }
+    tow.values["ship.from_scene"] = True
+    place = [tow.values[f"vehicle.position.{axis}"] for axis in "xyz"]
+    assert place == [-50.0, 0.0, -32.0]
+
+    def there(t):
+        w = 2.0 * np.pi / 10.0
+        y, v = 0.5 * (1.0 - np.cos(w * t)), 0.5 * w * np.sin(w * t)
+        return {"vehicle.position.y": y, "vehicle.velocity.y": v}
+
+    def sample(t):
+        values = there(t)
+        return VehicleMotion(
+            time_ns=round(t * 1e9),
+            position=(-50.0, values["vehicle.position.y"], -32.0),
+            velocity=(0.0, values["vehicle.velocity.y"], 0.0),
+            attitude=(0.0, 0.0, 0.0),
+            rate=(0.0, 0.0, 0.0),
+        )
+
+    tow.begin_at(0.0)
+    tow.start()
+    sim.push(sample(0.0))
+    sim.start()
+    for k in range(60):
+        t = (k + 1) * STEP
+        tow.values.update(there(t))
+        tow.step(k * STEP, STEP)
+        sim.push(sample(t))
+        frame = sim.run(5)[-1]
+        for name, values in (("force", frame.vehicle_force), ("moment", frame.vehicle_moment)):
+            assert [tow.output(f"vehicle.{name}.{axis}") for axis in "xyz"] == values.tolist()
+    assert abs(tow.output("vehicle.force.y")) > 0.1 and tow.output("vehicle.off") == 0.0
+    with pytest.raises(FmuError, match="is longer than vehicle.max_gap"):
+        tow.step(60 * STEP, 3.0)

@@ -20,7 +20,7 @@ from cable_sim_ros.io.scenes.resources import find_bag
 PACKAGE = Path(files.__file__).parent
 READS = {  # options that name a file or bag that is read; a new option is put here or into OTHERS
     *("bag", "board", "controller", "faults", "file", "from", "limits", "mapping", "mapping-b", "merge", "motion"),
-    *("page", "rao", "scene", "ship", "winch"),
+    *("page", "rao", "scene", "ship", "vehicle", "winch"),
 }
 OTHERS = {  # options of words, numbers and what is written
     *("align", "antenna", "astern", "band", "began", "bias", "body", "camera", "case", "cluster", "command"),
@@ -49,7 +49,9 @@ BESIDES = {  # what a command, or an option of it, wants beside its first argume
     "table": "--scope=1:2:2",
     "telegrams": "--out=x --format=tss1",
 }
-UNREACHED = {"film --scene", "layback --scene", "telegrams --scene", "view --scene", "play"}  # no run; no files
+UNREACHED = {  # no run; no files; no vehicle
+    *("film --scene", "layback --scene", "telegrams --scene", "view --scene", "play", "plan --vehicle", "run --vehicle")
+}
 
 
 def commands():

@@ -10,7 +10,7 @@ from true_ship import imu_messages, odometry_messages, sail, stamps
 from cable_sim_ros.io.motion.motion import MotionIngest
 from cable_sim_ros.physics.heave_filter import Heave
 from cable_sim_ros.physics.inputs import make_inputs
-from cable_sim_ros.physics.ship import NO_EPOCH, SHIP_TIMES, evaluate, follow
+from cable_sim_ros.physics.ship import NO_EPOCH, SHIP_TIMES, evaluate, follow, ship_ring
 from cable_sim_ros.physics.ship import Ship as Parameters
 from cable_sim_ros.physics.state import MEMORY, records
 from cable_sim_ros.sim.loop import look
@@ -32,15 +32,15 @@ class Ship:
         self.memory.ship.epoch = NO_EPOCH
         self.memory.frame.velocity[:] = TOWED * np.cos(HEADING), TOWED * np.sin(HEADING)
         time = self.memory.time
-        time.now = time.start = time.blend = T0
+        time.now = time.start = self.memory.ship.blend_at = T0
         self.rows = []
 
     def until(self, time_ns):
         time, motion = self.memory.time, self.memory.ship.motion
         while time.now + TICK <= time_ns - LATE:
             look(self.it.inputs)
-            follow(time.now, time.now + TICK, self.it.inputs, self.memory, self.times)
-            evaluate(time.now + TICK, self.it.inputs, self.memory, self.times.stale_decay)
+            follow(time.now, time.now + TICK, ship_ring(self.it.inputs), self.memory.ship, self.memory, self.times)
+            evaluate(time.now + TICK, ship_ring(self.it.inputs), self.memory.ship, self.memory, self.times.stale_decay)
             time.now += TICK
             self.rows.append([(time.now - T0) / S, *motion.coord, *motion.rate, *motion.accel])
 

@@ -44,10 +44,10 @@ def test_what_is_written_is_read_back_tick_by_tick():
     assert report.faults == [] and segment.ticks == 6 and not segment.halted
     assert segment.start == Start(1000, (1.0, 2.0), 0.5, "start")
     assert segment.parameters == {"winch.command_timeout": 0.7}
-    assert segment.heads().tolist() == [[3, 0, 0], [6, 0, 0], [9, 1, 0], [12, 1, 0], [15, 1, 0], [18, 1, 0]]
+    assert segment.heads().tolist() == [[3, 0, 0, 0], [6, 0, 0, 0], [9, 1, 0, 0], [12, 1, 0, 0], [15, 1, 0, 0], [18, 1, 0, 0]]
     again = make_inputs()
     segment.load(again)
-    segment.push(again, 18, 1, 0)
+    segment.push(again, 18, 1, 0, 0)
     assert again.motion_time[:18].tolist() == list(range(1000, 1018)) and again.motion[17, 0] == 17.0
     assert again.command_time[0] == 1007 and np.isnan(again.command[0, 0]) and again.command[0, 1] == -0.25
 
@@ -81,7 +81,7 @@ def test_samples_that_the_ring_has_lost_are_counted():
     journal.start(0, Start(0, (0.0, 0.0), None), {}, rings(inputs))
     for k in range(MOTION_ROWS + 100):
         push_motion(inputs, k, [0.0] * 14)
-    journal.tick(0, MOTION_ROWS + 100, 0, 0)
+    journal.tick(0, MOTION_ROWS + 100, 0, 0, 0)
     journal.lose(1, 7)
     first, second = read_journal(messages).faults
     assert first == "108 samples or ticks before tick 0 are not known"
@@ -93,10 +93,10 @@ def test_a_halt_and_a_reset_after_it(ended, halted):
     inputs, messages = make_inputs(), []
     journal = Journal(messages.append, inputs)
     journal.start(0, Start(0, (0.0, 0.0), 0.0), {}, rings(inputs))
-    journal.tick(3, 0, 0, 0)
+    journal.tick(3, 0, 0, 0, 0)
     journal.end(4, ended)
     journal.start(5, Start(9, (0.0, 0.0), 0.0, "reset"), {}, rings(inputs))
-    journal.tick(5, 0, 0, 0)
+    journal.tick(5, 0, 0, 0, 0)
     journal.end(7, "end")
     first, second = read_journal(messages).segments
     assert first.halted is halted and first.ticks == (4 if halted else 5) and second.ticks == 2
@@ -187,3 +187,12 @@ def test_a_state_as_numpy_packs_it_is_read(tmp_path):
     np.savez_compressed(tmp_path / "state.npz", **empty)
     state = state_of(base64.b64encode((tmp_path / "state.npz").read_bytes()).decode())
     assert state.rings.keys() == empty.keys()
+
+
+def test_a_recording_from_before_there_were_vehicles_has_empty_rings_of_them():
+    arrays = {f"inputs_{name}": array for name, array in make_inputs()._asdict().items() if "vehicle" not in name}
+    state = state_of(packed(arrays))
+    assert not state.rings["inputs_vehicle_head"][0] and state.rings["inputs_vehicle"].shape == (MOTION_ROWS, 14)
+    del arrays["inputs_motion"]
+    with pytest.raises(ValueError, match="'inputs_motion' is missing"):
+        state_of(packed(arrays))

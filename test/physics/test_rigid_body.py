@@ -427,7 +427,7 @@ def test_the_slam_of_a_cylinder_that_falls_flat_beside_those_measured():
 
 @pytest.mark.parametrize("pitch", [0.0, 0.2])
 def test_a_body_that_lands_on_its_ends_bears_what_a_spring_floor_gives_and_keeps_its_energy(pitch):
-    """Flat, at 1 m/s without weight: 2/5 k d^2.5 = m v^2/2, F = k d^1.5; on one end it turns, and energy is the same."""
+    """Flat, at 1 m/s without weight: 2/5 k d^2.5 = m v^2/2, F = k d^1.5; on one end it turns."""
     stiffness, speed, floor = 4e5, 1.0, -30.0  # N/m^1.5 of both ends
     carried = body((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), net_weight=0.0, added_mass=(1e-9, 1e-9, 1e-9))
     surfaces = [floor_row(floor, 0.0, 0.0, 0.0, 0.01)]

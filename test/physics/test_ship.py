@@ -18,6 +18,7 @@ from cable_sim_ros.physics.ship import (
     hull_point,
     quaternion,
     rotate,
+    ship_ring,
     unrotate,
 )
 from cable_sim_ros.physics.state import MEMORY, records
@@ -80,10 +81,11 @@ class Ship:
         look(self.inputs)
 
     def tick(self) -> np.ndarray:
-        now, ship = self.memory.time, self.memory.ship
+        now = self.memory.time
         end = now.now + 10_000_000
-        follow(now.now, end, self.inputs, self.memory, self.times)
-        evaluate(end, self.inputs, self.memory, self.times.stale_decay)
+        ring, ship = ship_ring(self.inputs), self.memory.ship
+        follow(now.now, end, ring, ship, self.memory, self.times)
+        evaluate(end, ring, ship, self.memory, self.times.stale_decay)
         now.now = end
         return np.concatenate((ship.motion.coord, ship.motion.rate))
 

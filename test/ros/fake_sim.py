@@ -175,7 +175,7 @@ class Simulator:
         if os.environ.get("FAKE_START_FAILS"):
             raise StartError("no static equilibrium: residual 123 N", 123.0)
         time = self.state.memory[0].time
-        time.now, time.start, time.ticks, time.blend = time_ns, time_ns, 0, time_ns
+        time.now, time.start, time.ticks = time_ns, time_ns, 0
         self.state.value[:] = 0.0
         self.state.value[2:4] = position
 

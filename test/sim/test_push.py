@@ -150,5 +150,5 @@ def test_a_ring_is_never_overrun(make, rows, what):
 
 
 def test_anything_else_is_no_input():
-    with pytest.raises(TypeError, match="'up' is a str: push a ShipMotion, WinchCommand or FlapCommand"):
+    with pytest.raises(TypeError, match="'up' is a str: push a ShipMotion, VehicleMotion, WinchCommand or FlapCommand"):
         push(make_inputs(), "up", 0, GAP)

@@ -18,6 +18,7 @@ class Context:
     namespace: str = "/tow_sim"
     bodies: tuple[float, ...] = ()  # unstretched arc length of each body on the line [m]
     flaps: tuple[tuple[str, int], ...] = ()  # name, and row of the wing of each flap
+    vehicle_link: str = "vehicle_link"
 
     def topic(self, channel: Channel) -> str:
         """Absolute topic of a channel."""

@@ -29,6 +29,7 @@ from ...physics.tick_output import (
     body_rows,
     strum_table,
 )
+from ...physics.towbody import BodyModel
 from ...sim.scene import Scene
 from ...sim.tables.rigid_tables import flaps_of
 from ...sim.tables.viv_tables import on as strumming_on
@@ -212,6 +213,13 @@ def flap_angles(f, shape, contact, context: Context):
     return JointState(header(f.time, ""), [name for name, _ in context.flaps], angles, EMPTY, EMPTY)
 
 
+def vehicle_wrench(f, shape, contact, context: Context):
+    """Force of the cable on the vehicle and its moment about the vehicle's reference point, axes of the vehicle."""
+    back = inverse(f.body_quaternion)
+    force, moment = rotate(back, f.vehicle_force), rotate(back, f.vehicle_moment)
+    return WrenchStamped(header(f.time, context.vehicle_link), Wrench(Vector3(*force), Vector3(*moment)))
+
+
 def sim_health(f, shape, contact, context: Context):
     """Every field of the tick output."""
     return JointState(header(f.time, ""), list(HEALTH), np.array(f.numbers[1:], float), EMPTY, EMPTY)
@@ -348,6 +356,10 @@ FLAPS = Channel(
     lambda m: {"flaps": dict(zip(m.name, m.position.tolist()))},
 )
 
+VEHICLE = Channel(
+    "vehicle_wrench", "vehicle/wrench", "geometry_msgs/msg/WrenchStamped", 0.0, "reliable", vehicle_wrench, None
+)
+
 
 TRANSFORMS = Channel(  # /tf of tools: relative, as on the global /tf the simulated ship would stand beside the real one
     "transforms", "tf", "tf2_msgs/msg/TFMessage", 20.0, "reliable", transforms, None, optional=True
@@ -358,6 +370,7 @@ SOMETIMES: tuple[tuple[Channel, Callable[[Scene], bool]], ...] = (
     (STRUM, strumming_on),
     (BODIES, lambda scene: bool(scene.bodies)),
     (FLAPS, lambda scene: bool(flaps_of(scene))),
+    (VEHICLE, lambda scene: scene.towbody.model is BodyModel.VEHICLE),
     *INSTRUMENTS,
 )  # and which scenes have it
 EVERY = (*CHANNELS, TRANSFORMS, *(channel for channel, _ in SOMETIMES))  # of any scene: docs/topics.md, SROS2 policy

@@ -14,6 +14,7 @@ import numpy as np
 
 from ...physics.section import CableModel
 from ...physics.tick_output import CONTACT_COLUMNS, SHAPE_COLUMNS, SLOPE_COLUMNS
+from ...physics.towbody import BodyModel
 from ...sim.scene import Scene
 from ..bags.bag_writer import BagError
 from .cdr import SECOND, header, refuse_not_finite, store_type
@@ -102,6 +103,9 @@ def cable_points(table: np.ndarray, parts: int) -> tuple[np.ndarray, np.ndarray]
     return np.concatenate((between.reshape(-1, 3), place[-1:])), np.append(pulled.reshape(-1), tension[-1])
 
 
+VEHICLE_SIZE = 1.5, 0.8  # m, length and diameter of one whose size the scene does not say
+
+
 def colours(tension: np.ndarray, maximum: float) -> np.ndarray:
     """RGBA [n, 4] of tensions [N], from none to ``maximum`` and beyond; slack in a colour of its own."""
     at = np.clip(tension / maximum, 0.0, 1.0) * (len(SCALE) - 1)
@@ -115,6 +119,8 @@ def colours(tension: np.ndarray, maximum: float) -> np.ndarray:
 def body_size(scene: Scene) -> tuple[float, float]:
     """Length and diameter [m] of the towbody as it is drawn."""
     body, volume = scene.towbody, 0.0
+    if body.model is BodyModel.VEHICLE:
+        return body.length or VEHICLE_SIZE[0], body.diameter or VEHICLE_SIZE[1]
     if scene.gravity > 0.0:
         volume = (body.mass - body.net_weight / scene.gravity) / scene.water.density
     volume = max(volume, 1e-3 * body.mass / scene.water.density)  # a body of heavy metal still shows

@@ -73,6 +73,9 @@ CAUSES = {
     "imu_gap": "",
     "gap": "",
     "source_change": "",
+    "no_vehicle": "the scene has no vehicle at the far end of its cable: dropped; give it towbody.model: vehicle",
+    "too_fast": "the vehicle is faster than vehicle.max_speed: dropped; check unit and axes of its twist, or give a "
+    "larger vehicle.max_speed",
     "position_jump": "",
     "heave_diverged": "",
 }
@@ -127,6 +130,7 @@ _HEADER = {order: Struct(order + "iII") for order in "<>"}  # sec, nanosec, leng
 _LENGTH = {order: Struct(order + "I") for order in "<>"}
 _IMU = {order: Struct(order + "37d") for order in "<>"}
 _ODOMETRY = {order: Struct(order + "85d") for order in "<>"}
+_POSE = {order: Struct(order + "7d") for order in "<>"}
 
 
 class Event(NamedTuple):
@@ -144,6 +148,11 @@ class Event(NamedTuple):
     def is_command(self) -> bool:
         """Is it for winch or flaps, and no motion?"""
         return self.kind in COMMANDED
+
+    @property
+    def is_motion(self) -> bool:
+        """Is it motion of the ship?"""
+        return self.kind in SHIPS
 
     @property
     def time(self) -> int:
@@ -266,6 +275,18 @@ def decode_odometry(data: bytes, convention: Convention = Convention.ENU) -> Odo
         position = position[1], position[0], -position[2]
         angles, rate, velocity = _world_angles(angles), _body(rate), _body(velocity)
     return Odometry(stamp, position, angles, velocity, rate, any(velocity) or any(rate), norm, frames)
+
+
+def decode_pose(data: bytes, convention: Convention = Convention.ENU) -> Odometry:
+    """Checked numbers of a geometry_msgs/PoseStamped, as odometry without twist; Refused if it cannot be used."""
+    stamp, d, frames = _open(data, 1, _POSE)
+    _check(d[:3], MAX_POSITION)
+    _check(d[3:], 2.0)
+    rotor, norm = _unit(*d[3:])
+    position, angles = d[:3], _angles(rotor)
+    if convention is Convention.NED:
+        position, angles = (position[1], position[0], -position[2]), _world_angles(angles)
+    return Odometry(stamp, position, angles, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), False, norm, frames)
 
 
 class _Sequences:
@@ -392,14 +413,20 @@ KINDS = {  # kind -> type, how its topic's name ends
     "command_position": (JOINT_COMMAND, "winch/joint_command/position"),
     "command_velocity": (JOINT_COMMAND, "winch/joint_command/velocity"),
     "flaps": ("sensor_msgs/msg/JointState", "towbody/flaps"),
+    # of the vehicle at the far end of the cable
+    "vehicle": ("nav_msgs/msg/Odometry", "vehicle/odom"),
+    "vehicle_pose": ("geometry_msgs/msg/PoseStamped", "vehicle/pose"),
 }
+SHIPS = ("imu", "odometry")  # kinds of the ship's motion
+VEHICLES = {"vehicle": decode_odometry, "vehicle_pose": decode_pose}  # kind -> decoder; the newest counts
 COMMANDS = {  # kind -> decoder; they are one input: the newest counts, on whichever topic it came
     "command": decode_command,
     "command_position": decode_joint_command,
     "command_velocity": decode_joint_command,
 }
 COMMANDED = (*COMMANDS, "flaps")  # kinds that are no motion
-OWN = ("towbody/odom", "winch/state")  # what this project publishes is no motion of a ship
+OWN = ("towbody/odom", "winch/state", "vehicle/odom")  # what this project publishes, or is of a vehicle, is no motion
+# of a ship
 
 
 def find_topics(topics: dict[str, str], asked: dict[str, str] | None = None) -> dict[str, str]:
@@ -419,9 +446,10 @@ def find_topics(topics: dict[str, str], asked: dict[str, str] | None = None) -> 
                 )
             found[kind] = name
             continue
-        fit = sorted(n for n, t in topics.items() if t == msgtype and not f"/{n}".endswith(tuple(f"/{o}" for o in OWN)))
+        others = tuple(f"/{own}" for own in OWN if own != suffix)
+        fit = sorted(n for n, t in topics.items() if t == msgtype and not f"/{n}".endswith(others))
         named = [n for n in fit if f"/{n}".endswith(f"/{suffix}")]
-        if kind not in COMMANDED and not named:
+        if kind in SHIPS and not named:
             named = fit
         if len(named) > 1:
             raise BagError(f"{kind} could be any of {', '.join(named)}: nothing was read; say which topic it is")

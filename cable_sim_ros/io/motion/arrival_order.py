@@ -13,12 +13,14 @@ import numpy as np
 
 from ...physics.heave_filter import Heave, MotionInput
 from ...physics.inputs import MOTION_ROWS, Inputs
+from ...physics.towbody import BodyModel
 from ...sim.scene import Scene
 from ...sim.tables.rigid_tables import flaps_of
 from ..messages.commands import CommandIngest
-from ..messages.messages import Event
+from ..messages.messages import CAUSES, Event
 from .clock import DataClock, Stamp
 from .motion import MotionIngest
+from .vehicle import TOPIC, VehicleIngest
 
 
 class Took(Enum):
@@ -47,11 +49,16 @@ class Intake:
         wall: int = 0,
         drum: np.record | None = None,
         frames: tuple[str, str] = ("odom", "base_link"),
+        vehicle_frame: str = "vehicle_link",
     ) -> None:
         self.inputs, self.wall = inputs, wall
         self.clock = clock or DataClock()
         self.ingest = MotionIngest(inputs, scene.ship, heave or Heave(), motion, scene.gravity, frames)
         self.commands = CommandIngest(inputs, drum, wall, flaps_of(scene))
+        self.vehicle: VehicleIngest | None = None
+        if scene.towbody.model is BodyModel.VEHICLE:
+            convention = self.ingest.settings.convention
+            self.vehicle = VehicleIngest(inputs, scene.vehicle, convention, (frames[0], vehicle_frame))
         self.refused: Counter[str] = Counter()
 
     def motion(self, event: Event) -> Took:
@@ -72,6 +79,25 @@ class Intake:
         self.clock.update(int(self.inputs.motion_time[before % MOTION_ROWS]), arrival)
         return Took.SAMPLE
 
+    def of_vehicle(self, event: Event) -> bool:
+        """One message of a kind of VEHICLES, its stamp on the clock of the ship's motion; is there a new sample?"""
+        stamp, arrival, kind, data = event
+        if self.vehicle is None:
+            self.refused["no_vehicle"] += 1
+            return False
+        counts = self.vehicle.counts
+        if self.clock.offset is None:
+            counts["before_motion"] += 1
+            return False
+        if stamp and not self.clock.fits(stamp, arrival):
+            counts["stamp_off_clock"] += 1
+            self.vehicle.last_refusal = f"{TOPIC}: {CAUSES['stamp_off_clock']}"
+            return False
+        before = int(self.inputs.vehicle_head[0])
+        now = self.clock.now(arrival)
+        self.vehicle.take(kind, data, arrival + self.wall if stamp or now is None else now)
+        return int(self.inputs.vehicle_head[0]) > before
+
     def command(self, data: bytes, arrival: int, kind: str = "command") -> str:
         """One command as CDR bytes; arrival: ns; kind: of COMMANDED. Returns "" or the cause of its refusal."""
         return self.commands.take(data, arrival, self.clock.now(arrival), kind)
@@ -80,6 +106,8 @@ class Intake:
         """Forget motion, commands and clock after a jump; empties the rings: only while no tick runs."""
         self.clock.reset()
         self.ingest.reset()
+        if self.vehicle is not None:
+            self.vehicle.reset()
         self.forget_commands()
 
     def forget_commands(self) -> None:

@@ -17,7 +17,7 @@ import numpy as np
 from pydantic import Field, TypeAdapter, ValidationError
 
 from ..messages.fault_hypotheses import DOUBTS
-from ..messages.messages import CAUSES, Command, Odometry
+from ..messages.messages import CAUSES, VEHICLES, Command, Odometry
 from .refusals import IMU, ODOMETRY
 from .time_sequencer import MAX, Held
 
@@ -95,9 +95,24 @@ def _seconds(value: Any) -> bool:
     return _fits(dict[Text, Annotated[Real, Field(ge=0.0)]], value) and value.keys() <= CAUSES.keys()
 
 
+OF_INGEST: dict[str, Any] = {
+    "counts": lambda value: _fits(dict[Text, Count], value) and set(CAUSES) <= set(value),
+    "notices": deque[Text],
+    "_mounting": SAME,
+    "_said": set[Text],
+    "first_pose": tuple[Whole, Real, Real, Real] | None,
+    "origin": tuple[Real, Real],
+    "_began": Whole | None,
+    "_yaw": Real | None,
+    "_last": tuple[Whole, Annotated[list[Real], Field(min_length=12, max_length=12)]] | None,
+    "_track": Annotated[list[Real], Field(min_length=2, max_length=2)] | None,
+    "_track_velocity": tuple[Real, Real],
+    "_before": _odometry,
+    "_waiting": lambda value: isinstance(value, list) and _odometry(value),
+}
 Hint = Any  # a type, or a function that says whether a value fits
 REMEMBERED: dict[str, dict[str, Hint]] = {
-    "Intake": {"wall": SAME, "refused": dict[Text, Count]},
+    "Intake": {"wall": SAME, "refused": dict[Text, Count], "vehicle": SAME},
     "DataClock": {
         "offset": Whole | None,
         "last_stamp": Whole | None,
@@ -107,21 +122,8 @@ REMEMBERED: dict[str, dict[str, Hint]] = {
         "_behind": list[Whole],
     },
     "HeaveFilter": {"gravity": SAME, "_tuning": SAME},
-    "MotionIngest": {
-        "counts": lambda value: _fits(dict[Text, Count], value) and set(CAUSES) <= set(value),
-        "notices": deque[Text],
-        "_mounting": SAME,
-        "_said": set[Text],
-        "first_pose": tuple[Whole, Real, Real, Real] | None,
-        "origin": tuple[Real, Real],
-        "_began": Whole | None,
-        "_yaw": Real | None,
-        "_last": tuple[Whole, Annotated[list[Real], Field(min_length=12, max_length=12)]] | None,
-        "_track": Annotated[list[Real], Field(min_length=2, max_length=2)] | None,
-        "_track_velocity": tuple[Real, Real],
-        "_before": _odometry,
-        "_waiting": lambda value: isinstance(value, list) and _odometry(value),
-    },
+    "MotionIngest": OF_INGEST,
+    "VehicleIngest": OF_INGEST | {"kind": _named(*VEHICLES)},
     "HeaderWatch": {"_frames": SAME, "_seen": dict[Text, tuple[bytes, ...]]},
     "Watch": {
         "jump": SAME,

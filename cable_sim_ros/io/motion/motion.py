@@ -192,7 +192,7 @@ class MotionIngest:
         one sample of delay (a backward difference would lag the pose and show as false acceleration).
         """
         try:
-            message = decode_odometry(data, self.settings.convention)
+            message = self.decoded(data)
             stamp = self._odometry.check(message.stamp, arrival)
             if abs(message.position[2] - self.ship.reference_height) > self.heave.max_displacement:
                 raise Refused("height")
@@ -228,6 +228,10 @@ class MotionIngest:
             self._waiting.clear()
         self._push_odometry(message, dt)
         return stamp
+
+    def decoded(self, data: bytes) -> Odometry:
+        """Checked numbers of an odometry message. Raises Refused."""
+        return decode_odometry(data, self.settings.convention)
 
     def _anchored(self, message: Odometry, dt: float) -> Odometry:
         """The message with its origin shifted if its position jumped, so that the ship does not."""

@@ -8,15 +8,18 @@ from __future__ import annotations
 
 from bisect import insort
 from collections import deque
+from collections.abc import Iterable
 from statistics import median
 from typing import NamedTuple
+
+from ..messages.messages import SHIPS
 
 SECOND = 1_000_000_000
 FAR = SECOND  # ns off the clock, from which on a stamp is odd, as in real time
 CONFIRM = 5  # stamps ahead that must agree before they are believed, as in real time
 MAX = 100_000  # messages held of one topic: half an hour at 50 Hz
 KEPT = 10  # gaps that a period is learnt from
-ORDER = {"imu": 0, "odometry": 1}
+ORDER = {"imu": 0, "odometry": 1, "vehicle": 2, "vehicle_pose": 3}
 
 
 class Cadence:
@@ -117,23 +120,23 @@ class Held(NamedTuple):
 
 
 class MotionGate:
-    """Holds the motion messages of both topics. `refused_in_row`: off the clock, one after the other.
+    """Holds the motion messages of these kinds. `refused_in_row`: off the clock, one after the other.
 
     delay: by how much the ticks lie behind the clock, ns: until its period is known, a topic is waited for where a tick
     would run without a sample at its end. The first tick else has one sample or two, as the machine likes, and the
     motion is taken up in another way.
     """
 
-    def __init__(self, silent_after: int, delay: int = 0) -> None:
+    def __init__(self, silent_after: int, delay: int = 0, kinds: Iterable[str] = SHIPS) -> None:
         self.delay = delay
-        self.cadence = {kind: Cadence(silent_after) for kind in ORDER}
+        self.cadence = {kind: Cadence(silent_after) for kind in kinds}
         self.number = 0
         self.reset()
 
     def reset(self) -> None:
         """Forget what is held and learnt."""
-        self._held: dict[str, list[Held]] = {kind: [] for kind in ORDER}
-        self._ahead: dict[str, list[Held]] = {kind: [] for kind in ORDER}  # stamps that are not believed yet
+        self._held: dict[str, list[Held]] = {kind: [] for kind in self.cadence}
+        self._ahead: dict[str, list[Held]] = {kind: [] for kind in self.cadence}  # stamps that are not believed yet
         self.refused_in_row = 0
         for cadence in self.cadence.values():
             cadence.reset()

@@ -8,6 +8,7 @@ Topic ``sim/journal`` of the bag (recorded only, not published), std_msgs/String
   [ns], ``position`` [m], ``heading`` [rad], ``parameters`` that are not as in the scene, and ``state``: a snapshot, as
   a compressed .npz in base64. Of a start from the static equilibrium it has the rings of inputs only.
 * ``motion``: samples as the ticks see them from here on, each a stamp [ns] and the 14 numbers of `physics.inputs`.
+* ``vehicle``: the same of the vehicle at the far end of the cable.
 * ``commands``: to the winch, each the time [ns] from which it counts, pay-out [m] and rate [m/s], null = none.
 * ``flaps``: each the time [ns] and a list of the angles [rad] of the wings in their order, null = not commanded.
 * ``set``: parameters that were changed; ``lost``: samples and commands that are not known any more; ``end``: why the
@@ -25,7 +26,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...physics.inputs import MOTION_ROWS, Inputs, push_command, push_flaps, push_motion
+from ...physics.inputs import MOTION_ROWS, Inputs, of_vehicle, push_command, push_flaps, push_motion
 from ...sim.saved.npz_bytes import npz
 from ...sim.saved.savefile import LAYOUT
 from ..bags.typestore import STORE
@@ -36,7 +37,7 @@ MAX_FAULTS = 20  # told as texts; the others are counted
 MAX_STARTS = 1000  # a static start takes some tenths of a second
 SPARE = 8  # rows of a ring that may be overwritten while it is read
 STATIC = ("start", "reset")  # causes of a start from the static equilibrium
-Heads = tuple[int, int, int]  # Inputs.heads
+Heads = tuple[int, int, int, int]  # Inputs.heads
 
 
 class Start(NamedTuple):
@@ -59,7 +60,7 @@ class Journal:
         self.put, self.inputs = put, inputs
         self._notes: deque[tuple[int, Callable[[], dict[str, Any]], Heads | None]] = deque()
         self._count = 0
-        self._heads: Heads = (0, 0, 0)  # that stand in the journal
+        self._heads: Heads = (0, 0, 0, 0)  # that stand in the journal
         self._begun = False
         self.first: int | None = None  # the first tick that it covers
 
@@ -106,6 +107,7 @@ class Journal:
         rings = (
             ("motion", there.motion_time, there.motion),
             ("commands", there.command_time, there.command),
+            ("vehicle", there.vehicle_time, there.vehicle),
             ("flaps", there.flap_time, there.flap),
         )
         for (name, times, values), before, head, written in zip(rings, self._heads, heads, there.heads, strict=True):
@@ -149,8 +151,9 @@ def _row(times: np.ndarray, values: np.ndarray, row: int) -> list[float | None]:
 
 def heads_of(arrays: Mapping[str, np.ndarray]) -> Heads:
     """Heads of the rings in a snapshot."""
-    motion, command, flap = (int(arrays[f"inputs_{name}_head"][0]) for name in ("motion", "command", "flap"))
-    return motion, command, flap
+    names = ("motion", "command", "vehicle", "flap")
+    motion, command, vehicle, flap = (int(arrays[f"inputs_{name}_head"][0]) for name in names)
+    return motion, command, vehicle, flap
 
 
 def encoded(entry: Mapping[str, Any]) -> bytes:
@@ -179,12 +182,13 @@ class Segment:
     ended: bool = False  # the journal says where it ends
     motion: list[Sample] = field(default_factory=list)
     commands: list[Command] = field(default_factory=list)
+    vehicle: list[Sample] = field(default_factory=list)
     flaps: list[Flaps] = field(default_factory=list)
     seen: list[tuple[int, ...]] = field(default_factory=list)  # tick of the segment, heads of the rings from it on
     sets: list[tuple[int, str, Any]] = field(default_factory=list)  # tick of the segment, parameter, value
 
     def heads(self) -> np.ndarray:
-        """What each tick sees of the rings, int64 [ticks, 3], counted as their heads."""
+        """What each tick sees of the rings, int64 [ticks, 4], counted as their heads."""
         seen = np.array(self.seen, np.int64)  # its ticks go up
         return seen[np.searchsorted(seen[:, 0], np.arange(self.ticks), "right") - 1, 1:] + self.base
 
@@ -196,9 +200,16 @@ class Segment:
     @property
     def newest(self) -> int | None:
         """Stamp of the newest sample so far, ns."""
-        head = self.base[0]
-        before = int(self.rings["inputs_motion_time"][(head - 1) % MOTION_ROWS]) if head else None
-        return int(self.motion[-1][0]) if self.motion else before
+        return self._newest("motion", self.base[0], self.motion)
+
+    @property
+    def newest_vehicle(self) -> int | None:
+        """The same of the vehicle."""
+        return self._newest("vehicle", self.base[2], self.vehicle)
+
+    def _newest(self, ring: str, head: int, samples: list[Sample]) -> int | None:
+        before = int(self.rings[f"inputs_{ring}_time"][(head - 1) % MOTION_ROWS]) if head else None
+        return int(samples[-1][0]) if samples else before
 
     def number(self, stamp: np.ndarray, period: int) -> np.ndarray:
         """Ticks of the program's count by their stamps in this segment [ns], -1: none; period: of a tick [ns]."""
@@ -213,11 +224,13 @@ class Segment:
 
     def push(self, inputs: Inputs, *heads: int) -> None:
         """Push what is up to these heads of the rings."""
-        motion, command, flap = (
+        motion, command, vehicle, flap = (
             slice(now - base, head - base) for now, base, head in zip(inputs.heads, self.base, heads, strict=True)
         )
         for stamp, *row in self.motion[motion]:
             push_motion(inputs, int(stamp), row)
+        for stamp, *row in self.vehicle[vehicle]:
+            push_motion(of_vehicle(inputs), int(stamp), row)
         for when, payout, rate in self.commands[command]:
             push_command(inputs, int(when), *(np.nan if v is None else v for v in (payout, rate)))
         for when, angles in self.flaps[flap]:
@@ -295,7 +308,7 @@ def _begin(begun: Begin, tick: int, place: int, unpacked: int) -> Segment:
         raise ValueError(f"the states of the journal have more than {MAX_STATES} bytes")
     start = Start(begun.time, begun.position, begun.heading, begun.cause)
     segment = Segment(start, dict(begun.parameters), begun.layout, state.arrays, state.rings, tick, place)
-    segment.seen.append((0, 0, 0, 0))
+    segment.seen.append((0, 0, 0, 0, 0))
     return segment
 
 
@@ -307,16 +320,18 @@ def _end(before: list[Segment], tick: int) -> None:
 
 def _take(entry: Entry, segment: Segment) -> None:
     """Take in an entry that is no start. Raises ValueError, and has taken nothing then."""
-    newest = segment.newest
-    for sample in entry.motion:
-        if newest is not None and sample[0] <= newest:
-            raise ValueError(f"the stamp of a sample, {sample[0]} ns, does not advance past {newest} ns")
-        newest = sample[0]
+    for newest, samples in ((segment.newest, entry.motion), (segment.newest_vehicle, entry.vehicle)):
+        for sample in samples:
+            if newest is not None and sample[0] <= newest:
+                raise ValueError(f"the stamp of a sample, {sample[0]} ns, does not advance past {newest} ns")
+            newest = sample[0]
     at = entry.tick - segment.first
     segment.motion += entry.motion
     segment.commands += entry.commands
+    segment.vehicle += entry.vehicle
     segment.flaps += entry.flaps
-    segment.seen.append((at, len(segment.motion), len(segment.commands), len(segment.flaps)))
+    heads = len(segment.motion), len(segment.commands), len(segment.vehicle), len(segment.flaps)
+    segment.seen.append((at, *heads))
     segment.sets += [(at, name, value) for name, value in entry.set.items()]
     segment.ticks = max(segment.ticks, at + (entry.end is None))
     if entry.end is not None:

@@ -23,6 +23,8 @@ MSGTYPE = "std_msgs/msg/String"
 MAX_ENTRY = 64_000_000  # bytes of one entry
 MAX_STATE, MAX_STATES = 64_000_000, 1_000_000_000  # bytes of a state, and of all of them, unpacked
 MAX_NUMBER = 1e9  # of any number of a sample, m and m/s and rad of a start and a command
+# rings that an older recording has not
+LATER = {f"inputs_{name}{part}" for name in ("vehicle", "flap") for part in ("", "_time", "_head", "_seen")}
 NUMBER = re.compile(r'"n" *: *(\d{1,16})')  # of an entry that cannot be read as a whole
 CAUSES = Literal["start", "reset", "jump", "behind", "recording", "restore"]
 
@@ -61,6 +63,7 @@ class Entry(_Strict):
     tick: Count
     start: Begin | None = None
     motion: Annotated[list[Sample], Field(max_length=MOTION_ROWS)] = []
+    vehicle: Annotated[list[Sample], Field(max_length=MOTION_ROWS)] = []
     commands: Annotated[list[Command], Field(max_length=COMMAND_ROWS)] = []
     flaps: Annotated[list[Flaps], Field(max_length=FLAP_ROWS)] = []
     set: Annotated[dict[Name, Value], Field(max_length=1000)] = {}
@@ -107,7 +110,9 @@ def state_of(text: str) -> State:
         if len(text) > MAX_STATE:
             raise Unfit(f"it has {len(text)} bytes, at most {MAX_STATE} are read")
         arrays = parts(base64.b64decode(text, validate=True), ARRAYS, MAX_STATE, packed=True)
-        rings = exact(arrays, {f"inputs_{name}": like for name, like in make_inputs()._asdict().items()})
+        known = {f"inputs_{name}": like for name, like in make_inputs()._asdict().items()}
+        older = {name: known.pop(name) for name in list(known) if name in LATER and name not in arrays}
+        rings = exact(arrays, known) | older
         if problem := rings_problem(rings):
             raise Unfit(problem)
         return State(arrays, rings)

@@ -79,12 +79,17 @@ class Samples(NamedTuple):
 
 
 def read_table(
-    path: str | os.PathLike, ship: Ship, sheave: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    path: str | os.PathLike,
+    ship: Ship,
+    sheave: tuple[float, float, float] = (0.0, 0.0, 0.0),
+    at: tuple[float, float, float] | None = None,
+    height: float = Heave().max_displacement,
 ) -> RecordedTow:
     """Ship motion of a CSV file as odometry messages; columns that are missing follow the mean track of ``ship``.
 
     Rounded columns are smoothed (`motion_curves.py`); `rounded`, `notices` and `doubts` of the answer tell of it.
-    sheave: its place in base_link [m], where the acceleration that rounding leaves is judged.
+    sheave: its place in base_link [m], where the acceleration that rounding leaves is judged; at: x, y [m] and yaw
+    [rad] at the beginning of what follows the track, None: those of the ship; height: z beyond that is refused [m].
     Raises MotionError; warns of gaps with MotionWarning.
     """
     path = Path(path)
@@ -98,9 +103,9 @@ def read_table(
         if name.startswith("heave") and not rate:
             values[0, 2] += ship.reference_height
         if not rate:
-            _within(path, lines, name, values[0, coordinate], data[:, names.index(name)], ship)
+            _within(path, lines, name, values[0, coordinate], data[:, names.index(name)], (ship, height))
     values[0, 5] = np.unwrap(values[0, 5])
-    if (5, False) in given and (0, False) not in given:
+    if (5, False) in given and (0, False) not in given and at is None:
         _ahead(path, given[5, False], values[0, 5], ship)
     moved = time - time[0]
     begin = round((time[0] if time[0] > 0.0 else time[0] + floor(-time[0]) + 1.0) * SECOND)  # stamp 0 means: none
@@ -116,7 +121,7 @@ def read_table(
         for k, (column, name) in columns.items()
     }
     pieces = [
-        _sampled(moved[part], {k: curves[i] for k, (curves, _) in found.items()}, begin, ship)
+        _sampled(moved[part], {k: curves[i] for k, (curves, _) in found.items()}, begin, ship, at)
         for i, part in enumerate(parts)
     ]
     whole = Samples(*(np.concatenate(arrays) for arrays in zip(*pieces)))
@@ -272,11 +277,13 @@ def _stretches(path: Path, lines: Sequence[int], time: np.ndarray, ship: Ship) -
     return parts
 
 
-def _within(path: Path, lines: Sequence[int], name: str, values: np.ndarray, shown: np.ndarray, ship: Ship) -> None:
+def _within(
+    path: Path, lines: Sequence[int], name: str, values: np.ndarray, shown: np.ndarray, of: tuple[Ship, float]
+) -> None:
     """Raise MotionError where a coordinate is beyond what is taken of a ship."""
-    k, column = COLUMNS[name].coordinate, COLUMNS[name]
+    (ship, height), k, column = of, COLUMNS[name].coordinate, COLUMNS[name]
     middle = ship.reference_height if k == 2 else 0.0
-    maximum = (MAX_POSITION, MAX_POSITION, Heave().max_displacement, MAX_TURNS, MAX_PITCH, MAX_TURNS)[k]
+    maximum = (MAX_POSITION, MAX_POSITION, height, MAX_TURNS, MAX_PITCH, MAX_TURNS)[k]
     bad = np.abs(values - middle) > maximum
     if bad.any():
         i = int(np.argmax(bad))
@@ -310,13 +317,18 @@ def mean_track(t: np.ndarray, ship: Ship) -> tuple[np.ndarray, np.ndarray]:
     return value, rate
 
 
-def _sampled(t: np.ndarray, curves: dict[int, Curve], begin: int, ship: Ship) -> Samples:
+def _sampled(
+    t: np.ndarray, curves: dict[int, Curve], begin: int, ship: Ship, origin: tuple[float, float, float] | None
+) -> Samples:
     """Rows without a gap, at their own times or every STEP where they are further apart; t: s since the beginning."""
     stamps = begin + np.round(t * SECOND).astype(np.int64)
     if np.median(np.diff(stamps)) > STEP:
         stamps = np.arange(stamps[0], stamps[-1] + 1, STEP)
     at = (stamps - begin) / SECOND
     value, rate = mean_track(at, ship)
+    if origin is not None:
+        value[:, :2] += origin[:2]
+        value[:, 5] = origin[2]
     for k, curve in curves.items():
         value[:, k], rate[:, k] = curve(at), curve(at, 1)
     return Samples(stamps, value, rate)

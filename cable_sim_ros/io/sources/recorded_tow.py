@@ -22,7 +22,7 @@ from ...sim.verdict import Reason
 from ..bags.bag import BagError, BagReader, Damage, report
 from ..messages.channels import CHANNELS, channel_of, decode, decode_frames
 from ..messages.commands import NEVER
-from ..messages.messages import KINDS, Event, Refused, decode_odometry, stamp_of
+from ..messages.messages import KINDS, VEHICLES, Event, Refused, decode_odometry, stamp_of
 from ..motion.arrival_order import Intake, Took
 from ..motion.clock import CONFIRM, DataClock, Stamp
 from ..recordings import journal
@@ -66,7 +66,7 @@ class RecordedTow:
         """The motion by its stamps; odd stamps belong to none."""
         clock, spans = DataClock(), []
         for event in self.events:
-            if event.is_command:
+            if not event.is_motion:
                 continue
             judged = clock.judge(event.time, event.arrival)
             if judged is Stamp.FITS:
@@ -153,7 +153,7 @@ def read_tow(
     except BagError:
         if not entries:  # with them it is a run without motion
             raise
-    if not entries and all(event.is_command for event in events):
+    if not entries and not any(event.is_motion for event in events):
         raise BagError(
             f"bag '{path}' holds no {KINDS['imu'][0]}: nothing was simulated; leave --imu-only out, or give "
             "a bag with an IMU"
@@ -176,7 +176,7 @@ def _is_journal(topic: str, msgtype: str) -> bool:
 
 def usable_arrivals(events: list[Event]) -> bool:
     """Can the log times be times of arrival? Not where they stand still while the stamps go on."""
-    motion = [event for event in events if not event.is_command]
+    motion = [event for event in events if event.is_motion]
     by_stamp = sum(min(max(b.time - a.time, 0), STILL) for a, b in zip(motion, motion[1:]))
     by_log = motion[-1].arrival - motion[0].arrival if motion else 0
     return by_log >= AGREE * by_stamp
@@ -186,7 +186,7 @@ def by_stamps(events: list[Event]) -> list[Event]:
     """The events as if each had come at once: the arrival runs with the stamps, whose jumps are left out."""
     out, now, last = [], events[0].time if events else 0, None
     for event in events:
-        if not event.is_command:
+        if event.is_motion:
             if last is not None:
                 now += min(max(event.time - last, 0), STILL)
             last = event.time
@@ -235,6 +235,8 @@ class Feeder:
             self.position += 1
             if event.is_command:
                 self.intake.command(event.data, event.arrival, event.kind)
+            elif event.kind in VEHICLES:
+                self.intake.of_vehicle(event)
             else:
                 self.jumped = self.intake.motion(event) is Took.JUMPED
         return events[first : self.position]
@@ -245,7 +247,7 @@ class Feeder:
         self.jumped = False
 
     def _due(self, event: Event) -> int:
-        if not event.is_command:
+        if event.is_motion:
             known = self.intake.clock.offset is not None and self.intake.clock.fits(event.time, event.arrival)
             return event.time if known else NEVER
         now = self.intake.clock.now(event.arrival)

@@ -25,6 +25,7 @@ from ..status import text_of as _text
 from ..stepped import SteppedSession
 from .health import InputHealth
 from .lockstep_status import lockstep_metrics, lockstep_status
+from .vehicle_status import vehicle_metrics, vehicle_status
 
 LAST_SECOND = 1_050_000_000  # ns
 BLENDED_OVER = 10_050_000_000  # ns
@@ -99,6 +100,8 @@ class Watch:
         ]
         if isinstance(self.session, SteppedSession):
             result.append(lockstep_status(self.session))
+        if self.session.driven:
+            result.append(vehicle_status(self.session, publisher.latest if publisher else None, now))
         if publisher is not None and publisher.rules is not None:
             result.append(rule_status(publisher.rules))
         return result
@@ -415,6 +418,8 @@ def final_metrics(session: Session, publisher: TickPublisher | None, recorder_st
         metrics["commands_refused"] = dict(session.intake.commands.refused)
         metrics["commands_clamped"] = dict(session.intake.commands.clamped)
         metrics["no_commands"] = session.intake.commands.no_command
+    if session.driven:
+        metrics["vehicle"] = vehicle_metrics(session)
     if isinstance(session, SteppedSession):
         metrics["lockstep"] = lockstep_metrics(session)
     if publisher is not None and publisher.rules is not None:

@@ -6,7 +6,7 @@ import xml.etree.ElementTree as ElementTree
 from pathlib import Path
 
 from ...io.messages.channels import SOMETIMES
-from ...io.messages.messages import JOINT_COMMAND, KINDS
+from ...io.messages.messages import JOINT_COMMAND, KINDS, VEHICLES
 from ...io.scenes.resources import share_folder
 from .simulation_interfaces import SERVICES, service_name
 
@@ -18,6 +18,7 @@ OPTIONAL = (
     {"/clock", f"{SPACE}/tf", f"{SPACE}/cable/markers", f"{SPACE}/towbody/fix"}
     | {f"{SPACE}/{channel.topic}" for channel, _ in SOMETIMES}
     | {f"{SPACE}/{topic}" for msgtype, topic in KINDS.values() if msgtype == JOINT_COMMAND}
+    | {f"{SPACE}/{KINDS[kind][1]}" for kind in VEHICLES}
     | {f"{SPACE}/{NODE}/{service_name(name)}" for name in SERVICES}
 )
 

@@ -10,6 +10,7 @@ import math
 from collections.abc import Iterator
 
 from ...physics.section import material_of
+from ...physics.towbody import BodyModel
 from ...physics.winch import DrumModel
 from ..compensation_setup import setpoint_warnings
 from ..layout import FINE_ELEMENT, Layout, layout_of
@@ -41,6 +42,7 @@ from .scene_warnings import damping_warnings, drag_warnings, part_warnings, swin
 from .sea_checks import sea_problems, sea_warnings
 from .section_checks import body_problems, seat_problems, section_problems
 from .setpoint_checks import feed_forward_problems, setpoint_option_warnings
+from .vehicle_checks import driven_problems, vehicle_problems
 from .viv_checks import strum_problems, strum_warnings
 
 # longest element on the sheave over the bending length sqrt(EI/T): line load, its edges and the reactions at the ends
@@ -72,6 +74,7 @@ def problems(scene: Scene) -> list[Problem]:
         return [Problem("cable.sections", "has no section", "Give at least one section, from the drum end outward")]
     found = [*form_problems(scene.cable), *section_problems(scene), *weight_problems(scene), *bare_problems(scene)]
     found += [*strum_problems(scene), *sea_problems(scene), *feed_forward_problems(scene), *attitude_problems(scene)]
+    found += vehicle_problems(scene)
     if unit := density_problems(scene):
         return found + unit  # weights and stiffnesses are judged by them
     if any(problem.key.startswith("water.current_") for problem in found):
@@ -153,6 +156,8 @@ def _length_problems(layout: Layout) -> Iterator[Problem]:
             f"sheave ({layout.wound:.4g} m on the drum, {layout.tangent - layout.wound:.4g} m to the sheave)",
             f"Make the cable longer than {layout.tangent:.4g} m, or winch.wrap smaller",
         )
+    elif scene.towbody.model is BodyModel.VEHICLE:
+        yield from driven_problems(layout)
     elif downforce(layout) <= 0.0 and layout.water_speed == 0.0:
         yield Problem(
             "towbody.net_weight",
@@ -203,7 +208,8 @@ def seabed_problems(scene: Scene) -> Iterator[Problem]:
             f"Make it more than {MIN_FLOOR_GAP * bed.penetration - lowest:.4g} m",
         )
     wet = min(wet_weight(scene, section) for section in scene.cable.sections.values())
-    if wet <= 0.0 or scene.towbody.net_weight <= 0.0:
+    driven = scene.towbody.model is BodyModel.VEHICLE
+    if wet <= 0.0 or (scene.towbody.net_weight <= 0.0 and not driven):
         yield Problem(
             "seabed.depth",
             f"is given, but what floats does not lie on it: the cable weighs {wet:.4g} N/m in "
@@ -247,7 +253,7 @@ def warnings(scene: Scene) -> Iterator[Problem]:
             "the sheave and what its ends bear is not resolved; tension, resultant and towbody do not depend on it",
             f"Where the spread matters, elements of at most {resolved:.3g} m there",
         )
-    if downforce(layout) <= 0.0:
+    if downforce(layout) <= 0.0 and scene.towbody.model is not BodyModel.VEHICLE:
         yield Problem(
             "towbody.net_weight",
             f"and the wet weight of the cable add up to {downforce(layout):.4g} N, not above 0 N: "

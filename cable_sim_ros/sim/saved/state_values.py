@@ -27,8 +27,10 @@ MAX_COUNT = 2**53
 WHOLE = {
     "time.now": (-MAX_TIME, MAX_TIME),
     "time.start": (-MAX_TIME, MAX_TIME),
-    "time.blend": (-MAX_TIME, MAX_TIME),
+    "ship.blend_at": (-MAX_TIME, MAX_TIME),
     "ship.mean_at": (-MAX_TIME, MAX_TIME),
+    "vehicle.blend_at": (-MAX_TIME, MAX_TIME),
+    "vehicle.mean_at": (-MAX_TIME, MAX_TIME),
     "measured.departure_stamp": (-MAX_TIME, MAX_TIME),
     "winch.line_end": (-MAX_TIME, MAX_TIME),
     "winch.line_command": (-MAX_TIME, MAX_TIME),
@@ -46,7 +48,12 @@ WHOLE = {
 FAULT_SINCE = "fault.since"  # the end of a name: ns, of every device and way
 COUNTED = (-1, MAX_COUNT)  # all others
 # name, rows, NaN: not commanded
-RINGS = (("motion", MOTION_ROWS, False), ("command", COMMAND_ROWS, True), ("flap", FLAP_ROWS, True))
+RINGS = (
+    ("motion", MOTION_ROWS, False),
+    ("command", COMMAND_ROWS, True),
+    ("vehicle", MOTION_ROWS, False),
+    ("flap", FLAP_ROWS, True),
+)
 
 
 def problem(arrays: Mapping[str, np.ndarray]) -> str:
@@ -117,6 +124,6 @@ def rings_problem(arrays: Mapping[str, np.ndarray]) -> str:
         if not ((np.abs(values) <= MAX) | (may_lack & np.isnan(values))).all():
             return f"inputs_{name} is not finite"
         used = [k % rows for k in range(max(0, head - rows), head)]
-        if name == "motion" and not (np.diff(time[used]) > 0).all():
-            return "inputs_motion: the stamps do not go up"
+        if name != "command" and not (np.diff(time[used]) > 0).all():
+            return f"inputs_{name}: the stamps do not go up"
     return ""

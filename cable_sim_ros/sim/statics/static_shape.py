@@ -170,9 +170,24 @@ def tow_shape(scene: Scene, route: Route, scope: float, heading: float | None = 
         z += gap / rate
         if not low < z < high:
             z = 0.5 * (low + high)
-    s = np.array([row[0] for row in rows])
-    y = np.array([row[1] for row in rows])
-    section = np.array([row[2] for row in rows])
+    s, y = np.array([row[0] for row in rows]), np.array([row[1] for row in rows])
+    return finished(cables, flow, (s, y, np.array([row[2] for row in rows])), angle, scope, closed)
+
+
+def finished(
+    cables: list[CableLoads],
+    flow: Flow,
+    rows: tuple[np.ndarray, np.ndarray, np.ndarray],
+    angle: float,
+    scope: float,
+    closed: bool,
+    bend: np.ndarray | None = None,
+) -> TowShape:
+    """A shape with what follows from its rows: s [n], place and force [n, 6], index of the section [n].
+
+    bend: d2r/ds2 [n, 3], None: that under the loads of the cable where it is.
+    """
+    s, y, section = rows
     pull = y[:, 3:]
     tension = np.maximum(np.linalg.norm(pull, axis=1), 1e-12)
     load = np.array([line_load(cables[i], row[2], row[3:], flow) for i, row in zip(section, y, strict=True)])
@@ -187,7 +202,7 @@ def tow_shape(scene: Scene, route: Route, scope: float, heading: float | None = 
         s,
         y[:, :3],
         pull,
-        -across / tension[:, None],
+        -across / tension[:, None] if bend is None else bend,
         section,
         wet,
         broad,

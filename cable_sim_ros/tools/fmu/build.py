@@ -19,10 +19,11 @@ from typing import Any, NamedTuple
 
 from ...files import whole
 from ...io.scenes.load import dump_scene, load_scene
+from ...physics.towbody import BodyModel
 from ...runs.settings import apply_to_scene, refuse_without_bag
 from ...version import __version__
 from .tow import ABOUT_FILE, SCENE_FILE, FmuError, number_of
-from .variables import INPUTS, OUTPUTS, PARAMETERS
+from .variables import INPUTS, OUTPUTS, PARAMETERS, VEHICLE_INPUTS, VEHICLE_OUTPUTS
 
 SCRIPTS = Path(__file__).with_name("scripts")
 EXPORTERS = {2: "pythonfmu", 3: "pythonfmu3"}
@@ -75,6 +76,10 @@ def build(
     about = {"name": name if name[:1].isalpha() else f"tow_{name}", "version": __version__}
     numbers = {key: number_of(tow, key) for key in dict.fromkeys(parameters)}
     about |= {"parameters": numbers, "scene_sha256": hashlib.sha256(text.encode()).hexdigest()}  # type: ignore[dict-item]
+    inputs, outputs = len(INPUTS), len(OUTPUTS)
+    if tow.towbody.model is BodyModel.VEHICLE:
+        about |= {"vehicle": True}  # type: ignore[dict-item]
+        inputs, outputs = inputs + len(VEHICLE_INPUTS), outputs + len(VEHICLE_OUTPUTS)
     try:
         with tempfile.TemporaryDirectory(prefix="cable_sim_fmu_") as folder:
             work = Path(folder)
@@ -95,7 +100,7 @@ def build(
             f"--out {out}: cannot be written ({error.strerror or error}); what was there before is as it was. Give "
             f"a file in a folder that is there, on a disk with room"
         ) from None
-    return Built(out, fmi, about["name"], tow.solver.tick, len(INPUTS), len(OUTPUTS), len(PARAMETERS) + len(numbers))
+    return Built(out, fmi, about["name"], tow.solver.tick, inputs, outputs, len(PARAMETERS) + len(numbers))
 
 
 def _exporter(fmi: int) -> Any:

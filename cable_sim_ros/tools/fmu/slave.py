@@ -10,7 +10,7 @@ from uuid import UUID, uuid5
 from ...physics.parameter import declaration
 from ...sim.scene import Scene
 from .tow import Tow
-from .variables import INPUTS, OUTPUTS, PARAMETERS, REAL, Variable
+from .variables import INPUTS, OUTPUTS, PARAMETERS, REAL, VEHICLE_INPUTS, VEHICLE_OUTPUTS, Variable
 
 NAMESPACE = UUID("5b6f2f0e-7c58-4a7b-8f0c-0d6f1c8f6a11")
 
@@ -18,6 +18,8 @@ NAMESPACE = UUID("5b6f2f0e-7c58-4a7b-8f0c-0d6f1c8f6a11")
 def rows(about: dict[str, Any]) -> list[Variable]:
     """Every variable of an FMU, those of its scene last."""
     found = [*INPUTS, *OUTPUTS, *PARAMETERS]
+    if about.get("vehicle"):
+        found += [*VEHICLE_INPUTS, *VEHICLE_OUTPUTS]
     for key in about["parameters"]:
         item = declaration(Scene, key)
         meaning = item.doc if item else "number of the scene"

@@ -14,11 +14,13 @@ import numpy as np
 
 from ...errors import CableSimError, RunError
 from ...io.scenes.load import override, scene_from_text
+from ...physics.towbody import BodyModel
 from ...runs.settings import apply_to_scene, refuse_without_bag, settings_of
-from ...sim.inputs import ShipMotion, WinchCommand
+from ...sim.inputs import ShipMotion, VehicleMotion, WinchCommand
 from ...sim.saved import savefile
 from ...sim.scene import Scene
 from ...sim.simulator import Simulator
+from ...sim.statics.vehicle_shape import pose_of
 from ...sim.verdict import judge_counts, overload
 from ...version import __version__
 from .variables import DOUBTFUL, FAILED, LENGTH, NO_COMMAND, OK, RATE
@@ -92,7 +94,13 @@ class Tow:
             asked = settings_of(part for part in text.split(";") if part.strip())
             refuse_without_bag(asked, {}, "that of the inputs ship.*")
             scene = apply_to_scene(scene, asked)
+        if (scene.towbody.model is BodyModel.VEHICLE) is not (self.base.towbody.model is BodyModel.VEHICLE):
+            raise FmuError(
+                f"settings make towbody.model {scene.towbody.model.value} of {self.base.towbody.model.value}: the "
+                f"variables of the FMU are those of the scene it was made of; nothing was started. Make another FMU"
+            )
         sim = Simulator(scene)
+        self._push_vehicle(sim, scene, self.begin)
         if values["ship.from_scene"]:
             self._last = None
             sim.start(self.begin)
@@ -137,6 +145,7 @@ class Tow:
             self._check_fit(motion, h)
             sim.push(motion)
             self._last = motion
+        self._push_vehicle(sim, self.scene, end)
         if command is not None:
             sim.push(command)
         self._out = {}
@@ -224,11 +233,16 @@ class Tow:
                 f"serialized state: is none of this FMU ({type(error).__name__}); nothing was taken"
             ) from None
 
-    def _motion(self, when: int) -> ShipMotion:
-        def vector(name: str, axes=("x", "y", "z")) -> tuple[float, ...]:
-            return tuple(float(self.values[f"ship.{name}.{axis}"]) for axis in axes)
+    def _push_vehicle(self, sim: Simulator, scene: Scene, when: int) -> None:
+        """The pose of the vehicle at a time [ns], where the scene has one."""
+        if scene.towbody.model is BodyModel.VEHICLE:
+            sim.push(self._motion(when, "vehicle", VehicleMotion))
 
-        return ShipMotion(
+    def _motion(self, when: int, of: str = "ship", kind: type[ShipMotion] = ShipMotion) -> ShipMotion:
+        def vector(name: str, axes=("x", "y", "z")) -> tuple[float, ...]:
+            return tuple(float(self.values[f"{of}.{name}.{axis}"]) for axis in axes)
+
+        return kind(
             time_ns=when,
             position=vector("position"),  # type: ignore[arg-type]
             velocity=vector("velocity"),  # type: ignore[arg-type]
@@ -253,6 +267,10 @@ class Tow:
         ticks = round(length / tick)
         if ticks < 1 or abs(length - ticks * tick) > 1:
             raise FmuError(STEP_TEXT.format(why="is no multiple of the tick", **limits))
+        gap = self.scene.vehicle.max_gap
+        if h > gap and self.scene.towbody.model is BodyModel.VEHICLE:
+            why = "is longer than vehicle.max_gap, above which poses are not interpolated"
+            raise FmuError(STEP_TEXT.format(why=why, **limits | {"most": gap}))
         if h > self.scene.ship.max_gap and not self.values["ship.from_scene"]:
             why = "is longer than ship.max_gap, above which samples are not interpolated"
             raise FmuError(STEP_TEXT.format(why=why, **limits))
@@ -297,6 +315,10 @@ class Tow:
         angle = atan2(-force[2], -force[0])  # of wrap, from the top of the sheave, positive aft
         arm = arm + radius * np.array((-sin(angle), 0.0, cos(angle)))
         out: dict[str, Any] = {}
+        if self.scene.towbody.model is BodyModel.VEHICLE:
+            for name, values in (("force", frame.vehicle_force), ("moment", frame.vehicle_moment)):
+                out |= {f"vehicle.{name}.{axis}": float(value) for axis, value in zip("xyz", values)}
+            out["vehicle.off"] = float(frame.vehicle_off)
         for name, values in (
             ("force.world", turn @ force),
             ("force.ship", force),
@@ -339,6 +361,12 @@ def start_values(scene: Scene, parameters: dict[str, float]) -> dict[str, Any]:
     values |= {f"ship.attitude.{name}": 0.0 for name in ("roll", "pitch")} | {"ship.attitude.yaw": yaw}
     values |= {"ship.velocity.x": speed * cos(yaw), "ship.velocity.y": speed * sin(yaw)}
     values |= {"ship.position.z": scene.ship.reference_height}
+    if scene.towbody.model is BodyModel.VEHICLE:
+        x, y, z, *attitude = pose_of(scene, yaw)
+        values |= {f"vehicle.{name}.{axis}": 0.0 for name in ("velocity", "rate") for axis in "xyz"}
+        values |= {f"vehicle.position.{axis}": value for axis, value in zip("xyz", (x, y, z))}
+        values |= {f"vehicle.attitude.{name}": value for name, value in zip(("roll", "pitch", "yaw"), attitude)}
+        values |= {f"vehicle.velocity.{axis}": values[f"ship.velocity.{axis}"] for axis in "xy"}
     values |= {"winch.mode": NO_COMMAND, "winch.rate": 0.0, "winch.length": 0.0}
     return values | {"ship.from_scene": False, "settings": ""} | dict(parameters)
 

@@ -79,6 +79,19 @@ OUTPUTS = (
     Variable("health.status_any", INTEGER, "output", "", "Flag bits of any tick since the start"),
     Variable("health.verdict", INTEGER, "output", "", "verdict so far: 0 ok, 1 doubtful, 2 failed"),
 )
+VEHICLE_INPUTS = (  # of a scene with a vehicle at the far end
+    *_vector("vehicle.position", "input", "m", f"reference point of the vehicle in odom {AT_END}"),
+    *_vector("vehicle.velocity", "input", "m/s", f"derivative of vehicle.position, odom, {AT_END}"),
+    Variable("vehicle.attitude.roll", REAL, "input", "rad", f"of Rz Ry Rx, positive port side up, {AT_END}"),
+    Variable("vehicle.attitude.pitch", REAL, "input", "rad", f"positive bow down, {AT_END}"),
+    Variable("vehicle.attitude.yaw", REAL, "input", "rad", f"from east to north, {AT_END}"),
+    *_vector("vehicle.rate", "input", "rad/s", f"angular velocity in its own axes {AT_END}"),
+)
+VEHICLE_OUTPUTS = (
+    *_vector("vehicle.force", "output", "N", "force of the cable on the vehicle, odom"),
+    *_vector("vehicle.moment", "output", "N m", "moment of that force about the reference point, odom"),
+    _number("vehicle.off", "m", "distance from its attachment to the end of the cable: above 0 beyond its reach"),
+)
 UNITS = {  # exponents of the base units
     "s": {"s": 1},
     "m": {"m": 1},

@@ -408,7 +408,7 @@ def motion_problem(scene: Scene, kind: str, name: str, waves_vary: bool) -> str:
                 read_table(name, scene.ship, scene.sheave.position)
             else:
                 tow = read_tow(find_bag(name))
-                if not any(not event.is_command for event in tow.events):
+                if not any(event.is_motion for event in tow.events):
                     return "holds no motion of a ship; nothing was simulated. Give a bag with odometry or IMU"
     except (CableSimError, OSError) as error:
         return str(error).replace("--rao simple: ", "").replace("--rao simple", "rao: simple")  # as a sweep has it

@@ -35,7 +35,7 @@ def body_of(scene: Scene, name: str) -> tuple[str, Towbody]:
         raise NoAttitude(f"{scene.name} has no body '{name}'; nothing was computed. Give --body {' or '.join(known)}")
     if known[key].model is not BodyModel.RIGID:
         raise NoAttitude(
-            f"{scene.name}: {key}.model = {known[key].model} is a point that stays level: it has no trim and no "
+            f"{scene.name}: {key}.model = {known[key].model} has no attitude of its own: there is no trim and no "
             f"stability; nothing was computed. Give {key}.model: rigid with inertia and centres (docs/bodies.md)"
         )
     return key, known[key]
