@@ -119,7 +119,7 @@ def too_wide(text):
     return [line for line in wide if " " in re.sub(whole, "x", re.sub(r"^ *(?:[-*+] +|\d+[.)] +)?", "", line))]
 
 
-@pytest.mark.parametrize("page", sorted({*DOCS.glob("*.md")}), ids=lambda path: path.name)
+@pytest.mark.parametrize("page", PAGES, ids=lambda path: path.name)
 def test_lines_of_prose_are_not_too_wide(page):
     assert too_wide(page.read_text("utf-8")) == []
 
@@ -198,12 +198,12 @@ def test_every_author_with_a_year_on_a_page_has_its_reference():
             assert f"**{match[0]}**" in REFERENCES, f"{page}: {match[0]}"
 
 
-@pytest.mark.parametrize("page", ["theory.md", "limits.md", "references.md", "glossary.md", "index.md"])
+@pytest.mark.parametrize("page", PAGES, ids=lambda path: path.name)
 def test_files_named_on_a_page_exist(page):
-    text = (DOCS / page).read_text("utf-8")
-    for path in re.findall(r"`((?:physics|sim|io|runs|lab|ros)/[\w/]+\.py)`", text):
+    text = page.read_text("utf-8")
+    for path in re.findall(r"`((?:physics|sim|io|runs|ros|tools|cli)/[\w/]+\.py)`", text):
         assert (PACKAGE / path).exists(), path
-    for path in re.findall(r"`(config/\w+\.yaml)`", text):
+    for path in re.findall(r"`((?:test|docs|config|bags|\.ci)/[\w/.]*)`", text):
         assert (ROOT / path).exists(), path
 
 

@@ -145,21 +145,6 @@ def test_no_json_name_is_undeclared():
 DRAWN = markers_channel(load_scene("full_scale"), 1.0)
 
 
-def test_every_channel_has_its_row():
-    for channel in (*EVERY, DRAWN):
-        kind = channel.msgtype.replace("/msg/", "/")
-        assert re.search(rf"^\| `{channel.topic}` \| {kind} \|", section(TOPICS, "Out"), re.M), channel.topic
-        if not channel.new:  # those of instruments are on their page
-            assert f"`{channel.topic}`" in section(README, "Topics"), channel.topic
-
-
-def test_every_input_has_its_row():
-    for msgtype, topic in KINDS.values():
-        kind = msgtype.replace("/msg/", "/")
-        assert re.search(rf"^\| `{topic}` \| {kind} \|", section(TOPICS, "In"), re.M), topic
-        assert f"`{topic}`" in section(README, "Topics"), topic
-
-
 def test_the_readme_names_no_other_topic():
     lines = re.findall(r"^\* (.*)$", section(README, "Topics"), re.M)
     assert len(lines) == 6
@@ -222,17 +207,6 @@ def test_shipped_names_are_right():
         assert sorted(re.findall(r"^\| `(\w+)` \|", section(COMMANDS, heading), re.M)) == names
 
 
-@pytest.mark.parametrize("page", ["README.md", "CONTRIBUTING.md", "docs/commands.md", "docs/index.md"])
-def test_files_named_in_a_page_exist(page):
-    text = (ROOT / page).read_text("utf-8")
-    for path in re.findall(r"\]\(((?!http)[^)]+)\)", text):
-        assert ((ROOT / page).parent / path.partition("#")[0]).exists(), path
-    for path in re.findall(r"`((?:physics|sim|io|runs|lab|ros)/\w+\.py)`", text):
-        assert (ROOT / "cable_sim_ros" / path).exists(), path
-    for path in re.findall(r"`((?:test|docs|config|bags|\.ci)/[\w/.]*)`", text):
-        assert (ROOT / path).exists(), path
-
-
 def test_the_readme_has_three_figures_and_each_stands_among_all():
     """Each result, and the mesh of the reference, is that of the same row in docs/figures.md."""
     bullets = [plain(text) for text in section(README, "Figures").split("\n* ")[1:]]
@@ -269,12 +243,9 @@ def test_readme_and_index_have_the_same_doors():
         assert opened and opened <= behind | {f"index.md#{door.lower()}"}, door
 
 
-def test_the_readme_is_a_page_of_short_lines():
+def test_the_readme_is_a_page():
     assert len(README.splitlines()) <= 100
     assert f"Version {cable_sim_ros.__version__} " in README
-    for page in (README, CONTRIBUTING, INDEX):
-        lines = [line for line in page.splitlines() if not line.startswith(("|", "!["))]
-        assert [line for line in lines if len(line) > 100] == []
 
 
 def test_contributing_names_every_floor():
