@@ -118,9 +118,3 @@ METRICS = (
     ),
     ("run_verdict", "", "`replay`: the verdict on that run itself, of the same form; absent without a journal"),
 )
-
-
-def metrics_markdown() -> str:
-    """FIGURES as a Markdown table, for docs/json.md."""
-    rows = [f"| `{name}` | {'' if unit == '1' else unit} | {meaning} |" for name, unit, meaning in METRICS]
-    return "\n".join(["| field | unit | meaning |", "|---|---|---|", *rows])

@@ -37,7 +37,6 @@ from .journal_replay import JournalReplay
 from .live_changes import Change, changes_of
 from .message_run import MessageRun
 from .metrics import METRICS as METRICS
-from .metrics import metrics_markdown as metrics_markdown
 from .result import Run as Run
 from .result import bag_path, write_summary
 from .resume import Resumed, report_of

@@ -421,9 +421,3 @@ def summary_table(summary: dict, title: str = "Summary") -> Table:
         for name, unit, meaning in OF_BODIES:
             table.add_row(f"bodies.{body}.{name}", format_value(metrics[name]), unit, meaning)
     return table
-
-
-def summary_markdown() -> str:
-    """The declaration as a Markdown table, for docs/json.md."""
-    rows = [f"| `{name}` | {'' if unit == '1' else unit} | {meaning} |" for name, unit, meaning in SUMMARY]
-    return "\n".join(["| field | unit | meaning |", "|---|---|---|", *rows])

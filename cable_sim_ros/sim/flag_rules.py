@@ -6,7 +6,6 @@ by the name of its flag; one whose flag a version does not have counts for nothi
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from typing import NamedTuple
 
 OK, DOUBTFUL, FAILED = "ok", "doubtful", "failed"
@@ -436,24 +435,3 @@ CHECKS = (
     ("NOT_RECORDED", DOUBTFUL, TENSION + BODY, "messages were lost on the way to the disk"),
     (DAMAGE, DOUBTFUL, TENSION + BODY, "the bag was damaged and read in part; exit code 3"),
 )
-
-
-def rules_markdown() -> str:
-    """RULES and CHECKS as Markdown tables, for docs/flags.md."""
-    rows = ["| flag | harmless up to | why | more of it: the run is | figures concerned |", "|---|---|---|---|---|"]
-    for rule in RULES:
-        bound = "any time" if rule.state == OK else f"{rule.seconds:g} s"
-        bound += f", or {100.0 * rule.fraction:g} % of the run where that is longer" if rule.fraction else ""
-        bound += ", and not at the end of the run" if rule.at_end else ""
-        bound += "; any time with `setpoint.algorithm: hold`" if rule.compensating else ""
-        rows.append(
-            f"| `{rule.flag}` | {'none' if rule.state == FAILED else bound} | {rule.why} | {rule.state} | "
-            f"{_named(rule.metrics)} |"
-        )
-    rows += ["", "| cause | what is looked at | the run is | figures concerned |", "|---|---|---|---|"]
-    rows += [f"| `{name}` | {text} | {state} | {_named(metrics)} |" for name, state, metrics, text in CHECKS]
-    return "\n".join(rows)
-
-
-def _named(metrics: Iterable[str]) -> str:
-    return ", ".join(f"`{name}`" for name in dict.fromkeys(metrics)) or "none"

@@ -12,8 +12,15 @@ from cable_sim_ros.io.messages.channels import EVERY
 from cable_sim_ros.physics.parameter import declared
 from cable_sim_ros.physics.tick_output import BODY_COLUMNS, CONTACT_COLUMNS, FIELDS, SHAPE_COLUMNS, STRUM_COLUMNS
 from cable_sim_ros.runs import field_manual
+from cable_sim_ros.runs.metrics import METRICS
+from cable_sim_ros.runs.summary import SUMMARY
+from cable_sim_ros.sim import flag_rules
+from cable_sim_ros.sim.rules import latch
 from cable_sim_ros.sim.scene import Scene
+from cable_sim_ros.terminal import markdown_table
 from cable_sim_ros.tools.logs.imports.mapping_manual import text as mapping_text
+from cable_sim_ros.tools.spans.in_frequency import files
+from cable_sim_ros.tools.spans.in_time import wake_run
 
 pytestmark = pytest.mark.check
 
@@ -25,6 +32,67 @@ DOCS = Path(__file__).resolve().parents[2] / "docs"
 )
 def test_the_manual_is_up_to_date(page, text):
     assert (DOCS / f"{page}.md").read_text("utf-8") == text(), f"run: cable-sim manual {page} --out docs/{page}.md"
+
+
+def plain(*rows):
+    """Rows of name, unit and meaning."""
+    return ("field", "unit", "meaning"), *((f"`{name}`", unit * (unit != "1"), meaning) for name, unit, meaning in rows)
+
+
+def named(metrics):
+    return ", ".join(f"`{name}`" for name in dict.fromkeys(metrics)) or "none"
+
+
+def bound(rule):
+    """Up to which time a flag is harmless, in words."""
+    if rule.state == flag_rules.FAILED:
+        return "none"
+    text = "any time" if rule.state == flag_rules.OK else f"{rule.seconds:g} s"
+    text += f", or {100.0 * rule.fraction:g} % of the run where that is longer" if rule.fraction else ""
+    text += ", and not at the end of the run" if rule.at_end else ""
+    return text + ("; any time with `setpoint.algorithm: hold`" if rule.compensating else "")
+
+
+def of_vibration():
+    yield "field", "unit", "meaning", "in Python"
+    for name, field in files.FIELDS.items():
+        yield f"`{name}`", field.unit, field.meaning, f"`.{field.attribute}{'.max()' if field.largest else ''}`"
+    yield f"`{files.WARNINGS}`", "", "what is doubtful about the result, as texts", "`warnings(span, result)`"
+
+
+def of_flags():
+    yield "flag", "harmless up to", "why", "more of it: the run is", "figures concerned"
+    for rule in flag_rules.RULES:
+        yield f"`{rule.flag}`", bound(rule), rule.why, rule.state, named(rule.metrics)
+
+
+def of_checks():
+    yield "cause", "what is looked at", "the run is", "figures concerned"
+    for name, state, metrics, text in flag_rules.CHECKS:
+        yield f"`{name}`", text, state, named(metrics)
+
+
+def of_rules():
+    yield "rule", "key", "unit", "keeps", "compared with the limit"
+    for rule in latch.RULES:
+        keys = " or ".join(f"`{key}`" for key in rule.key.split(" or "))
+        yield f"`{rule.name}`", keys, rule.unit * (rule.unit != "1"), rule.sense, rule.meaning
+
+
+TABLES = {  # made by a declaration, on a page that is written by hand
+    "summary": ("json", plain(*SUMMARY)),
+    "run": ("json", plain(*METRICS)),
+    "span": ("json", plain(*((name, *row) for name, row in wake_run.FIELDS.items()))),
+    "viv": ("json", of_vibration()),
+    "flags": ("flags", of_flags()),
+    "checks": ("flags", of_checks()),
+    "rules": ("rules", of_rules()),
+}
+
+
+@pytest.mark.parametrize("page, rows", TABLES.values(), ids=TABLES)
+def test_tables_on_a_page_are_the_declared_ones(page, rows):
+    assert markdown_table(rows) in (DOCS / f"{page}.md").read_text("utf-8")
 
 
 def test_the_manual_names_every_parameter_with_its_unit():

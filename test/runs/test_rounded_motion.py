@@ -46,12 +46,3 @@ def test_a_table_of_a_real_sensor_tows_as_the_exact_one(tmp_path):
     # the made-up pitch goes against the surge, rounded or not; nothing else is doubted
     assert [[reason.flag for reason in run.verdict.reasons] for run in (rounded, exact)] == [["PITCH_SIGN"]] * 2
     assert "motion_rounded" not in exact.metrics
-
-
-def test_motion_below_its_resolution_makes_the_run_doubtful(tmp_path):
-    t = np.arange(0.0, 12.0, 0.1)
-    heave = np.round(0.02 * np.sin(2.0 * np.pi * t / PERIOD), 2)
-    path = tmp_path / "calm.csv"
-    path.write_text("time_s,heave_m\n" + "\n".join(f"{a!r},{b!r}" for a, b in zip(t.tolist(), heave.tolist())))
-    (reason,) = offline.run("side_scan", path, duration=1.0, every=0.1).verdict.reasons
-    assert reason.flag == "MOTION_ROUNDED"

@@ -14,7 +14,7 @@ from cable_sim_ros.runs.offline import run
 from cable_sim_ros.runs.step_choice import doubts_of_steps
 from cable_sim_ros.runs.summary import SUMMARY
 from cable_sim_ros.sim import flag_rules
-from cable_sim_ros.sim.flag_rules import CHECKS, DOUBTFUL, FAILED, OK, RULES, rules_markdown
+from cable_sim_ros.sim.flag_rules import CHECKS, DOUBTFUL, FAILED, OK, RULES
 from cable_sim_ros.sim.verdict import Verdict, check, judge_counts, of_node, overload, strength, verdict_of
 
 pytestmark = pytest.mark.trust
@@ -46,10 +46,6 @@ def test_every_flag_has_a_rule_and_every_figure_exists():
     assert {name for rule in RULES for name in rule.metrics} <= metrics
     assert {name for _, _, concerned, _ in CHECKS for name in concerned} <= metrics
     assert not set(names) & {name for name, *_ in CHECKS}
-
-
-def test_the_manual_has_the_table():
-    assert rules_markdown() in FLAGS.read_text("utf-8")
 
 
 def steps(taken, refused, unsolved=0, error=0.005):

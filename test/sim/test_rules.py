@@ -2,7 +2,6 @@
 
 import warnings
 from math import cos, pi
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -14,7 +13,7 @@ from cable_sim_ros.io.scenes.load import SceneWarning, load_scene, override
 from cable_sim_ros.physics.tick_output import TICK_OUTPUT
 from cable_sim_ros.sim.rule_blocks import RuleSet, slowest_tick
 from cable_sim_ros.sim.rules import rainflow
-from cable_sim_ros.sim.rules.latch import RULES, rules_markdown
+from cable_sim_ros.sim.rules.latch import RULES
 from cable_sim_ros.sim.rules.rainflow import Bends, Rainflow
 from cable_sim_ros.sim.rules.watch import rule_watch, watched
 
@@ -406,8 +405,3 @@ def test_what_makes_no_sense_is_refused(values, text):
 def test_thresholds_that_nobody_watches_are_said():
     with pytest.warns(SceneWarning, match="rules.turns_left has no effect: rules.set = none"):
         override(load_scene("full_scale"), {"rules.turns_left": 3.0})
-
-
-def test_the_page_has_the_table_of_the_rules():
-    page = Path(__file__).resolve().parents[2] / "docs" / "rules.md"
-    assert rules_markdown() in page.read_text("utf-8")

@@ -109,17 +109,6 @@ def test_a_body_above_the_water_weighs_what_it_weighs_in_air():
     assert layout_of(scene).shape(2.0).force[0, 2] == pytest.approx(250.0 * 9.81)
 
 
-def test_the_start_heads_into_the_flow_at_the_depth_of_the_body():
-    """Current abeam that is gone at the depth of the body: it heads as the ship, not as the surface says."""
-    scene = scene_of(water__current=[0.0, 0.5], water__current_gradient=[0.0, -0.005], setpoint__algorithm="hold")
-    sim = Simulator(scene)
-    sim.start()
-    depth, (x, y, z, w) = float(sim.frame.body_position[2]), sim.frame.body_quaternion
-    yaw = np.arctan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
-    past = 0.5 + 0.005 * depth  # depth: below zero
-    assert yaw == pytest.approx(np.arctan2(-past, 2.2), abs=2e-3) and abs(past) < 0.1
-
-
 def test_a_second_start_forgets_the_inputs_of_the_first():
     sim = Simulator(scene_of(setpoint__algorithm="hold"))
     sample = ShipMotion(time_ns=0, position=(0, 0, 0), velocity=(2.2, 0, 0), rate=(0, 0, 0), attitude=(0, 0, 0))

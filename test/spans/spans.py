@@ -3,7 +3,6 @@
 from cable_sim_ros.tools.spans.in_frequency.files import span_from_dict
 
 INCH = 0.0254
-FOOT_PER_POUND = 0.3048 / 4.4482216152605
 
 
 def data(**blocks):

@@ -248,11 +248,10 @@ def test_a_long_cable_shows_the_modes_of_the_largest_response(tmp_path, capsys):
 def test_names_in_python_stand_beside_those_of_json():
     case = span()
     result = vibration(case)
-    rows = re.findall(r"\| `(\w+)` \|.*\| `\.([\w.()]+)` \|", files.fields_markdown())
-    assert len(rows) == len(files.FIELDS)
     data = files.as_data(case, result)
-    for name, attribute in rows:
-        value = eval(f"result.{attribute}", {"result": result})
+    for name, field in files.FIELDS.items():
+        value = getattr(result, field.attribute)
+        value = value.max() if field.largest else value
         assert data[name] == (value.tolist() if hasattr(value, "tolist") else value), name
     assert data["cautions"] == viv.warnings(case, result)
 
@@ -260,10 +259,6 @@ def test_names_in_python_stand_beside_those_of_json():
 def test_a_choice_outside_the_range_of_its_key_is_left_out():
     case = span(flow={"strouhal": 0.95})
     assert "Strouhal number + 10 %" not in sensitivity.choices(case, vibration(case))
-
-
-def test_the_table_of_json_names_is_the_declared_one():
-    assert files.fields_markdown() in (DOCS / "json.md").read_text("utf-8")
 
 
 def numbers(markdown):

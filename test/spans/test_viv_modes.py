@@ -11,28 +11,22 @@ from cable_sim_ros.tools.spans.in_frequency.damping import damping, region
 from cable_sim_ros.tools.spans.in_frequency.files import changed, load_span
 from cable_sim_ros.tools.spans.in_frequency.line import Line
 from cable_sim_ros.tools.spans.in_frequency.modes import exact_frequencies, frequencies, modal_mass, shapes
-from cable_sim_ros.tools.spans.in_frequency.response import correlation_length, count_modes
+from cable_sim_ros.tools.spans.in_frequency.response import correlation_length, count_modes, vibration
 from cable_sim_ros.tools.spans.in_frequency.span import Region, Shape
+from verification.experiments.viv import CASES, mode_rows
 
 pytestmark = pytest.mark.trust
 
-FILES = ("capozucca_5_5", "capozucca_5_7", "capozucca_5_11", "capozucca_5_15")
+EXACT = (0.92255, 0.92632, 1.08238, 0.052767)  # Hz, of mode 1
 
 
-@pytest.mark.parametrize(
-    "name, wkb, exact, printed",
-    [
-        ("capozucca_5_5", 0.92255, 0.92255, 0.923),
-        ("capozucca_5_7", 0.92632, 0.92632, 0.926),
-        ("capozucca_5_11", 1.08360, 1.08238, 1.084),
-        ("capozucca_5_15", 0.0528008, 0.052767, 0.053),
-    ],
-)
-def test_first_frequencies_are_the_printed_ones(name, wkb, exact, printed):
-    line = Line(load_span(name))
-    assert frequencies(line, 1)[0] == pytest.approx(wkb, rel=1e-4)
-    assert exact_frequencies(line, 1)[0] == pytest.approx(exact, rel=1e-4)
-    assert round(float(frequencies(line, 1)[0]), 3) == printed
+@pytest.mark.parametrize("case, exact", zip(CASES, EXACT, strict=True), ids=[case.figure for case in CASES])
+def test_frequencies_and_damping_ratios_are_the_printed_ones(case, exact):
+    """On the source's grid; those apart have their reason on the page of experiments."""
+    span = load_span(case.file)
+    rows = [row for row in mode_rows(case, vibration(span)) if not row.why]
+    assert all(abs(row.ours - row.measured) <= row.allowed for row in rows) and len(rows) > len(case.ratios) - 4
+    assert exact_frequencies(Line(span), 1)[0] == pytest.approx(exact, rel=1e-4)
 
 
 def test_the_frequency_of_the_text_with_a_tension_that_grows_by_1_pound_a_foot():
@@ -43,7 +37,7 @@ def test_the_frequency_of_the_text_with_a_tension_that_grows_by_1_pound_a_foot()
 
 def test_masses_by_standard_gravity_would_miss_two_printed_frequencies():
     missed = 0
-    for name, printed in zip(FILES, (0.923, 0.926, 1.084, 0.053), strict=True):
+    for name, printed in ((case.file, case.frequency) for case in CASES):
         case = load_span(name)
         heavier = 32.2 / 32.17405
         case = changed(
@@ -134,7 +128,6 @@ def test_mass_and_diameter_by_table_against_finite_differences():
     assert line.crossing == pytest.approx(trapezoid(slowness, s), rel=1e-7)
 
 
-PRINTED = {"capozucca_5_5": (0.235, 0.131, 0.068, 0.045), "capozucca_5_7": (0.234, 0.131, 0.068, 0.044)}
 CONVERGED = {
     "capozucca_5_5": (0.2409, 0.1276, 0.0684, 0.0454),
     "capozucca_5_7": (0.2400, 0.1270, 0.0674, 0.0457),
@@ -154,11 +147,6 @@ def ratios(name, **changes):
     return damping(line, case.damping, count, correlation_length(case, line)).ratios
 
 
-@pytest.mark.parametrize("name", PRINTED)
-def test_damping_ratios_on_the_source_s_grid_are_the_printed_ones(name):
-    assert ratios(name) == pytest.approx(PRINTED[name], abs=5e-4)
-
-
 @pytest.mark.parametrize("name", CONVERGED)
 def test_converged_damping_ratios(name):
     assert ratios(name, segments=4000) == pytest.approx(CONVERGED[name], rel=0.01)
@@ -167,13 +155,6 @@ def test_converged_damping_ratios(name):
 @pytest.mark.parametrize("name", EACH_WAY)
 def test_damping_ratios_with_a_driven_part_of_a_correlation_length_each_way(name):
     assert ratios(name, region="correlation_length") == pytest.approx(EACH_WAY[name], abs=1e-4)
-
-
-def test_damping_ratios_of_the_riser():
-    printed = (0.797, 0.411, 0.275, 0.208, 0.167, 0.140, 0.121, 0.105, 0.093, 0.085, 0.077, 0.070)
-    ours = ratios("capozucca_5_15")
-    assert len(ours) == 16 and ours[:12] == pytest.approx(printed, rel=0.07)
-    assert ours[12:] == pytest.approx((0.064, 0.060, 0.046, 0.037), abs=5e-4)  # printed .049 .038 .049 .053
 
 
 def test_the_plain_sine_is_apart_from_the_shape_with_its_amplitude():

@@ -88,9 +88,9 @@ def experiment(duration: float | None, progress=lambda *_: None) -> Result:
         computed, printed = vibration(span), vibration(as_printed(case))
         fine = vibration(converged(as_printed(case), case.finer))
         shown.append((case, printed, fine))
-        rows += _modes(case, computed)
+        rows += mode_rows(case, computed)
         rows += _rms(case, span, printed, fine)
-    rows += _green() + _stiffness()
+    rows += green_rows() + _stiffness()
     result = Result("viv", rows, [], lambda folder: draw(shown, folder / "viv_response.png"))
     return result._replace(tables=lambda: [markdown(result), *_sensitivity()], shown=_sensitivity)
 
@@ -101,7 +101,8 @@ def _sensitivity() -> list[str]:
     return ["Chosen otherwise, changes in the case of fig. 5.7 (`capozucca_5_7`):", sensitivity.markdown(changes)]
 
 
-def _modes(case: Case, computed: Vibration) -> list[Comparison]:
+def mode_rows(case: Case, computed: Vibration) -> list[Comparison]:
+    """Frequency of mode 1 and the damping ratios."""
     name = f"fig. {case.figure}, frequency of mode 1"
     rows = [Comparison(name, "Hz", float(computed.frequencies[0]), case.frequency, 5e-4, SOURCE)]
     for n, (ours, printed) in enumerate(zip(computed.damping_ratios, case.ratios, strict=True), 1):
@@ -134,7 +135,7 @@ def _rms(case: Case, span: Span, printed: Vibration, fine: Vibration) -> list[Co
     return rows
 
 
-def _green() -> list[Comparison]:
+def green_rows() -> list[Comparison]:
     """|G| at the middle for a force there, mode 3, damping ratio 0.068."""
     rows = []
     for case, f, printed in zip(CASES[:2], (2.77, 2.78), (0.0279, 0.0276), strict=True):

@@ -117,17 +117,6 @@ class Latch:
         }
 
 
-def rules_markdown() -> str:
-    """RULES as a Markdown table, for docs/rules.md."""
-    rows = ["| rule | key | unit | keeps | compared with the limit |", "|---|---|---|---|---|"]
-    for rule in RULES:
-        keys = " or ".join(f"`{key}`" for key in rule.key.split(" or "))
-        rows.append(
-            f"| `{rule.name}` | {keys} | {'' if rule.unit == '1' else rule.unit} | {rule.sense} | {rule.meaning} |"
-        )
-    return "\n".join(rows)
-
-
 def said(row: dict[str, Any]) -> str:
     """A broken rule in words."""
     unit = "" if row["unit"] == "1" else f" {row['unit']}"

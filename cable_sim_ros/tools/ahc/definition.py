@@ -17,6 +17,7 @@ from typing import Any, NamedTuple
 from ...files import read_text
 from ...io.scenes.resources import share_folder
 from ...io.scenes.yaml12 import parse
+from ...terminal import markdown_table
 
 VERSION = "ahc-1"
 DURATION, START_UP = 120.0, 20.0  # s simulated, and of it left out of the figures
@@ -344,7 +345,7 @@ def markdown() -> str:
         where = "all" if (*one.scenes, *one.motions) == ("*", "*") else ", ".join((*one.scenes, *one.motions))
         when = "-" if one.fault is None else f"{one.fault[0]:g} to {one.fault[1]:g}"
         classes.append((f"`{one.name}`", one.what, where, when))
-    return "\n\n".join(_table(rows) for rows in (parts, moved, drives, classes))
+    return "\n\n".join(markdown_table(rows) for rows in (parts, moved, drives, classes))
 
 
 OF_DRIVE = (  # of the limited drive, for the page
@@ -361,8 +362,3 @@ def _said(value: Any) -> str:
     if isinstance(value, list):
         return ", ".join(f"{one:g}" for one in value)
     return "-" if value is None else f"{value:g}"
-
-
-def _table(rows: list[tuple[str, ...]]) -> str:
-    head, *rest = ("| " + " | ".join(row) + " |" for row in rows)
-    return "\n".join([head, "|" + "---|" * len(rows[0]), *rest])

@@ -1,4 +1,4 @@
-"""What the scripts of both versions of FMI share: rows of the description, its texts and its token."""
+"""What the scripts of both versions of FMI share: the slave, rows of the description, its texts and its token."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 from uuid import UUID, uuid5
 
+from ...errors import CableSimError
 from ...physics.parameter import declaration
 from ...sim.scene import Scene
 from .tow import Tow
@@ -68,3 +69,54 @@ def described(tow: Tow) -> str:
         f"Cable tow of the scene {tow.base.name}: ship motion and winch command in, pull of the cable on the ship and "
         f"towbody out; tick {tow.base.solver.tick:g} s; needs a Python with cable_sim_ros {tow.about['version']}"
     )
+
+
+class TowSlave:
+    """A tow behind the calls of pythonfmu or pythonfmu3, whose slave comes second among the bases."""
+
+    FMI: int
+    STATUS: Any  # its enum of states
+    DefaultExperiment: Any
+    resources: str
+    log: Any
+
+    def __init__(self, **kwargs: Any) -> None:
+        super().__init__(**kwargs)
+        self.tow = Tow(self.resources)
+        about = self.tow.about
+        self.modelName, self.version, self.guid = about["name"], about["version"], guid_of(about, self.FMI)
+        self.description, self.license, self.author = described(self.tow), "MIT", "cable_sim_ros"
+        self.default_experiment = self.DefaultExperiment(start_time=0.0, step_size=self.tow.scene.solver.tick)
+
+    def setup_experiment(self, start_time, stop_time=None, tolerance=None):
+        """The clock begins."""
+        self.tow.begin_at(start_time)
+
+    def exit_initialization_mode(self):
+        """Static equilibrium; an error ends the initialization with its text."""
+        self.tow.start()
+        self._tell()
+
+    def stepped(self, current_time: float, step_size: float) -> bool:
+        """One communication step; False, and the text in the log, where it is refused."""
+        try:
+            self.tow.step(current_time, step_size)
+        except CableSimError as error:
+            self.log(str(error), self.STATUS.error)
+            return False
+        self._tell()
+        return True
+
+    def _tell(self):
+        for text in self.tow.said:
+            self.log(text, self.STATUS.warning)
+        self.tow.said.clear()
+
+    def _get_fmu_state(self):
+        return self.tow.state()
+
+    def _set_fmu_state(self, state):
+        self.tow.restore(state)
+
+    _fmu_state_to_bytes = staticmethod(Tow.to_bytes)
+    _fmu_state_from_bytes = staticmethod(Tow.from_bytes)

@@ -45,8 +45,8 @@ if TYPE_CHECKING:
 @answers
 def import_command(files, mapping, kind, out, track, speed, heading, height, force) -> Answer:
     """Make a BAG that run, replay and live take of foreign logs: ship motion, and what was measured of the tow."""
-    from .imports.choice import Choice
     from .imports.import_logs import import_logs
+    from .imports.track import Choice
 
     way = None if heading is None else radians(90.0 - heading)
     done = import_logs(files, out, mapping, format=kind, choice=Choice(track, speed, way, height), force=force)

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from cable_sim_ros.io.sources.recorded_tow import odometry_of, read_tow
-from cable_sim_ros.tools.logs.imports.choice import Choice
 from cable_sim_ros.tools.logs.imports.import_logs import Imported, import_logs
+from cable_sim_ros.tools.logs.imports.track import Choice
 from cable_sim_ros.tools.logs.own_signals import later_only
 
 SECOND = 1_000_000_000

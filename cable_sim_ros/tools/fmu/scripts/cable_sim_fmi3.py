@@ -17,24 +17,19 @@ from pythonfmu3 import (
     Unit,
 )
 
-from cable_sim_ros.errors import CableSimError
-from cable_sim_ros.tools.fmu.slave import described, guid_of, limits_of, variables
-from cable_sim_ros.tools.fmu.tow import Tow
+from cable_sim_ros.tools.fmu.slave import TowSlave, limits_of, variables
 from cable_sim_ros.tools.fmu.variables import UNITS
 
 KINDS = {"Real": Float64, "Integer": Int32, "Boolean": Boolean, "String": String}
 
 
-class CableSimTow(Fmi3Slave):
+class CableSimTow(TowSlave, Fmi3Slave):
     """One instance of the FMU."""
+
+    FMI, STATUS, DefaultExperiment = 3, Fmi3Status, DefaultExperiment
 
     def __init__(self, **kwargs):
         super().__init__(**kwargs)
-        self.tow = Tow(self.resources)
-        about = self.tow.about
-        self.modelName, self.version, self.guid = about["name"], about["version"], guid_of(about, 3)
-        self.description, self.license, self.author = described(self.tow), "MIT", "cable_sim_ros"
-        self.default_experiment = DefaultExperiment(start_time=0.0, step_size=self.tow.scene.solver.tick)
         self.register_units([Unit(name=name, **exponents) for name, exponents in UNITS.items()])
         self.register_variable(
             Float64(
@@ -58,40 +53,8 @@ class CableSimTow(Fmi3Slave):
                 variable.set(key, value)
         return root
 
-    def setup_experiment(self, start_time):
-        """The clock begins."""
-        self.tow.begin_at(start_time)
-
-    def exit_initialization_mode(self):
-        """Static equilibrium; an error ends the initialization with its text."""
-        self.tow.start()
-        self._tell()
-
     def do_step(self, current_time, step_size):
-        """One communication step; fmi3Discard with the text in the log where it is refused."""
-        try:
-            self.tow.step(current_time, step_size)
-        except CableSimError as error:
-            self.log(str(error), Fmi3Status.error)
-            return Fmi3StepResult(status=Fmi3Status.discard, terminateSimulation=bool(self.tow.problem))
-        self._tell()
-        return Fmi3StepResult(status=Fmi3Status.ok)
-
-    def _tell(self):
-        for text in self.tow.said:
-            self.log(text, Fmi3Status.warning)
-        self.tow.said.clear()
-
-    def _get_fmu_state(self):
-        return self.tow.state()
-
-    def _set_fmu_state(self, state):
-        self.tow.restore(state)
-
-    @staticmethod
-    def _fmu_state_to_bytes(state):
-        return Tow.to_bytes(state)
-
-    @staticmethod
-    def _fmu_state_from_bytes(state):
-        return Tow.from_bytes(state)
+        """One communication step; fmi3Discard where it is refused."""
+        if self.stepped(current_time, step_size):
+            return Fmi3StepResult(status=Fmi3Status.ok)
+        return Fmi3StepResult(status=Fmi3Status.discard, terminateSimulation=bool(self.tow.problem))

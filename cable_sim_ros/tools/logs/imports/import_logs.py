@@ -31,9 +31,9 @@ from ..several import Paths
 from ..signals import QUANTITIES, Signal
 from . import attitude
 from .attitude import FORCES, RATES
-from .choice import Choice
 from .measured import MEASURED, Message, write_measured
 from .motion import ShipMotion, motion_of_signals
+from .track import Choice
 
 ODOMETRY = "/tow_sim/odom"
 IMU = "/tow_sim/imu/data"

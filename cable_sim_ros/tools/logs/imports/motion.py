@@ -18,9 +18,8 @@ from ....runs.make_bags import CUTOFF
 from ....sim.inputs import MAX_POSITION
 from ..log import SECOND, LogError
 from ..signals import Signal
-from .choice import Choice
 from .regular import Regular, regular
-from .track import EDGE, Track, around_mean, measured
+from .track import EDGE, Choice, Track, around_mean, measured
 
 DEGREE = np.pi / 180.0
 ANGLES = ("roll", "pitch", "yaw")

@@ -13,12 +13,23 @@ from ....io.sources.motion_curves import Given, Rounding, through
 from ....runs.make_bags import EDGE as EDGE
 from ....runs.make_bags import derive
 from ..log import LogError
-from .choice import Choice
 from .regular import Regular
 
 LONGEST_GAP = 10.0  # s, over which a mean track bridges positions
 STRAIGHT = np.radians(30.0)  # a heading that turns over more goes no straight way
 UNDER_WAY = 3.0  # times the deviation of the velocity: a mean above it has a direction
+
+
+@dataclass(frozen=True)
+class Choice:
+    """track: measured, or mean: a straight one at `speed` [m/s, None: that of the scene of
+    a run], measured deviations of 30 s and less about it;
+    heading: from east to north [rad], None: that of the log; height: mean of base_link above the water [m]."""
+
+    track: str = "measured"
+    speed: float | None = None
+    heading: float | None = None
+    height: float = 0.0
 
 
 @dataclass

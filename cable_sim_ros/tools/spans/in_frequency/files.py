@@ -115,13 +115,3 @@ def as_data(span: Span, result: Vibration) -> dict[str, Any]:
 def warnings(span: Span, result: Vibration) -> list[str]:
     """What is doubtful about a result, one text each: number, threshold, remedy."""
     return [text_of(problem) for problem in checks.warnings(span, result)]
-
-
-def fields_markdown() -> str:
-    """Table of the fields for docs/json.md."""
-    rows = [
-        f"| `{name}` | {field.unit} | {field.meaning} | `.{field.attribute}{'.max()' if field.largest else ''}` |"
-        for name, field in FIELDS.items()
-    ]
-    rows.append(f"| `{WARNINGS}` |  | what is doubtful about the result, as texts | `warnings(span, result)` |")
-    return "\n".join(("| field | unit | meaning | in Python |", "|---|---|---|---|", *rows))

@@ -234,12 +234,6 @@ def metrics(span: Span, name: str, line: SpanLine, report: SpanHistory) -> SpanR
     )
 
 
-def fields_markdown() -> str:
-    """Table of the fields of a case for docs/json.md."""
-    rows = [f"| `{name}` | {unit} | {meaning} |" for name, (unit, meaning) in FIELDS.items()]
-    return "\n".join(("| field | unit | meaning |", "|---|---|---|", *rows))
-
-
 def _about_mean(x: np.ndarray) -> np.ndarray:
     """Less its straight line of best fit: what goes on drifting is no vibration."""
     t = np.linspace(-1.0, 1.0, len(x))
