@@ -27,6 +27,7 @@ from cable_sim_ros.sim.loop import (
     DONE,
     EVENTFD,
     HALTED,
+    HEADS,
     LIVE,
     MAPPING,
     MAX_CATCHUP,
@@ -109,7 +110,7 @@ def ticks(seconds: float | None = None, progress: Progress = silent) -> Ticks:
     now, period = int(sim.frame.time), int(sim.model.settings[0].tick_ns)
     output = make_output(sim.model, sim.nodes, ROWS)
     control, stats = np.zeros(CONTROL_WORDS, np.int64), np.zeros((ROWS, STATS_COLUMNS), np.int64)
-    heads = np.zeros((ROWS, 2), np.int64)
+    heads = np.zeros((ROWS, HEADS), np.int64)
     bell = os.eventfd(0, os.EFD_CLOEXEC)
     offset = time.monotonic_ns() - now + SECOND // 10
     control[[PERIOD, SLEW, MAX_CATCHUP, EVENTFD, ONE]] = period, period // 50, 3, bell, 1
