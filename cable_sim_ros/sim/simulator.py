@@ -214,6 +214,8 @@ class Simulator:
         heads, int64 [count, 3]: motion samples, commands and samples of the vehicle, counted from the first, that each
         tick sees of those written; default all.
         """
+        if heads is not None and heads.shape != (count, HEADS):
+            raise ValueError(f"heads has the shape {heads.shape}, expected {(count, HEADS)}; nothing was simulated")
         if len(self._chunk.frame) < count:
             self._chunk = make_output(self.model, self.nodes, count)
         done = self._drive(TICKS, count, self._chunk, heads=heads)
