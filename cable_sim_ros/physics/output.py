@@ -21,7 +21,7 @@ from .instruments import direction_at, measure, node_tension, tension_at
 from .link_element import is_links, joint_tension
 from .ringing import missing
 from .sea import elevation
-from .ship import along_heading, frame_shift, quaternion, rotate, spin, unrotate
+from .ship import along_heading, axis_of, frame_shift, quaternion, rotate, spin, unrotate
 from .state import ARC, FLOW, NOW, A, Q, V
 from .swivel import aim_block
 from .tick_output import (
@@ -113,7 +113,8 @@ def _fill_vehicle(vehicle, state, f) -> int:
     omega, quat = spin(motion)[0], quaternion(motion.coord)
     f.vehicle_power = 0.0
     for k in range(3):
-        f.vehicle_position[k] = motion.coord[k] + (shift[k] if k < 2 else 0.0)
+        f.vehicle_position[k] = motion.coord[k] + axis_of(shift, k)
+        f.vehicle_velocity[k] = motion.rate[k] + axis_of(now.frame.velocity, k)
         f.vehicle_force[k], f.vehicle_moment[k], f.body_rate[k] = force[k], moment[k], omega[k]
         f.vehicle_power -= force[k] * v[last, k]
     for k in range(4):

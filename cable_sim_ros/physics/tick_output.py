@@ -310,6 +310,7 @@ FIELDS = (
         "m",
         "reference point of the vehicle in odom; without a vehicle 0, as what follows",
     ),
+    ("vehicle_velocity", (3,), "f8", "m/s", "velocity of the vehicle's reference point in odom"),
     ("vehicle_force", (3,), "f8", "N", "force of the cable on the vehicle in odom"),
     ("vehicle_moment", (3,), "f8", "N m", "its moment about the vehicle's reference point in odom"),
     (

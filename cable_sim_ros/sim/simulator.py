@@ -216,6 +216,8 @@ class Simulator:
         heads, int64 [count, 4]: motion samples, commands, samples of the vehicle and rows of flaps, counted from the
         first, that each tick sees of those written; default all.
         """
+        if heads is not None and heads.shape != (count, HEADS):
+            raise ValueError(f"heads has the shape {heads.shape}, expected {(count, HEADS)}; nothing was simulated")
         if len(self._chunk.frame) < count:
             self._chunk = make_output(self.model, self.nodes, count)
         done = self._drive(TICKS, count, self._chunk, heads=heads)

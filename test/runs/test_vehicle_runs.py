@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
+from functools import cache
 
 import numpy as np
 import pytest
 
 from cable_sim_ros import CableSimError, replay, run
 from cable_sim_ros.io.bags.bag import BagReader
+from cable_sim_ros.io.bags.typestore import STORE
 from cable_sim_ros.io.scenes.load import load_scene
 
 pytestmark = [pytest.mark.trust, pytest.mark.filterwarnings("ignore::cable_sim_ros.SceneWarning")]
@@ -24,6 +26,7 @@ def circled(tmp_path_factory):
     return run(SCENE, vehicle="circle 5 30", duration=SECONDS, step="fixed", out=out / "run"), out / "run" / "tow"
 
 
+@cache
 def start() -> list[float]:
     return list(load_scene(SCENE).vehicle.position or ())
 
@@ -61,14 +64,15 @@ def test_a_replay_gives_the_same_bits_and_the_bag_is_a_source(circled):
 
 def test_the_force_is_recorded_as_a_wrench_in_axes_of_the_vehicle(circled):
     one, bag = circled
+    topic, kind = "/tow_sim/vehicle/wrench", "geometry_msgs/msg/WrenchStamped"
     with BagReader(bag) as reader:
-        assert reader.topics["/tow_sim/vehicle/wrench"] == "geometry_msgs/msg/WrenchStamped"
-        messages = (
-            [reader.decode(m) for m in reader.read(["/tow_sim/vehicle/wrench"])]
-            if False
-            else list(reader.read(["/tow_sim/vehicle/wrench"]))
+        found = [STORE.deserialize_cdr(message.data, kind) for message in reader.read([topic])]
+    assert len(found) == len(one.frames) and found[0].header.frame_id == "vehicle_link"
+    for part in ("force", "torque"):  # it heads east, level: its axes are those of the world
+        got = np.array([[getattr(getattr(m.wrench, part), axis) for axis in "xyz"] for m in found])
+        np.testing.assert_allclose(
+            got, one.frames["vehicle_" + {"force": "force", "torque": "moment"}[part]], atol=1e-9
         )
-    assert len(messages) == len(one.frames)
 
 
 def test_a_saved_run_goes_on_with_the_motion_of_its_vehicle(circled, tmp_path):

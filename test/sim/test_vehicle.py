@@ -124,6 +124,10 @@ def test_the_work_of_a_vehicle_on_a_circle_is_in_the_balance_of_energy():
     assert work > 500.0 and f["work_supplied"][-1] == pytest.approx(work, rel=0.02)  # the drum stands still
     assert abs(f["energy_residual"]).max() < 1e-3 * work
     assert not named(f) & {"VEHICLE_LIMITED", "VEHICLE_STALE", "HALVED"}
+    wrong = np.diff(f["vehicle_position"], axis=0) / 0.01 - 0.5 * (
+        f["vehicle_velocity"][1:] + f["vehicle_velocity"][:-1]
+    )
+    assert np.abs(wrong).max() < 1e-3 * np.abs(f["vehicle_velocity"]).max()
     power = -(f["vehicle_force"] * f["body_velocity"]).sum(1)
     np.testing.assert_allclose(f["vehicle_power"], power, rtol=1e-9)
 
