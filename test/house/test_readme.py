@@ -147,7 +147,7 @@ DRAWN = markers_channel(load_scene("full_scale"), 1.0)
 
 def test_the_readme_names_no_other_topic():
     lines = re.findall(r"^\* (.*)$", section(README, "Topics"), re.M)
-    assert len(lines) == 7
+    assert len(lines) == 8
     aboard = {channel.topic for channel in EVERY if channel.new}  # on their page
     listed = set(re.findall(r"^\| `([\w/]+)` \|", TOPICS, re.M)) - aboard
     assert {name for line in lines for name in re.findall(r"`([\w/]+)`", line)} == listed

@@ -44,7 +44,14 @@ def test_what_is_written_is_read_back_tick_by_tick():
     assert report.faults == [] and segment.ticks == 6 and not segment.halted
     assert segment.start == Start(1000, (1.0, 2.0), 0.5, "start")
     assert segment.parameters == {"winch.command_timeout": 0.7}
-    assert segment.heads().tolist() == [[3, 0, 0, 0], [6, 0, 0, 0], [9, 1, 0, 0], [12, 1, 0, 0], [15, 1, 0, 0], [18, 1, 0, 0]]
+    assert segment.heads().tolist() == [
+        [3, 0, 0, 0],
+        [6, 0, 0, 0],
+        [9, 1, 0, 0],
+        [12, 1, 0, 0],
+        [15, 1, 0, 0],
+        [18, 1, 0, 0],
+    ]
     again = make_inputs()
     segment.load(again)
     segment.push(again, 18, 1, 0, 0)
