@@ -13,8 +13,8 @@ import numpy as np
 from .parameter import Block, quantity
 
 # devices in the order of the bits of tick output readings_new
-MRU, ENCODER, METERING, LOAD_PIN, USBL, DEPTH = range(6)
-DEVICES = ("mru", "encoder", "metering_sheave", "load_pin", "usbl", "depth")
+MRU, ENCODER, METERING, LOAD_PIN, USBL, DEPTH, FISH, ALTIMETER = range(8)
+DEVICES = ("mru", "encoder", "metering_sheave", "load_pin", "usbl", "depth", "fish_attitude", "altimeter")
 SIGNALS = (  # one number that a device shows: its device, and what its faults are set under
     ("mru_surge", MRU, ""),
     ("mru_sway", MRU, ""),
@@ -35,9 +35,14 @@ SIGNALS = (  # one number that a device shows: its device, and what its faults a
     ("usbl_y", USBL, "usbl"),
     ("usbl_z", USBL, "usbl"),
     ("depth_reading", DEPTH, "depth"),
+    ("fish_roll", FISH, "fish_roll"),
+    ("fish_pitch", FISH, "fish_pitch"),
+    ("fish_heading", FISH, "fish_heading"),
+    ("altitude_reading", ALTIMETER, "altimeter"),
 )
 COUNT = len(SIGNALS)
-HEAVE, ROLL, ENCODED, METERED, PIN, FIX, DEPTH_SHOWN = 2, 6, 10, 12, 14, 15, 18  # rows of SIGNALS
+# rows of SIGNALS
+HEAVE, ROLL, ENCODED, METERED, PIN, FIX, DEPTH_SHOWN, FISH_ROLL, ALTITUDE = 2, 6, 10, 12, 14, 15, 18, 19, 22
 MAX_LATE = 5.0  # s, of a latency and of a fault that is late
 PATHS = ("command", "drive", "flaps")  # of faults that are no instrument's
 TARGETS = (*dict.fromkeys(fault for _, _, fault in SIGNALS if fault), *PATHS)
@@ -100,6 +105,7 @@ SENSOR_RULES = np.dtype(
         ("metering_least", "f8"),  # N
         ("axis", "f8"),  # rad from the downward vertical, positive aft; nan: of the resultant at the start
         ("newtons", "f8"),  # of the pin per newton of tension; nan: as at the start
+        ("seabed", "f8"),  # m below the mean water surface; 0: there is none
         ("transducer", "f8", 3),  # m, base_link, where that of the fix really is
         ("transducer_error", "f8", 3),  # m, that less where it is said to be
         ("transducer_turn", "f8", 6),  # rad, from the fourth: roll, pitch, heading by which it is turned unknown
@@ -254,6 +260,20 @@ class DepthSensor(Device):
     resolution: float = quantity(0.0, "m", 0.0, 10.0, "step of the reading")
 
 
+class FishAttitude(Device):
+    zero: tuple[float, float, float] = quantity(
+        (0.0, 0.0, 0.0), "rad", -0.5, 0.5, "reading of roll, pitch and heading at zero: its mounting, and its compass"
+    )
+    noise: float = quantity(0.0, "rad", 0.0, 0.5, "deviation of each, white")
+    resolution: float = quantity(0.0, "rad", 0.0, 0.1, "step of each")
+
+
+class Altimeter(Device):
+    noise: float = quantity(0.0, "m", 0.0, 10.0, "deviation, white")
+    resolution: float = quantity(0.0, "m", 0.0, 10.0, "step of the reading")
+    max_range: float | None = quantity(None, "m", 0.1, 1e4, "largest reading; none: no end")
+
+
 class Instruments(Block):
     feed: Feedback = quantity(
         Feedback.TRUTH, "", None, None, "what set-point laws and a callback controller get: truth, or instruments"
@@ -265,6 +285,8 @@ class Instruments(Block):
     load_pin: LoadPin = quantity(LoadPin(), "", None, None, "load pin of the sheave")
     usbl: Usbl = quantity(Usbl(), "", None, None, "acoustic fix of the towbody")
     depth: DepthSensor = quantity(DepthSensor(), "", None, None, "pressure sensor of the towbody")
+    fish_attitude: FishAttitude = quantity(FishAttitude(), "", None, None, "roll, pitch and heading of the towbody")
+    altimeter: Altimeter = quantity(Altimeter(), "", None, None, "altimeter of the towbody")
 
 
 class Fault(Block):
@@ -290,6 +312,10 @@ class Faults(Block):
     load_pin: Fault = quantity(Fault(), "", None, None, "load pin")
     usbl: Fault = quantity(Fault(), "", None, None, "acoustic fix")
     depth: Fault = quantity(Fault(), "", None, None, "pressure sensor")
+    fish_roll: Fault = quantity(Fault(), "", None, None, "roll of the towbody")
+    fish_pitch: Fault = quantity(Fault(), "", None, None, "pitch of the towbody")
+    fish_heading: Fault = quantity(Fault(), "", None, None, "heading of the towbody")
+    altimeter: Fault = quantity(Fault(), "", None, None, "altimeter of the towbody")
     command: Fault = quantity(Fault(), "", None, None, "way of a command to the winch: rates in m/s, lengths in m")
     drive: Fault = quantity(Fault(), "", None, None, "set-point of the drive as it comes to it: lengths in m")
     flaps: Fault = quantity(Fault(), "", None, None, "flaps of rigid bodies: angles in rad")

@@ -11,11 +11,27 @@ from math import atan2, cos, exp, floor, pi, sin
 import numpy as np
 
 from ..compiler.jit import driver, inline
+from .attitude import roll_pitch_yaw
 from .contact_output import in_block
 from .instruments import end_strain
 from .noise import drawn, gauss, spoiled
 from .sea import pressure_head
-from .sensor_models import COUNT, DEPTH_SHOWN, ENCODED, FIX, HEAVE, LATE, LOST, METERED, MRU, NOISE, PIN, ROLL
+from .sensor_models import (
+    ALTITUDE,
+    COUNT,
+    DEPTH_SHOWN,
+    ENCODED,
+    FISH_ROLL,
+    FIX,
+    HEAVE,
+    LATE,
+    LOST,
+    METERED,
+    MRU,
+    NOISE,
+    PIN,
+    ROLL,
+)
 from .ship import along_heading, frame_shift, hull_point, rotate, unrotate
 from .state import NOW, Q
 from .vec import at3, axpy, cross, norm
@@ -103,6 +119,8 @@ def truths(model, state, f, row, h):
     place, sea = at3(state.nodes[NOW, Q, model.line.body_nodes[0]], 0), model.line.sea
     head = pressure_head(sea.waves, state.work.phase, state.memory[NOW].sea.fraction, place[0], place[1], place[2])
     row[DEPTH_SHOWN] = max(head - place[2], 0.0)
+    row[FISH_ROLL], row[FISH_ROLL + 1], row[FISH_ROLL + 2] = roll_pitch_yaw(f.body_quaternion)
+    row[ALTITUDE] = f.body_position[2] + rules.seabed
     if model.sensors.signals[FIX].on == 0:
         return 0.0
     off, distance = fix_error(rules, state.memory[NOW].ship.motion, place)
@@ -191,7 +209,9 @@ def show(state, f):
     f.load_pin, f.load_pin_tension = shown[PIN].shown, pin_tension(state.sensors)
     for k in range(3):
         f.usbl_position[k] = shown[FIX + k].shown
-    f.depth_reading = shown[DEPTH_SHOWN].shown
+    f.depth_reading, f.altitude_reading = shown[DEPTH_SHOWN].shown, shown[ALTITUDE].shown
+    f.fish_roll, f.fish_pitch = shown[FISH_ROLL].shown, shown[FISH_ROLL + 1].shown
+    f.fish_heading = shown[FISH_ROLL + 2].shown
 
 
 @driver

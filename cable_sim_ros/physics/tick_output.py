@@ -301,7 +301,8 @@ FIELDS = (
         (),
         "i8",
         "1",
-        "devices with a reading of this tick: 1 MRU, 2 encoder, 4 metering sheave, 8 load pin, 16 fix, 32 depth",
+        "devices with a reading of this tick: 1 MRU, 2 encoder, 4 metering sheave, 8 load pin, 16 fix, 32 depth, "
+        "64 attitude of the towbody, 128 altimeter",
     ),
     (
         "vehicle_position",
@@ -336,6 +337,10 @@ FIELDS = (
     ("command_age", (), "f8", "s", "simulation time less arrival of the winch command carried out; negative: none yet"),
     ("status", (), "i8", "1", "Flag bits"),
     ("slam", (), "f8", "N", "force of water entry on a body that goes under, the largest of the bodies; 0: none does"),
+    ("fish_roll", (), "f8", "rad", "roll of the towbody that its attitude sensor shows, port side up"),
+    ("fish_pitch", (), "f8", "rad", "pitch that it shows, nose down, as in REP 103"),
+    ("fish_heading", (), "f8", "rad", "heading that it shows, from east to north"),
+    ("altitude_reading", (), "f8", "m", "altimeter of the towbody: height of its tow point above the seabed"),
 )
 
 TICK_OUTPUT = np.dtype([(name, kind, shape) for name, shape, kind, _, _ in FIELDS], align=True)

@@ -11,6 +11,7 @@ import numpy as np
 from ..errors import RunError
 from ..physics.sensor_models import Feedback, Instruments
 from ..sim.inputs import FlapCommand, InputError, WinchCommand
+from ..sim.tables.attitude import quaternion
 
 if TYPE_CHECKING:
     from .result import Run
@@ -100,6 +101,7 @@ class ControlLoop:
         fed = instruments is not None and instruments.feed is Feedback.INSTRUMENTS
         self.seen = shown_for(instruments) if instruments is not None and fed else {}
         self.depth = instruments is not None and fed and instruments.depth.on
+        self.attitude = instruments is not None and fed and instruments.fish_attitude.on
         self.left = self.calls = self.commands = 0
 
     @property
@@ -163,6 +165,10 @@ class ControlLoop:
             row[field] = row[reading]
         if self.depth:
             row["body_position"][2] = -row["depth_reading"]
+        if self.attitude:
+            row["body_quaternion"] = quaternion(
+                np.array([row[f"fish_{name}"] for name in ("roll", "pitch", "heading")])
+            )
         return row
 
     def metrics(self) -> dict[str, float | int]:

@@ -19,6 +19,7 @@ from cable_sim_ros.physics.inputs import MAX_WINGS, make_inputs
 from cable_sim_ros.physics.tick_output import Flag
 from cable_sim_ros.runs.controller import ControllerError
 from cable_sim_ros.runs.offline import replay, run
+from cable_sim_ros.runs.summary import pitch_and_roll
 from cable_sim_ros.sim.inputs import InputError, WinchCommand
 
 pytestmark = [pytest.mark.trust, pytest.mark.filterwarnings("ignore::cable_sim_ros.io.scenes.load.SceneWarning")]
@@ -203,3 +204,37 @@ def test_faults_of_flaps_need_a_flap_and_wings_are_counted():
     tree["towbody"]["wings"] |= {f"extra{k}": wing for k in range(MAX_WINGS - 2)}
     with pytest.raises(SceneError, match=f"{MAX_WINGS + 1} wings on one line, at most {MAX_WINGS}"):
         scene_from_dict(tree, "a test")
+
+
+def test_the_fish_tells_its_attitude_and_height_and_is_kept_by_what_it_tells(tmp_path):
+    """Ideal: roll, pitch, heading and height of the truth; with a zero, an end of range and a fault what these make of
+    it; a recording has them, a controller that is fed by instruments sees them."""
+    aboard = {"instruments.fish_attitude.on": True, "instruments.altimeter.on": True, "seabed.depth": 150.0}
+    bent = {"instruments.fish_attitude.zero": [0.02, -0.01, 0.1], "instruments.altimeter.max_range": 30.0}
+    faulty = {"faults.fish_pitch.kind": "stuck", "faults.fish_pitch.size": 0.2, "instruments.feed": "instruments"}
+    seen = []
+    for given in ({}, bent | faulty):
+        seen.clear()
+        ask, folder = lambda row: seen.append(row.copy()), tmp_path / str(len(given))
+        done = run(scene_of(FLAPPED | aboard | given), heave=(0.5, 8.0), duration=2.0, controller=ask, out=folder)
+        f, (pitch, roll) = done.frames, pitch_and_roll(done.frames)
+        np.testing.assert_allclose(f.fish_roll, np.radians(roll) + (0.02 if given else 0.0), atol=1e-9)
+        np.testing.assert_allclose(f.fish_pitch, 0.2 if given else -np.radians(pitch), atol=1e-9)
+        height = f.body_position[:, 2] + 150.0
+        np.testing.assert_allclose(f.altitude_reading, np.minimum(height, 30.0) if given else height, atol=1e-9)
+        assert (f.readings_new & 192 == 192).all()
+        told = [message.orientation for message in _messages(done.bag, "instruments/fish_attitude")]
+        assert len(told) == len(f) and tilt(told[9].x, told[9].y, told[9].z, told[9].w) == pytest.approx(
+            f.fish_pitch[9]
+        )
+        heights = [message.point.z for message in _messages(done.bag, "instruments/altimeter")]
+        assert heights == f.altitude_reading.tolist()
+    assert tilt(*seen[5].body_quaternion) == pytest.approx(0.2), "what is stuck is what it sees"
+    with pytest.warns(UserWarning, match="altimeter.*no seabed"):
+        tree = scene_of(FLAPPED | {"instruments.altimeter.on": True}).model_dump(mode="json")
+        run(scene_from_dict(tree, "a test"), motion=None, duration=0.1)
+
+
+def tilt(x, y, z, w):
+    """Pitch of a quaternion, nose down, rad."""
+    return np.arcsin(2.0 * (w * y - z * x))

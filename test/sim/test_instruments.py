@@ -52,6 +52,7 @@ def test_ideal_instruments_show_the_truth(ideal):
         (f.metering_payout, f.payout_counter),
         (f.metering_rate, f.encoder_rate),
         (f.depth_reading, -f.body_position[:, 2]),
+        (f.fish_heading, 2.0 * np.arctan2(*f.body_quaternion[:, 2:].T)),
         (f.mru_sheave_position, f.sheave_position),
         (f.mru_sheave_velocity, f.sheave_velocity),
         (f.load_pin[:1], f.contact_resultant[:1]),

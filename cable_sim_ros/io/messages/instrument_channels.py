@@ -10,11 +10,12 @@ from math import asin, atan2, cos, sin
 
 import numpy as np
 
-from ...physics.sensor_models import DEPTH, DEVICES, ENCODER, LOAD_PIN, METERING, MRU, USBL
+from ...physics.sensor_models import ALTIMETER, DEPTH, DEVICES, ENCODER, FISH, LOAD_PIN, METERING, MRU, USBL
 from ...sim.scene import Scene
 from .cdr import JointTemplate, header
 from .channel import Channel
 from .message_classes import (
+    Imu,
     JointState,
     Odometry,
     Point,
@@ -31,6 +32,7 @@ from .message_classes import (
 from .rotation import inverse, rotate
 
 UNKNOWN = np.zeros(36)  # covariance
+NOT_GIVEN = np.array([-1.0, *np.zeros(8)])  # covariance of what a message has not
 EMPTY = np.zeros(0)
 JOINT = ("payout",)
 MRU_LINK = "mru_link"
@@ -121,6 +123,37 @@ def read_depth(m) -> dict:
     return {"depth_reading": -m.point.z}
 
 
+def fish_attitude(f, shape, contact, context):
+    """Attitude of the towbody in odom; no rates, no accelerations (REP-145: -1)."""
+    hr, hp, hy = 0.5 * f.fish_roll, 0.5 * f.fish_pitch, 0.5 * f.fish_heading
+    level = (sin(hr) * cos(hp), cos(hr) * sin(hp), -sin(hr) * sin(hp), cos(hr) * cos(hp))
+    x, y, z, w = level
+    c, s = cos(hy), sin(hy)
+    turn = Quaternion(c * x - s * y, c * y + s * x, c * z + s * w, c * w - s * z)
+    none = Vector3(0.0, 0.0, 0.0)
+    return Imu(header(f.time, context.towbody_link), turn, np.zeros(9), none, NOT_GIVEN, none, NOT_GIVEN)
+
+
+def read_fish_attitude(m) -> dict:
+    """Back to tick output fields."""
+    q = m.orientation
+    return {
+        "fish_roll": atan2(2.0 * (q.w * q.x + q.y * q.z), 1.0 - 2.0 * (q.x * q.x + q.y * q.y)),
+        "fish_pitch": asin(max(-1.0, min(1.0, 2.0 * (q.w * q.y - q.z * q.x)))),
+        "fish_heading": atan2(2.0 * (q.w * q.z + q.x * q.y), 1.0 - 2.0 * (q.y * q.y + q.z * q.z)),
+    }
+
+
+def altimeter(f, shape, contact, context):
+    """Height of the towbody above the seabed as z, m."""
+    return PointStamped(header(f.time, context.towbody_link), Point(0.0, 0.0, f.altitude_reading))
+
+
+def read_altimeter(m) -> dict:
+    """Back to tick output fields."""
+    return {"altitude_reading": m.point.z}
+
+
 def _channel(
     device: int, topic: str, msgtype: str, write: Callable, read: Callable, template: Callable | None = None
 ) -> Channel:
@@ -142,5 +175,7 @@ INSTRUMENTS = tuple(  # and which scenes have it
         (LOAD_PIN, "instruments/load_pin", "geometry_msgs/msg/WrenchStamped", (load_pin, read_load_pin)),
         (USBL, "instruments/usbl", "geometry_msgs/msg/PointStamped", (usbl, read_usbl)),
         (DEPTH, "instruments/depth", "geometry_msgs/msg/PointStamped", (depth, read_depth)),
+        (FISH, "instruments/fish_attitude", "sensor_msgs/msg/Imu", (fish_attitude, read_fish_attitude)),
+        (ALTIMETER, "instruments/altimeter", "geometry_msgs/msg/PointStamped", (altimeter, read_altimeter)),
     )
 )

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 from ...physics.heave_compensation import SetpointLaw
 from ...physics.parameter import declared
-from ...physics.sensor_models import DEVICES, MAX_LATE, PATHS, TARGETS, FaultKind, Feedback
+from ...physics.sensor_models import DEVICES, MAX_LATE, PATHS, SIGNALS, TARGETS, FaultKind, Feedback
 from ..problem import Problem
 from ..scene import Scene
 from ..tables.drum_layers import layered
@@ -22,7 +22,7 @@ OF_PATH = {
     "drive": ("none", "frozen", "bias", "drift", "noise", "runaway"),
     "flaps": ("none", "frozen", "bias", "drift", "noise", "late", "lost", "stuck", "runaway"),
 }
-DEVICE_OF = {target: target.partition("_")[0] if target.startswith("mru_") else target for target in TARGETS}
+DEVICE_OF = {fault: DEVICES[device] for _, device, fault in SIGNALS if fault} | {path: path for path in PATHS}
 
 
 def instrument_problems(scene: Scene) -> Iterator[Problem]:
@@ -123,6 +123,9 @@ def instrument_warnings(scene: Scene) -> Iterator[Problem]:
             "tension. What it then leaves may be more than a held winch does",
             "Compare with instruments.feed: truth, and with setpoint.algorithm: hold",
         )
+    if scene.instruments.altimeter.on and scene.seabed.depth is None:
+        text = "= true, but there is no seabed under the tow: it gives no reading"
+        yield Problem("instruments.altimeter.on", text, "Give seabed.depth, or leave the altimeter out")
     for name, device in zip(DEVICES, devices(scene), strict=True):
         if device.on:
             continue

@@ -7,10 +7,12 @@ from math import ceil, nan, radians
 import numpy as np
 
 from ...physics.sensor_models import (
+    ALTITUDE,
     DEPTH,
     DEPTH_SHOWN,
     DEVICES,
     ENCODED,
+    FISH_ROLL,
     FIX,
     HEAVE,
     KINDS,
@@ -78,6 +80,12 @@ def signal_table(scene: Scene) -> np.ndarray:
     table["outlier"][fix], table["outlier_size"][fix] = have.usbl.outliers, have.usbl.outlier_size
     for key in ("zero", "gain", "noise", "resolution"):
         table[key][DEPTH_SHOWN] = getattr(have.depth, key)
+    fish, above = have.fish_attitude, have.altimeter
+    turned = slice(FISH_ROLL, FISH_ROLL + 3)
+    table["zero"][turned], table["noise"][turned], table["resolution"][turned] = fish.zero, fish.noise, fish.resolution
+    table["noise"][ALTITUDE], table["resolution"][ALTITUDE] = above.noise, above.resolution
+    table["on"][ALTITUDE] &= scene.seabed.depth is not None
+    table["maximum"][ALTITUDE] = np.inf if above.max_range is None else above.max_range
     assert SIGNALS[DEPTH_SHOWN][1] == DEPTH
     return table
 
@@ -90,7 +98,7 @@ def sensor_rules(scene: Scene) -> np.ndarray:
     have, mru, pin = scene.instruments, scene.instruments.mru, scene.instruments.load_pin
     row["seed"] = have.seed
     row["declared"], row["place"] = mru.position, np.add(mru.position, mru.lever_error)
-    row["sheave"] = scene.sheave.position
+    row["sheave"], row["seabed"] = scene.sheave.position, scene.seabed.depth or 0.0
     row["period"], row["damping"] = mru.heave_period, mru.heave_damping
     row["alignment"] = round(mru.alignment_time / scene.solver.tick)
     row["leak"], row["settling"] = mru.turn_leak, mru.turn_settling

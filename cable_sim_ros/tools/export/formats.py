@@ -19,6 +19,7 @@ STANDARD_NAME = {  # of the CF table, where it has the quantity with this sign
     "time": "time",
     "surface_elevation": "sea_surface_height_above_mean_sea_level",
     "depth_reading": "depth",
+    "altitude_reading": "height_above_sea_floor",
     "mru_surge": "platform_surge_fore",
     "mru_sway": "platform_sway_port",
     "mru_heave": "platform_heave_up",

@@ -12,7 +12,7 @@ from ...plots.heading import force_unit
 from ...plots.run import contact, contact_bands
 from ...plots.strips import WIDTH, Line, Strip, strips
 from ...plots.vector import svg
-from ...runs.summary import WINCH_LIMITS, WINCH_PEAKS
+from ...runs.summary import WINCH_LIMITS, WINCH_PEAKS, pitch_and_roll
 from .parts import Figure, Section, Table, Text, number, unit
 from .subject import Subject
 
@@ -169,6 +169,12 @@ def readings(subject: Subject) -> Iterator[Reading]:
         yield Reading("acoustic fix", "distance from the towbody", "m", 16, apart, np.zeros(len(f)))
     if aboard.depth.on:
         yield Reading("depth sensor", "depth of the towbody", "m", 32, f["depth_reading"], -f["body_position"][:, 2])
+    if aboard.fish_attitude.on:
+        pitch, _ = pitch_and_roll(f)
+        yield Reading("attitude sensor", "pitch of the towbody", "deg", 64, -np.degrees(f["fish_pitch"]), pitch)
+    if aboard.altimeter.on and scene is not None and scene.seabed.depth is not None:
+        height = f["body_position"][:, 2] + scene.seabed.depth
+        yield Reading("altimeter", "height above the seabed", "m", 128, f["altitude_reading"], height)
 
 
 def instruments(subject: Subject) -> Section | None:
