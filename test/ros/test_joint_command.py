@@ -13,7 +13,7 @@ from conftest import poll
 
 pytest.importorskip("rclpy")
 from cable_sim_ros.io.bags.typestore import BESIDE, type_hash
-from cable_sim_ros.io.messages.messages import COMMANDS, JOINT_COMMAND, KINDS
+from cable_sim_ros.io.messages.messages import COMMANDS, JOINT_COMMAND, KINDS, VEHICLES
 from cable_sim_ros.io.sources.bag_motion import read_motion
 from cable_sim_ros.ros import topics
 from cable_sim_ros.ros.services.policy import differences
@@ -83,7 +83,7 @@ def test_a_node_takes_both_messages_and_records_both(world, package):
     node.stop()
     (bag,) = [found.parent for found in world.folder.rglob("metadata.yaml")]
     kinds = {found for _, found, _ in read_motion(bag)}
-    assert kinds == set(KINDS)
+    assert kinds == set(KINDS) - set(VEHICLES)  # the scene has none
     made = json.loads((package.parent / "td" / PACKAGE / "msg" / f"{NAME}.json").read_text())["type_hashes"]
     assert {row["type_name"]: row["hash_string"] for row in made}[JOINT_COMMAND] == type_hash(JOINT_COMMAND)
 
@@ -109,6 +109,6 @@ def test_where_it_is_not_there_the_log_says_why(monkeypatch):
         (lambda: more, "its fields are header, names, values, not header, joint_names, interface_name, values"),
     ):
         kinds, text = answer(made)
-        assert set(kinds) == {"imu", "odometry", "command"}
+        assert set(kinds) == {"imu", "odometry", "command", *VEHICLES}
         assert text.startswith("winch/joint_command/position and winch/joint_command/velocity are not heard: " + why)
         assert text.endswith("; winch/command is")
