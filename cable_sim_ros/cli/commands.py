@@ -102,10 +102,6 @@ class Commands(click.Group):
             context.exit(expected_errors.report(error, code, context.meta[JSON]))
 
 
-def _unfit(made: object) -> str:
-    return "" if isinstance(made, click.Command) else "is no click.Command"
-
-
 def _broken(name: str, error: extensions.ExtensionError) -> click.Command:
     """Stands in for a command that cannot be used, so that the others can be listed."""
 

@@ -213,18 +213,18 @@ def test_the_fish_tells_its_attitude_and_height_and_is_kept_by_what_it_tells(tmp
     bent = {"instruments.fish_attitude.zero": [0.02, -0.01, 0.1], "instruments.altimeter.max_range": 30.0}
     faulty = {"faults.fish_pitch.kind": "stuck", "faults.fish_pitch.size": 0.2, "instruments.feed": "instruments"}
     seen = []
-    for given in ({}, bent | faulty):
+    for other in ({}, bent | faulty):
         seen.clear()
-        ask, folder = lambda row: seen.append(row.copy()), tmp_path / str(len(given))
-        done = run(scene_of(FLAPPED | aboard | given), heave=(0.5, 8.0), duration=2.0, controller=ask, out=folder)
+        ask, folder = lambda row: seen.append(row.copy()), tmp_path / str(len(other))
+        done = run(scene_of(FLAPPED | aboard | other), heave=(0.5, 8.0), duration=2.0, controller=ask, out=folder)
         f, (pitch, roll) = done.frames, pitch_and_roll(done.frames)
-        np.testing.assert_allclose(f.fish_roll, np.radians(roll) + (0.02 if given else 0.0), atol=1e-9)
-        np.testing.assert_allclose(f.fish_pitch, 0.2 if given else -np.radians(pitch), atol=1e-9)
+        np.testing.assert_allclose(f.fish_roll, np.radians(roll) + (0.02 if other else 0.0), atol=1e-9)
+        np.testing.assert_allclose(f.fish_pitch, 0.2 if other else -np.radians(pitch), atol=1e-9)
         height = f.body_position[:, 2] + 150.0
-        np.testing.assert_allclose(f.altitude_reading, np.minimum(height, 30.0) if given else height, atol=1e-9)
+        np.testing.assert_allclose(f.altitude_reading, np.minimum(height, 30.0) if other else height, atol=1e-9)
         assert (f.readings_new & 192 == 192).all()
         told = [message.orientation for message in _messages(done.bag, "instruments/fish_attitude")]
-        assert len(told) == len(f) and tilt(told[9].x, told[9].y, told[9].z, told[9].w) == pytest.approx(
+        assert len(told) == len(f) and tilt(*(getattr(told[9], axis) for axis in "xyzw")) == pytest.approx(
             f.fish_pitch[9]
         )
         heights = [message.point.z for message in _messages(done.bag, "instruments/altimeter")]

@@ -57,13 +57,6 @@ class Nuisance(NamedTuple):
         return f"{self.kind} of {self.quantity}"
 
 
-class Terms(NamedTuple):
-    """Rest of one signal [n], its derivatives [n, parameters], both in the unit of the signal."""
-
-    rest: np.ndarray
-    slope: np.ndarray
-
-
 class Fit(NamedTuple):
     """A fit: parameters (free ones from 0 to 1 of their range, then nuisances), noise and correlation time of each
     signal, weighted rest and derivatives with the priors last; converged, and what the solver says."""
