@@ -500,13 +500,13 @@ def test_override_sets_values_by_dotted_key():
             "water.densty",
             1000.0,
             "override of short_tow: water.densty = 1000.0: there is no such key; nothing was started. "
-            "Did you mean air.density?",
+            "Did you mean water.density?",
         ),
         (
             "density",
             1000.0,
             "override of short_tow: density = 1000.0: there is no such key; nothing was started. "
-            "Did you mean water.density?",
+            "Did you mean air.density?",
         ),
         (
             "cable.sections.fre.length",
