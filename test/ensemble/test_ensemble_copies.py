@@ -222,3 +222,5 @@ def test_a_scene_that_no_band_can_be_of_is_refused(scene):
         load_plan(None, {}, strums)
     with pytest.raises(EnsembleError, match=r"every = 10 s is 1000 ticks of solver.tick = 0.01 s, more than 500"):
         load_plan(None, {"every": 10.0}, load_scene("side_scan"))
+    with pytest.raises(EnsembleError, match="towbody.model = vehicle is driven by poses, which the copies do not hear"):
+        load_plan(None, {}, load_scene("rov_tether"))

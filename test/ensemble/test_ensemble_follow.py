@@ -268,6 +268,8 @@ def test_what_the_copies_cannot_follow_is_a_doubt(bag, scene):
     assert not follower.pending and len(follower.early) == 1
     follower.hear(ticks[:1])
     assert len(follower.pending) == 1 and not follower.early
+    follower.hear([command._replace(kind="flaps")])
+    assert len(follower.pending) == 1 and "flaps were commanded" in follower.doubts[-1]
 
 
 def test_a_clock_that_stood_still_dates_commands_anew(bag, scene):

@@ -8,7 +8,7 @@ from typing import Any
 
 from std_msgs.msg import String
 
-from ...io.messages.messages import KINDS
+from ...io.messages.messages import COMMANDED, KINDS
 from ...ros.topics import inputs_there
 from ...ros.watcher import HEALTH as HEALTH_CHANNEL
 from ...ros.watcher import Watcher
@@ -31,7 +31,7 @@ class Ear(Watcher):
 
         self.client.hear(JointState, self.topic(HEALTH_CHANNEL.topic), self._put_tick, reliable=False)
         for kind, made in kinds.items():
-            if kind.startswith("command"):
+            if kind in COMMANDED:
                 self.client.hear(made, self.topic(KINDS[kind][1]), self._command(kind), reliable=False)
         self.client.hear(String, self.topic(PLAN), self._put_plan, reliable=False)
 

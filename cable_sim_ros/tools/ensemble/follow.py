@@ -51,7 +51,7 @@ MISSED = 1.0  # s of tick outputs that may be missing in one go: the motion is t
 
 
 class Heard(NamedTuple):
-    """A message: arrival on one clock [ns], HEALTH or a kind of COMMANDS, CDR bytes."""
+    """A message: arrival on one clock [ns], HEALTH or a kind of COMMANDED, CDR bytes."""
 
     arrival: int
     kind: str
@@ -161,6 +161,9 @@ class Follower:
         return []
 
     def _command(self, item: Heard) -> None:
+        if item.kind == "flaps":
+            self.doubt("the tow's flaps were commanded, and the copies leave theirs where the scene has them")
+            return
         try:
             command = COMMANDS[item.kind](item.data)
         except Refused:

@@ -18,6 +18,7 @@ from ...io.scenes.document import Document, SceneError, SceneWarning
 from ...io.scenes.load import scene_from_dict
 from ...io.scenes.winch_plan import PlanError, WinchPlan
 from ...physics.parameter import Block, quantity
+from ...physics.towbody import BodyModel
 from ...physics.viv_amplification import StrumLaw
 from ...physics.water import CurrentFrame, CurrentTable, Water
 from ...runs.settings import apply_to_scene, of_intake
@@ -124,6 +125,11 @@ def fits(plan: EnsemblePlan, scene: Scene, origin: str) -> None:
             f"{origin}: half_widths.drag = {plan.half_widths.drag:g} multiplies the drag amplification, which viv.law "
             f"= {scene.viv.law.value} computes; nothing was started. Give a file with half_widths: {{drag: 0}}, and "
             "ranges of cable.sections.<name>.drag_coefficient"
+        )
+    if scene.towbody.model is BodyModel.VEHICLE:
+        problems.append(
+            f"{origin}: towbody.model = vehicle is driven by poses, which the copies do not hear; nothing was started. "
+            "Take a scene whose cable carries a body"
         )
     for key, one in plan.ranges.items():
         for value in (one.low, one.high, one.low + MIDDLE * (one.high - one.low)):

@@ -14,7 +14,7 @@ import numpy as np
 from ...files import open_file
 from ...io.bags.bag import BagError, BagReader, Damage, report
 from ...io.messages.channels import channel_of
-from ...io.messages.messages import KINDS
+from ...io.messages.messages import COMMANDED, KINDS
 from ...io.recordings.recorded_run import HEALTH as HEALTH_CHANNEL
 from ...io.recordings.recorded_run import scene_of_recording
 from ...sim.scene import Scene
@@ -23,7 +23,7 @@ from .flagged import of_recorded
 from .follow import HEALTH, Follower, Heard
 from .plan import EnsemblePlan
 
-COMMAND_TOPICS = {topic: kind for kind, (_, topic) in KINDS.items() if kind.startswith("command")}
+COMMAND_TOPICS = {topic: kind for kind, (_, topic) in KINDS.items() if kind in COMMANDED}
 PIECE = 50  # messages that are decoded at once: so many are lost at most where a tow begins again
 APART = 0.25  # of the mean width of a band, rms: a copy 0 that is further from the tow does not follow it
 ROUND_OFF = 1e-3  # of the largest figure of its unit: a band may have no width
