@@ -95,7 +95,7 @@ class Towbody(Block):
         20.0,
         "level: C_s of water entry, at half immersion, of drag_area along z; none: that of the added mass as it goes "
         "under",
-        "DNV-RP-N103 (2017) 4.3.5",
+        "DNV-RP-H103 (2011) 4.3.5",
     )
     length: float | None = quantity(
         None, "m", 1e-3, 100.0, "extent along x, for drawing alone; none: ten times the diameter"
