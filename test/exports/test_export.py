@@ -161,7 +161,7 @@ def test_the_command_writes_and_says_so(folder, tmp_path):
     assert sorted(path.name for path in tmp_path.iterdir()) == ["a.csv", "a.shape.csv"]
     assert (tmp_path / "a.csv").stat().st_mode & 0o444
     again = call(folder, "--out", tmp_path / "b.csv", "--tables", "shape")
-    assert again.exit_code == 0 and "20 tick outputs of 152 columns; verdict of the run: ok" in again.stdout
+    assert again.exit_code == 0 and "20 tick outputs of 172 columns; verdict of the run: ok" in again.stdout
 
 
 @pytest.mark.parametrize(

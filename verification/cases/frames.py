@@ -7,7 +7,7 @@ import re
 import numpy as np
 
 from cable_sim_ros.physics.inputs import EPOCH, MOTION_COLUMNS, make_inputs, push_motion
-from cable_sim_ros.physics.ship import MOTION, Ship, evaluate, hull_point, quaternion
+from cable_sim_ros.physics.ship import MOTION, Ship, evaluate, hull_point, quaternion, ship_ring
 from cable_sim_ros.physics.state import MEMORY
 from cable_sim_ros.sim.loop import look
 
@@ -60,7 +60,7 @@ def from_samples(case: Case, t: float) -> np.record:
         push_motion(inputs, int(round(at * 1e9)) - origin, row)
     look(inputs)
     now = int(round(t * 1e9)) - origin
-    evaluate(now, inputs, memory, Ship().stale_decay)
+    evaluate(now, ship_ring(inputs), memory.ship, memory, Ship().stale_decay)
     return memory.ship.motion
 
 

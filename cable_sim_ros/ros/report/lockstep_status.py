@@ -45,12 +45,12 @@ def lockstep_status(session: SteppedSession) -> Status:
     values = {key: _text(value) for key, value in lockstep_metrics(session).items()}
     if steps.held:
         return Status("lockstep", ERROR, f"held: {steps.held}", values)
-    for sender, who in ((steps.commands, "winch"), (steps.flaps, "flaps")):
+    for sender, whose in ((steps.commands, ""), (steps.flaps, " of the flaps")):
         if sender.silent:
             return Status(
                 "lockstep",
                 ERROR,
-                f"the controller of the {who} is silent: {sender.in_row} commands missed in a row, each waited for "
+                f"the controller{whose} is silent: {sender.in_row} commands missed in a row, each waited for "
                 f"lockstep.wait = {steps.settings.wait:g} s; the last one acts, and no step waits until it speaks",
                 values,
             )

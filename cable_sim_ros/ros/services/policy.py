@@ -18,7 +18,7 @@ OPTIONAL = (
     {"/clock", f"{SPACE}/tf", f"{SPACE}/cable/markers", f"{SPACE}/towbody/fix"}
     | {f"{SPACE}/{channel.topic}" for channel, _ in SOMETIMES}
     | {f"{SPACE}/{topic}" for msgtype, topic in KINDS.values() if msgtype == JOINT_COMMAND}
-    | {f"{SPACE}/{KINDS[kind][1]}" for kind in VEHICLES}
+    | {f"{SPACE}/{KINDS[kind][1]}" for kind in (*VEHICLES, "flaps")}
     | {f"{SPACE}/{NODE}/{service_name(name)}" for name in SERVICES}
 )
 
