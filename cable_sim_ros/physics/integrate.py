@@ -29,8 +29,8 @@ from .rigid_body import (
 from .state import AT_REST, FLOW, GAIN, MEAN, NOW, STEP, A, Change, Q, V, X, checkpoint
 from .towbody import face_flow
 from .wake_oscillator import no_wake_load
-from .water_kinematics import STILL, link_stir, stir
-from .wind import CABLE, blow, link_wind
+from .water_kinematics import STILL, link_stir
+from .wind import link_wind, wash
 
 # a step halved so often takes a correction that does not make the residual less back by halves: from which one on, how
 # often, and how much less it is to be. Longer steps are better halved first: that resolves what makes them hard
@@ -286,14 +286,6 @@ def face(line, state):
 
 
 @driver
-def wash(line, state):
-    """Water and wind of a static start at the present shape."""
-    stir(line, state, STILL)
-    if line.settings[0].air[CABLE] > 0.0:
-        blow(line, state)
-
-
-@driver
 def _settle(line, state, sigma, max_steps, max_step) -> tuple[int, int, float]:
     """Static equilibrium with the held unknowns where they are: backward Euler, step 0.02 s growing by 1.7.
 
@@ -314,7 +306,7 @@ def _settle(line, state, sigma, max_steps, max_step) -> tuple[int, int, float]:
                 v[n, k] = 0.0
         if state.attitude.shape[1] > 0:
             begin_still(state, h)
-        wash(line, state)
+        wash(line, state, STILL)
         used = newton(line, state, Change(1.0 / h, 1.0 / (h * h), sigma, 0.0))
         count += 1
         if used < 0:
@@ -335,7 +327,7 @@ def _settle(line, state, sigma, max_steps, max_step) -> tuple[int, int, float]:
             if state.attitude.shape[1] > 0:
                 copy_attitudes(state.attitude, NOW, STEP)
             rest_still(state)
-            wash(line, state)
+            wash(line, state, STILL)
             rest = residual(line, state, AT_REST, NO)
             if rest <= line.settings[0].tolerance:
                 copy(a, x)
@@ -345,7 +337,7 @@ def _settle(line, state, sigma, max_steps, max_step) -> tuple[int, int, float]:
                 copy_attitudes(state.attitude, STEP, NOW)
         h = min(1.7 * h, max_step)
     rest_still(state)
-    wash(line, state)
+    wash(line, state, STILL)
     return -count, total, residual(line, state, AT_REST, NO)
 
 

@@ -19,7 +19,7 @@ from .state import ARC, AT_REST, FLOW, NOW, A, Q, V
 from .towbody import lie
 from .towbody import load as body_load
 from .wake_oscillator import add_wake
-from .wind import CABLE
+from .wind import BODIES
 from .workspace import FED, HELD, LOADS, SURFACES, WATER
 
 
@@ -126,7 +126,7 @@ def _residual(line, state, change, tangent) -> float:
         pull(line.loads[i], q, tangent, band)
     last = band.shape[0] - 1
     worst, held, given = 0.0, 0.0, 0.0
-    if line.settings[0].air[CABLE] > 0.0:
+    if line.settings[0].air[BODIES] > 0.0:
         given = push_by_wind(state)
     for i in range(last + 1):
         per_length = 1.0 / (arc[min(i + 1, last), 0] - arc[max(i - 1, 0), 0])

@@ -20,8 +20,7 @@ from .ringing import damped
 from .state import GAIN, NOW, STEP, Q, restore
 from .step_error import error_ratio, link_error, longest_step
 from .wake_oscillator import advance_wake
-from .water_kinematics import stir
-from .wind import CABLE, blow
+from .wind import wash
 from .workspace import POWERS, RUBBED
 
 # change of a gradient in one step, and the step [s] below which it may change by more: long steps that turn slack cable
@@ -92,10 +91,7 @@ def begin(line, state, length):
     """Begin what is to be taken next of a step of ``length`` [s]; returns its own length."""
     h = state.plan[0].fraction * length
     predict(line, state, h)
-    if state.work.stream.shape[0] > 0:
-        stir(line, state, h)
-    if line.settings[0].air[CABLE] > 0.0:
-        blow(line, state)
+    wash(line, state, h)
     if line.wakes.shape[0] > 0:
         advance_wake(line, state, h)
     return h

@@ -18,6 +18,7 @@ from .state import ARC, FLOW, NOW, Q, V
 from .towbody import heading
 from .vec import axpy, dot, norm, scale
 from .water import CurrentFrame
+from .water_kinematics import stir
 from .waterline import wet_intervals
 
 CABLE, BODIES = 0, 1  # of LINE_SETTINGS air
@@ -120,6 +121,14 @@ def _blow(line, state) -> None:
 blow = opaque(_blow)
 
 
+@driver
+def wash(line, state, h):
+    """Water and wind at the present shape, of a step of h [s] as stir() takes it."""
+    stir(line, state, h)
+    if line.settings[0].air[BODIES] > 0.0:
+        blow(line, state)
+
+
 def link_wind(line, state) -> None:
     """Compile or load blow() and publish it, where there is wind."""
-    link(_blow, line, state, needed=bool(line.settings["air"][0, CABLE] > 0.0))
+    link(_blow, line, state, needed=bool(line.settings["air"][0, BODIES] > 0.0))

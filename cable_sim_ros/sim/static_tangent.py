@@ -17,7 +17,8 @@ from ..physics.contact import LOADED
 from ..physics.integrate import face
 from ..physics.line import residual
 from ..physics.state import AT_REST, FLOW, NOW
-from ..physics.water_kinematics import STILL, stir
+from ..physics.water_kinematics import STILL
+from ..physics.wind import wash
 from .mesh.mesh_kinds import FeedMesh
 from .scene import Scene
 from .simulator import Simulator
@@ -29,7 +30,7 @@ FLANKS = slice(4, 6)  # columns of the contact table: line loads
 def factorise(line, state):
     """Factorise the tangent of the balance at rest in the work space, with Newton's correction of the present nodes in
     work.step. Returns False where it is singular."""
-    stir(line, state, STILL)
+    wash(line, state, STILL)
     residual(line, state, AT_REST, YES)
     return solve(state.work.band, state.work.lower, state.work.factor, state.work.step)
 

@@ -16,7 +16,8 @@ from ..compiler.jit import YES, driver
 from ..physics.attitude import axes, roll_pitch_yaw
 from ..physics.line import residual
 from ..physics.state import AT_REST, FLOW, NOW
-from ..physics.water_kinematics import STILL, stir
+from ..physics.water_kinematics import STILL
+from ..physics.wind import wash
 from .checks.attitude_checks import critical_speed
 from .statics.route import StartError
 from .tables.rigid_tables import SLOPE_OF_A_TAIL
@@ -39,7 +40,7 @@ class UnstableTrim(StartError):
 @driver
 def tangent_at_rest(line, state):
     """Residual and tangent of the present nodes and attitudes, at rest [N]."""
-    stir(line, state, STILL)
+    wash(line, state, STILL)
     return residual(line, state, AT_REST, YES)
 
 

@@ -43,3 +43,14 @@ def test_wind_is_counted_as_it_blows_and_along_the_heading_where_the_scene_says_
     to_port = started("lowered_ctd", turned).frame.body_position
     still = started("lowered_ctd", {"ship.heading_deg": 90.0, "winch.scope": 60.0}).frame.body_position
     assert to_port[0] - still[0] == pytest.approx(-east[1], rel=1e-3), "to port of a ship that heads north is west"
+
+
+def test_a_body_in_the_air_draws_its_cable_aside_even_where_the_cable_has_no_drag():
+    """tan = rho A w^2 / 2 m g, A = 0.2 m^2."""
+    in_air = {"air.wind": [0.0, 15.0], "air.drag_coefficient": 0.0, "winch.scope": 5.0}
+    sim = started("lowered_ctd", in_air | {"towbody.drag_area": [0.2, 0.2, 0.2]})
+    force, (above, end) = 0.5 * sim.scene.air.density * 0.2 * 15.0**2, sim.shape[-2:, 1:3]
+    assert sim.state.work.around[-1, WIND : WIND + 3] == pytest.approx([0.0, force, 0.0], abs=1e-9)
+    weight = sim.scene.towbody.mass * sim.scene.gravity
+    assert (end[0] - above[0]) / (above[1] - end[1]) == pytest.approx(force / weight, rel=1e-3)
+    assert sim.run(50).body_position[-1, 1] == pytest.approx(end[0], abs=1e-4)

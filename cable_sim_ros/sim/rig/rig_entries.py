@@ -14,7 +14,7 @@ from ...physics.line import residual
 from ...physics.rigid_body import follow_nodes
 from ...physics.state import AT_REST, NOW, A, Change, Q, V, X
 from ...physics.substeps import begin, finish, start, unfinished
-from ...physics.water_kinematics import stir
+from ...physics.wind import wash
 
 
 class Moved(NamedTuple):
@@ -41,7 +41,7 @@ def accelerate(line, state):
     """Accelerations that balance the present q and v; returns the residual left [N]."""
     big = 1e14  # inertia over stiffness: the solution is an acceleration, the shape stays
     a, x, tolerance = state.nodes[NOW, A], state.nodes[NOW, X], line.settings[0].tolerance
-    stir(line, state, 0.0)
+    wash(line, state, 0.0)
     worst = residual(line, state, AT_REST, NO)
     for _ in range(6):
         if worst <= tolerance:
@@ -156,5 +156,5 @@ def look(state):
 @driver
 def weigh_up(line, state, change, tangent):
     """line.residual as an entry of its own, in the water of now."""
-    stir(line, state, 0.0)
+    wash(line, state, 0.0)
     return residual(line, state, change, tangent)
