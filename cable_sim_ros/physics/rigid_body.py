@@ -180,7 +180,7 @@ def _rigid_load(rigid, i, state, change, tangent) -> float:
     if tangent:
         clear(t)
     height = q[2] - water[ELEVATION]
-    force, moment, lever, wetness, slope = hull_load(body, rigid.strips, (u, omega), up, height, t, tangent)
+    force, moment, lever, wetness, slope, tilt = hull_load(body, rigid.strips, (u, omega), up, height, t, tangent)
     lift, turn, attitude.attack = wing_loads(body, rigid.wings, attitude.flap, (u, omega), up, height, t, tangent)
     force, moment = add(force, lift), add(moment, turn)
     p = add(times(body.added, 0, 0, u), times(body.added, 0, 3, omega))
@@ -191,11 +191,11 @@ def _rigid_load(rigid, i, state, change, tangent) -> float:
     push = scale(body.displaced, pushed)
     inert, twist = sub(push, inert), sub(cross(at3(body.buoyancy_centre, 0), push), twist)
     if tangent:
-        rises(t, inert, twist, at3(body.hull_centre, 0), up, slope)
+        rises(t, inert, twist, slope, tilt)
     force, moment = axpy(wetness, inert, force), axpy(wetness, twist, moment)
     attitude.slam = 0.0
     if slope != 0.0:
-        blow, whirl = enter(body, (u, omega, p, h), up, slope, t, tangent)
+        blow, whirl = enter(body, (u, omega, p, h), (scale(slope, up), tilt), t, tangent)
         force, moment, attitude.slam = add(force, blow), add(moment, whirl), norm(blow)
     power = dot(force, to_body(r, v)) + dot(moment, omega)
     m, g, turned = body.mass, at3(body.gravity_centre, 0), axpy(change.damping, omega, alpha)

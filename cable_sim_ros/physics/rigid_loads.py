@@ -138,48 +138,48 @@ def spread_along(t, first, second, place):
 
 
 @inline
-def rises(t, force, moment, place, up, slope):
-    """A load that goes with the height of ``place``, by ``slope`` of its whole: to the height of P and the rotation."""
+def rises(t, force, moment, slope, turn):
+    """A load that goes with a wet share, whose slopes to the height of P and to the rotation are given."""
     if slope != 0.0:
-        lever = cross(place, up)
         for k in range(3):
             t[BY_HEIGHT, k, 0] -= slope * force[k]
             t[BY_HEIGHT, 3 + k, 0] -= slope * moment[k]
-        plus_rows(t[BY_TURN], 0, -slope, outer(force, lever))
-        plus_rows(t[BY_TURN], 3, -slope, outer(moment, lever))
+        plus_rows(t[BY_TURN], 0, -1.0, outer(force, turn))
+        plus_rows(t[BY_TURN], 3, -1.0, outer(moment, turn))
 
 
 @inline
 def wet_share(place, up, height, half_height):
-    """Wet share of what lies at ``place`` on a body whose tow point is ``height`` over the water, and its slope."""
+    """Wet share of what lies at ``place`` on a body whose tow point is ``height`` over the water; its slopes to that
+    and to the rotation."""
     dry, slope = smooth(height + dot(place, up), -half_height, half_height)
-    return 1.0 - dry, -slope
+    return 1.0 - dry, -slope, scale(-slope, cross(place, up))
 
 
 @driver
 def hull_load(body, strips, motion, up, height, t, tangent):
     """Force and moment of crossflow and buoyancy on the hull and of drag along it, moment of the buoyancy about P over
-    the direction up, and the wet share of the hull with its slope.
+    the direction up, and the wet share of the hull with its slopes to height and rotation.
 
     motion: velocity through the water and rate, body axes.
     """
     u, omega = motion
     c, b = at3(body.hull_centre, 0), at3(body.buoyancy_centre, 0)
-    fy, fz, my, mz, wetness, ahead, slopes = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    fy, fz, my, mz, wetness, ahead, slopes, turns = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, NONE
     # rows of the strips' derivatives along y and z: their sums, and those times x and x^2 from the hull's centre
     y0, z0, y1, z1, y2, z2 = (NONE, NONE, NONE, NONE, NONE, NONE)
     wy, wz = -(u[1] + omega[2] * c[0] - omega[0] * c[2]), -(u[2] + omega[0] * c[1] - omega[1] * c[0])
     for i in range(body.strips[0], body.strips[1]):
         s = strips[i]
         x, ky, kz = s.along, s.across[0], s.across[1]
-        wet, slope = wet_share((c[0] + x, c[1], c[2]), up, height, s.half_height)
+        wet, slope, turn = wet_share((c[0] + x, c[1], c[2]), up, height, s.half_height)
         y, z = wy - omega[2] * x, wz + omega[1] * x
         speed = sqrt(y * y + z * z + SPEED_FLOOR * SPEED_FLOOR)
         dy, dz = wet * ky * speed * y, wet * kz * speed * z
         fy, fz, my, mz = fy + dy, fz + dz, my + x * dy, mz + x * dz
         wetness += wet * s.share
         ahead += wet * s.share * x
-        slopes += slope * s.share
+        slopes, turns = slopes + slope * s.share, axpy(s.share, turn, turns)
         if tangent:
             per = 1.0 / speed
             by_y = scale(wet * ky, (0.0, speed + y * y * per, y * z * per))
@@ -189,8 +189,8 @@ def hull_load(body, strips, motion, up, height, t, tangent):
             if slope != 0.0:
                 lift, drag = s.share * body.buoyancy, (0.0, ky * speed * y, kz * speed * z)
                 place, centre = (c[0] + x, c[1], c[2]), (b[0] + x, b[1], b[2])
-                turn = axpy(lift, cross(centre, up), cross(place, drag))
-                rises(t, axpy(lift, up, drag), turn, place, up, slope)
+                whirl = axpy(lift, cross(centre, up), cross(place, drag))
+                rises(t, axpy(lift, up, drag), whirl, slope, turn)
     lever = scale(body.buoyancy, (wetness * b[0] + ahead, wetness * b[1], wetness * b[2]))
     w = -(u[0] + omega[1] * c[2] - omega[2] * c[1])
     size = body.drag * abs(w) * wetness
@@ -199,7 +199,7 @@ def hull_load(body, strips, motion, up, height, t, tangent):
     if tangent:
         spread(t, ((2.0 * size, 0.0, 0.0), y0, z0), c, 1.0)
         spread_along(t, (NONE, y1, z1), (NONE, y2, z2), c)
-    return axpy(body.buoyancy * wetness, up, drag), moment, lever, wetness, slopes
+    return axpy(body.buoyancy * wetness, up, drag), moment, lever, wetness, slopes, turns
 
 
 @driver
@@ -212,7 +212,7 @@ def wing_loads(body, wings, flaps, motion, up, height, t, tangent):
     for i in range(body.wings[0], body.wings[1]):
         wing = wings[i]
         place = at3(wing.place, 0)
-        wet, slope = wet_share(place, up, height, wing.half_height)
+        wet, slope, turn = wet_share(place, up, height, wing.half_height)
         past, flap = scale(-1.0, add(u, cross(omega, place))), flaps[i - body.wings[0]]
         f, d, stall, size = wing_force(wing, flap, past, tangent)
         if wet * size > BEARS * body.mass * body.gravity:
@@ -221,26 +221,25 @@ def wing_loads(body, wings, flaps, motion, up, height, t, tangent):
         force, moment = axpy(wet, f, force), axpy(wet, m, moment)
         if tangent:
             spread(t, d, place, wet)
-            rises(t, f, m, place, up, slope)
+            rises(t, f, m, slope, turn)
     return force, moment, attack
 
 
 @driver
-def enter(body, moved, up, slope, t, tangent):
+def enter(body, moved, grown, t, tangent):
     """Force and moment of the water that goes with a hull that goes under: its momenta p and h times the rate at which
     its wet share grows (von Karman 1929); what comes out gives none back.
 
-    moved: velocity through the water and rate, p and h; slope: of the wet share with the height, negative.
+    moved: velocity through the water and rate, p and h; grown: what that wet share gains with place and rotation.
     """
     u, omega, p, h = moved
-    lever = cross(at3(body.hull_centre, 0), up)
-    sinks = -dot(up, u) - dot(lever, omega)
-    if sinks <= 0.0:
+    by_place, by_turn = grown
+    grows = dot(by_place, u) + dot(by_turn, omega)
+    if grows <= 0.0:
         return NONE, NONE
-    grows = -slope * sinks
     if tangent:
         for k, momentum in ((0, p), (3, h)):
-            by_u, by_omega = outer(scale(slope, momentum), up), outer(scale(slope, momentum), lever)
+            by_u, by_omega = outer(momentum, by_place), outer(momentum, by_turn)
             plus_rows(t[BY_SPEED], k, 1.0, plus(by_u, grows, block(body.added, k, 0)))
             plus_rows(t[BY_RATE], k, 1.0, plus(by_omega, grows, block(body.added, k, 3)))
     return scale(-grows, p), scale(-grows, h)

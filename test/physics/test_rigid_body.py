@@ -425,6 +425,20 @@ def test_the_slam_of_a_cylinder_that_falls_flat_beside_those_measured():
     assert np.trapezoid(force, run.time) == pytest.approx(added * speed, rel=0.02)
 
 
+def test_a_hull_that_turns_into_the_water_shares_its_angular_momentum_with_it():
+    """About a tow point that is held 0.5 m over it, without weight: J w = (J + A) w' once all of it is under."""
+    own, water = INERTIA[1] + MASS * 3.0**2, ADDED_INERTIA[1] + ADDED[2] * 3.0**2  # kg m^2
+    carried = body((-3.0, 0.0, 0.0), (-3.0, 0.0, 0.0), net_weight=0.0)
+    rig = rig_of(carried, gravity=1e-12, water=Water(density=RHO))
+    rig.state.q[:, 2] += 0.5 - rig.state.q[-1, 2]
+    rig.turn(Rotation.from_euler("y", 0.2).as_quat(), (0.0, -1.0, 0.0))
+    rig.balance()
+    run = rig.run(1.3, 2e-3)
+    x, _, z, w = run.attitude[-1, 0, :4]
+    assert 0.5 - 1.5 * 2.0 * (z * x - w * run.attitude[-1, 0, 1]) < -0.15, "the near end is under"
+    assert run.attitude[-1, 0, 5] == pytest.approx(-own / (own + water), rel=1e-4)
+
+
 @pytest.mark.parametrize("pitch", [0.0, 0.2])
 def test_a_body_that_lands_on_its_ends_bears_what_a_spring_floor_gives_and_keeps_its_energy(pitch):
     """Flat, at 1 m/s without weight: 2/5 k d^2.5 = m v^2/2, F = k d^1.5; on one end it turns."""
