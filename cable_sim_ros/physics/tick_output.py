@@ -336,7 +336,7 @@ FIELDS = (
     ("motion_age", (), "f8", "s", "simulation time less stamp of the newest motion sample (negative: ahead)"),
     ("command_age", (), "f8", "s", "simulation time less arrival of the winch command carried out; negative: none yet"),
     ("status", (), "i8", "1", "Flag bits"),
-    ("slam", (), "f8", "N", "force of water entry on a body that goes under, the largest of the bodies; 0: none does"),
+    ("slam", (), "f8", "N", "force of water entry at the end of the tick, the largest of the bodies; 0: no entry"),
     ("fish_roll", (), "f8", "rad", "roll of the towbody that its attitude sensor shows, port side up"),
     ("fish_pitch", (), "f8", "rad", "pitch that it shows, nose down, as in REP 103"),
     ("fish_heading", (), "f8", "rad", "heading that it shows, from east to north"),

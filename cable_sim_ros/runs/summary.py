@@ -110,13 +110,13 @@ SUMMARY = (
     ("body_pitch_std_deg", "deg", "its standard deviation"),
     ("body_roll_mean_deg", "deg", "mean roll of the towbody, port side up"),
     ("body_roll_std_deg", "deg", "its standard deviation"),
-    ("slam_max_n", "N", "largest force of water entry on a body, whole run; null: none was in the water surface"),
+    ("slam_max_n", "N", "largest `slam` of a tick output, whole run; null: no body was in the water surface"),
     ("splash_tension_min_n", "N", "least tension at the sheave while one was, in any time step; null as above"),
     ("splash_tension_max_n", "N", "largest tension then"),
     (
         "landing_speed_m_s",
         "m/s",
-        "speed downward of the towbody in the tick before the seabed first bears it; null: it does not, or did at once",
+        "speed downward of the towbody in the tick before the flag SEABED, of body or cable, first rises; null: never",
     ),
     ("contact_resultant_mean_n", "N", "mean resultant of the cable on the sheave"),
     ("contact_resultant_max_n", "N", "its largest value, in any time step"),
@@ -320,12 +320,12 @@ def passage(frames: np.recarray) -> dict[str, float | None]:
     through, aground = frames["status"] & Flag.SURFACE_CROSSED != 0, frames["status"] & Flag.SEABED != 0
     low = np.fmin(frames["tension"], frames["tension_tick_min"])[through]
     high = np.fmax(frames["tension"], frames["tension_tick_max"])[through]
-    landed = int(aground.argmax())  # 0: on it from the first, or never
+    landed = np.flatnonzero(aground[1:] & ~aground[:-1])  # ticks before
     return {
         "slam_max_n": _or_none(np.max(frames["slam"][through])) if through.any() else None,
         "splash_tension_min_n": low.min() if through.any() else None,
         "splash_tension_max_n": high.max() if through.any() else None,
-        "landing_speed_m_s": -frames["body_velocity"][landed - 1, 2] if landed else None,
+        "landing_speed_m_s": -frames["body_velocity"][landed[0], 2] if len(landed) else None,
     }
 
 

@@ -208,6 +208,13 @@ def test_printed_table_has_every_known_figure():
 PASSAGE = ("slam_max_n", "splash_tension_min_n", "splash_tension_max_n", "landing_speed_m_s")
 
 
+def test_a_landing_has_the_speed_before_the_seabed_bears_even_after_a_start_on_it():
+    frames = run(4.0)
+    frames["status"][[0, 1, 20, 21, 30]] = Flag.SEABED
+    frames["body_velocity"][:, 2] = -0.01 * np.arange(len(frames))
+    assert summarize(frames)["landing_speed_m_s"] == pytest.approx(0.19)
+
+
 def full(**other):
     """A summary in which everything is worth a row, but for what is given."""
     metrics = {name: 1.0 for name, *_ in SUMMARY}
