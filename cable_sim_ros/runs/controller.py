@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -130,13 +130,10 @@ class ControlLoop:
                 f"{where}: raised {type(error).__name__}: {error}. The run ended there; correct the controller. What "
                 f"was simulated before is `run` of this error"
             ) from error
-        several = isinstance(given, (list, tuple))
-        commands: list[Any] = [] if given is None else list(given) if several else [given]  # type: ignore[arg-type]
-        for command in commands:
-            self._check(command, now, where)
-        return commands
+        several: Sequence[object] = [] if given is None else given if isinstance(given, (list, tuple)) else [given]
+        return [self._check(command, now, where) for command in several]
 
-    def _check(self, command: Command, now: int, where: str) -> None:
+    def _check(self, command: object, now: int, where: str) -> Command:
         if not isinstance(command, (WinchCommand, FlapCommand)):
             raise ControllerError(
                 f"{where}: returned {command!r:.60}, a {type(command).__name__} and no command. "
@@ -157,6 +154,7 @@ class ControlLoop:
                 f"once; a dead time of the drive is winch.command_delay of the scene"
             )
         self.commands += 1
+        return command
 
     def as_seen(self, row: np.record) -> np.record:
         """A copy of the row, in which readings stand for what an instrument aboard measures."""

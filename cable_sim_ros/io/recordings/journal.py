@@ -37,7 +37,7 @@ MAX_FAULTS = 20  # told as texts; the others are counted
 MAX_STARTS = 1000  # a static start takes some tenths of a second
 SPARE = 8  # rows of a ring that may be overwritten while it is read
 STATIC = ("start", "reset")  # causes of a start from the static equilibrium
-Heads = tuple[int, int, int, int]  # Inputs.heads
+Heads = tuple[int, ...]  # Inputs.heads
 
 
 class Start(NamedTuple):
@@ -118,7 +118,7 @@ class Journal:
         if "flaps" in entry:
             entry["flaps"] = [(time, angles) for time, *angles in entry["flaps"]]
         if entry:
-            self._heads = heads  # type: ignore[assignment]
+            self._heads = heads
             self._write(index, entry | ({"lost": lost} if lost else {}))
 
     def lose(self, index: int, count: int) -> None:

@@ -73,12 +73,12 @@ def build(
     tow = apply_to_scene(tow, settings)
     name = re.sub(r"\W", "_", tow.name, flags=re.ASCII)
     text = dump_scene(tow)
-    about = {"name": name if name[:1].isalpha() else f"tow_{name}", "version": __version__}
+    about: dict[str, Any] = {"name": name if name[:1].isalpha() else f"tow_{name}", "version": __version__}
     numbers = {key: number_of(tow, key) for key in dict.fromkeys(parameters)}
-    about |= {"parameters": numbers, "scene_sha256": hashlib.sha256(text.encode()).hexdigest()}  # type: ignore[dict-item]
+    about |= {"parameters": numbers, "scene_sha256": hashlib.sha256(text.encode()).hexdigest()}
     inputs, outputs = len(INPUTS), len(OUTPUTS)
     if tow.towbody.model is BodyModel.VEHICLE:
-        about |= {"vehicle": True}  # type: ignore[dict-item]
+        about |= {"vehicle": True}
         inputs, outputs = inputs + len(VEHICLE_INPUTS), outputs + len(VEHICLE_OUTPUTS)
     try:
         with tempfile.TemporaryDirectory(prefix="cable_sim_fmu_") as folder:
