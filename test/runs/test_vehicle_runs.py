@@ -86,6 +86,7 @@ def test_a_saved_run_goes_on_with_the_motion_of_its_vehicle(circled, tmp_path):
     [
         ("spiral 5 30", "is neither 'still', 'circle RADIUS PERIOD'"),
         ("circle 5", r"'circle 5' is none of .*Give a size in \[0, 1e4\] m"),
+        ("", "'' is none of"),
         (lambda t: (0.0, 0.0), "expected six finite numbers"),
         (lambda t: (1.0 / 0.0,) * 6, "ZeroDivisionError"),
         (lambda t: (100.0 * t, 0.0, -30.0, 0.0, 0.0, 0.0), "the speed is"),

@@ -65,12 +65,16 @@ def at_rest(scene: Scene, duration: float) -> RecordedTow:
 
 def _events(given: Pose | str | os.PathLike, scene: Scene, tow: RecordedTow) -> list[Event]:
     begin = tow.start
-    if not callable(given) and Path(given).suffix.lower() == ".csv":
+    if callable(given):
+        path = given
+    elif Path(given).suffix.lower() == ".csv":
         events = _table(given, scene, tow)
         return [event.moved(begin - events[0].time)._replace(kind="vehicle") for event in events]
-    if not callable(given) and str(given).split()[:1] and str(given).split()[0] not in SIMPLE:
-        return _bag(given)
-    path = given if callable(given) else _simple(str(given), scene, tow)
+    else:
+        name, *words = os.fspath(given).replace(",", " ").split() or [""]
+        if name and name not in SIMPLE:
+            return _bag(given)
+        path = _simple(name, words, scene, tow)
     seconds = tow.length / SECOND
     t = np.arange(int(seconds / (STEP / SECOND)) + 2) * (STEP / SECOND)
     value, rate = _differentiated(path, t)
@@ -119,13 +123,13 @@ def _bag(given: str | os.PathLike) -> list[Event]:
     return events
 
 
-def _simple(text: str, scene: Scene, tow: RecordedTow) -> Pose:
-    name, *words = text.replace(",", " ").split()
+def _simple(name: str, words: list[str], scene: Scene, tow: RecordedTow) -> Pose:
+    axes, text = SIMPLE.get(name), " ".join([name, *words])
     try:
-        size, period = map(float, words) if SIMPLE[name] or words else (0.0, 1.0)
+        size, period = map(float, words) if words or axes != () else (0.0, 1.0)
     except ValueError:
         size, period = nan, nan
-    if (words and not SIMPLE[name]) or not (0.0 <= size <= 1e4 and 1.0 <= period <= 1e5):
+    if (words and not axes) or not (0.0 <= size <= 1e4 and 1.0 <= period <= 1e5):
         raise MotionError(
             f"motion of the vehicle {text!r} is none of {KNOWN}; {CONSEQUENCE}. Give a size in [0, 1e4] m and a period "
             f"in [1, 1e5] s, for example 'circle 5 60'"
