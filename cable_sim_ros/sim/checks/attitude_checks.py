@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from math import cos, inf, radians, sin, sqrt
+from math import cos, hypot, inf, radians, sin, sqrt
 
 import numpy as np
 
@@ -120,13 +120,22 @@ def _flap_problems(place: str, wing: Wing) -> Iterator[Problem]:
 
 
 def attitude_warnings(scene: Scene, speed: float) -> Iterator[Problem]:
-    """Bodies that would hang upside down, or turn away from their way through the water; speed past them [m/s]."""
+    """Bodies that would hang upside down, turn away from their way through the water, or feel no wind; speed past them
+    [m/s]."""
     for key, body in keyed(scene):
         if body.model is not BodyModel.RIGID or None in (body.centre_of_gravity, body.centre_of_buoyancy):
             continue
         assert body.centre_of_gravity is not None and body.centre_of_buoyancy is not None
+        length, diameter = extent(body, scene.gravity, scene.water.density)
+        if any(scene.air.wind):
+            across = 0.5 * scene.air.density * body.crossflow_coefficient * length * diameter
+            yield Problem(
+                "air.wind",
+                f"has no part in {key}, of model rigid: while that is above the water, up to "
+                f"{across * hypot(*scene.air.wind) ** 2:.3g} N across its hull are left out",
+                "Give it model: level where it hangs in the air",
+            )
         if None in (body.length, body.diameter):
-            length, diameter = extent(body, scene.gravity, scene.water.density)
             yield Problem(
                 f"{key}.length",
                 f"or diameter is not given: drag across, added mass and slope of the moments are those of a hull of "
