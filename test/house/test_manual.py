@@ -9,6 +9,8 @@ import cable_sim_ros
 from cable_sim_ros import testing
 from cable_sim_ros.cli.commands import fields_text, manual_text
 from cable_sim_ros.io.messages.channels import EVERY
+from cable_sim_ros.io.messages.fault_hypotheses import DOUBTS
+from cable_sim_ros.io.messages.messages import CAUSES
 from cable_sim_ros.physics.parameter import declared
 from cable_sim_ros.physics.tick_output import BODY_COLUMNS, CONTACT_COLUMNS, FIELDS, SHAPE_COLUMNS, STRUM_COLUMNS
 from cable_sim_ros.runs import field_manual
@@ -60,6 +62,12 @@ def of_vibration():
     yield f"`{files.WARNINGS}`", "", "what is doubtful about the result, as texts", "`warnings(span, result)`"
 
 
+def of_causes(causes):
+    yield "cause", "what is refused, and what to do"
+    for cause, text in causes.items():
+        yield f"`{cause}`", text
+
+
 def of_flags():
     yield "flag", "harmless up to", "why", "more of it: the run is", "figures concerned"
     for rule in flag_rules.RULES:
@@ -84,6 +92,8 @@ TABLES = {  # made by a declaration, on a page that is written by hand
     "run": ("json", plain(*METRICS)),
     "span": ("json", plain(*((name, *row) for name, row in wake_run.FIELDS.items()))),
     "viv": ("json", of_vibration()),
+    "causes": ("motion", of_causes({cause: text for cause, text in CAUSES.items() if text and cause not in DOUBTS})),
+    "doubts": ("motion", of_causes(DOUBTS)),
     "flags": ("flags", of_flags()),
     "checks": ("flags", of_checks()),
     "rules": ("rules", of_rules()),

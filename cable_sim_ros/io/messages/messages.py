@@ -60,8 +60,7 @@ CAUSES = {
     "joint_name": f"the joint '{JOINT}' is not named exactly once: dropped; other joints may stand beside it",
     "array_length": "position, velocity or values has some entries, but not one for each joint that is named, so it "
     f"cannot be known which is that of '{JOINT}' (only '{DRUM}', which takes no commands, may go without in a "
-    "JointState): dropped; give NaN for what is not commanded, in ros2_control give the winch a <ros2_control> system "
-    "of its own",
+    "JointState): dropped; give NaN for what is not commanded, in ros2_control give the winch a system of its own",
     "interface": f"interface_name of the JointCommand is none of {', '.join(INTERFACES)}: dropped; name the one that "
     "its values are of",
     "flap_name": "a name is that of no flap of this tow, or stands twice: dropped; give names of wings with a "
