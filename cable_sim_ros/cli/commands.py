@@ -354,9 +354,11 @@ def manual(page, out) -> None:
     """A PAGE of the manual in Markdown, made from the declarations.
 
     parameters: every key of a scene and of the node; fields: what a tick answers, with units, tables and topics;
-    mapping_keys: keys, words and units of a mapping of a log.
+    problems: what a scene or a plan is refused for or warned of; mapping_keys: keys, words and units of a mapping of a
+    log.
     """
-    own, others = {"parameters": manual_text, "fields": fields_text}, extensions.found(extensions.PAGES)
+    own = {"parameters": manual_text, "fields": fields_text, "problems": problems_text}
+    others = extensions.found(extensions.PAGES)
     if page not in own | others:
         names = ", ".join(own | others)
         raise click.UsageError(f"there is no page '{page}'; nothing was written. Give one of {names}")
@@ -388,3 +390,10 @@ def fields_text() -> str:
     from ..runs import field_manual
 
     return field_manual.text()
+
+
+def problems_text() -> str:
+    """What a scene or a plan is refused for or warned of."""
+    from ..runs import problem_manual
+
+    return problem_manual.text()
