@@ -44,10 +44,9 @@ from .parts import started
 from .play.clock_topic import ClockTopic
 from .process import Stop, autostart, refuse_unknown, start_ros
 from .publisher import DirectPublisher, TickPublisher
-from .report.diagnostics import Watch, final_metrics
+from .report.diagnostics import Watch, final_metrics, verdict_of_node
 from .report.health import MSGTYPE as AGES_TYPE
 from .report.health import TOPIC as AGES_TOPIC
-from .report.node_verdict import verdict_of_node
 from .rules import rule_keeper
 from .services import simulation_interfaces
 from .services.control import SimulationControl
