@@ -44,7 +44,7 @@ from .report import answer_of
 from .report_option import ARGUMENTS, report_option, reporting, unrecorded
 
 if TYPE_CHECKING:
-    from ..runs.mesh import Change
+    from ..runs.mesh import MeshChange
     from ..sim.mesh.mesh_kinds import MeshPlan
     from ..sim.scene import Scene
 
@@ -390,7 +390,7 @@ def mesh(scene: str, checked: bool, seconds: float) -> Answer:
     from ..runs import mesh as study
 
     tow, plan = study.plan_of(scene)
-    changes: list[Change] = []
+    changes: list[MeshChange] = []
     if checked:
         with progress_bar() as progress:
             changes = study.check(tow, plan, progress, seconds)
@@ -399,7 +399,7 @@ def mesh(scene: str, checked: bool, seconds: float) -> Answer:
     return Answer(report, lambda: _tell_mesh(tow, plan, changes, report), code=code)
 
 
-def _tell_mesh(scene: Scene, plan: MeshPlan, changes: list[Change], report: dict[str, Any]) -> None:
+def _tell_mesh(scene: Scene, plan: MeshPlan, changes: list[MeshChange], report: dict[str, Any]) -> None:
     words, width = ("part", "where", "reason", "what"), 140
     title = f"{scene.name}: {report['elements']} elements, {report['scope_m']:.4g} m of scope at the start"
     rows = [

@@ -40,7 +40,7 @@ from ..sim.loop import (
     drive,
 )
 
-__all__ = ["HALT", "REACHED", "RESYNCS", "SKIPPED", "Loop", "Row", "quiet", "take_priority"]
+__all__ = ["HALT", "REACHED", "RESYNCS", "SKIPPED", "Loop", "TickStats", "quiet", "take_priority"]
 
 NEVER = 2**62  # ticks
 SWITCH = 5e-4  # s; a thread that waits for the lock gets it after this
@@ -48,7 +48,7 @@ NO_MORE = 1_000_000_000  # collections
 HEADS_ROWS = 4096  # ticks of which it is known what they saw, also where the publisher was overtaken
 
 
-class Row(NamedTuple):
+class TickStats(NamedTuple):
     """What the loop says of one tick, ns."""
 
     time: int
@@ -166,8 +166,8 @@ class Loop:
     def count(self) -> int:
         return int(self.control[COUNT])
 
-    def row(self, index: int) -> Row:
-        return Row(*(int(value) for value in self.stats[index % self.rows]))
+    def row(self, index: int) -> TickStats:
+        return TickStats(*(int(value) for value in self.stats[index % self.rows]))
 
     @property
     def overruns(self) -> int:
