@@ -6,19 +6,19 @@ import sys
 import time
 import warnings
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from .. import extensions
-from ..errors import CODE_DAMAGED
+from ..errors import CODE_DAMAGED, CODE_FAILED, CODE_OK
 from ..files import write_text
 from ..limits import LONGEST_RUN, MAX_TOW_SPEED
-from ..terminal import clean, say
+from ..terminal import clean, print_table, say
 from ..version import __version__
 from . import expected_errors
 from .answer import Answer, answers, asks_json
 from .expected_errors import need_ros
-from .mesh import mesh as mesh_command
 from .motion_options import SHIPPED_BAG, motion_options, simulated
 from .number import Number
 from .options import (
@@ -42,6 +42,11 @@ from .options import (
 from .progress import progress_bar
 from .report import answer_of
 from .report_option import ARGUMENTS, report_option, reporting, unrecorded
+
+if TYPE_CHECKING:
+    from ..runs.mesh import MeshChange
+    from ..sim.mesh.mesh_kinds import MeshPlan
+    from ..sim.scene import Scene
 
 JSON = "cable_sim_ros.json"  # of click's context
 SHIPPED_SCENE = "full_scale"
@@ -354,9 +359,11 @@ def manual(page, out) -> None:
     """A PAGE of the manual in Markdown, made from the declarations.
 
     parameters: every key of a scene and of the node; fields: what a tick answers, with units, tables and topics;
-    mapping_keys: keys, words and units of a mapping of a log.
+    problems: what a scene or a plan is refused for or warned of; mapping_keys: keys, words and units of a mapping of a
+    log.
     """
-    own, others = {"parameters": manual_text, "fields": fields_text}, extensions.found(extensions.PAGES)
+    own = {"parameters": manual_text, "fields": fields_text, "problems": problems_text}
+    others = extensions.found(extensions.PAGES)
     if page not in own | others:
         names = ", ".join(own | others)
         raise click.UsageError(f"there is no page '{page}'; nothing was written. Give one of {names}")
@@ -367,7 +374,62 @@ def manual(page, out) -> None:
         write_text(out, text)
 
 
-main.add_command(mesh_command)
+@main.command()
+@click.argument("scene")
+@click.option("--check", "checked", is_flag=True, help="Measure it by two and four times the elements, half the step.")
+@click.option(
+    "--seconds", type=Number(0.0, LONGEST_RUN, "s"), default=60.0, help="Heave of the check; 0: statics alone."
+)
+@answers
+def mesh(scene: str, checked: bool, seconds: float) -> Answer:
+    """The mesh made for SCENE: elements, lengths, the reason of each, the expected error.
+
+    With --check, the error that finer meshes and a finer step show beside what is promised; leaves with code 1 where
+    it is more.
+    """
+    from ..runs import mesh as study
+
+    tow, plan = study.plan_of(scene)
+    changes: list[MeshChange] = []
+    if checked:
+        with progress_bar() as progress:
+            changes = study.check(tow, plan, progress, seconds)
+    report = study.as_json(tow, plan, changes)
+    code = CODE_FAILED if changes and not report["kept"] else CODE_OK
+    return Answer(report, lambda: _tell_mesh(tow, plan, changes, report), code=code)
+
+
+def _tell_mesh(scene: Scene, plan: MeshPlan, changes: list[MeshChange], report: dict[str, Any]) -> None:
+    words, width = ("part", "where", "reason", "what"), 140
+    title = f"{scene.name}: {report['elements']} elements, {report['scope_m']:.4g} m of scope at the start"
+    rows = [
+        (part.name, part.place, f"{part.elements}", f"{part.shortest:.3g}", f"{part.longest:.3g}", part.reason)
+        for part in plan.parts
+    ]
+    print_table(title, ("part", "where", "elements", "shortest m", "longest m", "reason"), rows, words, width)
+    promised = [
+        (f"{row.scope:.4g}", f"{100.0 * row.tension:.2g}", f"{row.position:.2g}")
+        if row.tension == row.tension
+        else (f"{row.scope:.4g}", "none promised", "static shape does not close")
+        for row in plan.expected
+    ]
+    print_table("Expected error", ("scope m", "tension %", "place of the towbody m"), promised, words, width)
+    say(f"solver.tick = {scene.solver.tick:g} s is the scene's; for motion of 4 s and longer {plan.tick:g} s would do")
+    say(f"forces are solved to {plan.tolerance:g} of contact.working_tension (solver.tolerance)")
+    if changes:
+        found = [
+            (
+                change.what,
+                f"{100.0 * change.tension:+.3f}",
+                "" if change.deviation != change.deviation else f"{100.0 * change.deviation:+.3f}",
+                f"{change.position:.4f}",
+            )
+            for change in changes
+        ]
+        columns = ("what", "tension, mean %", "tension, deviation %", "place of the towbody m")
+        print_table("Error by two and four times the elements and half the step", columns, found, words, width)
+        say("within what is promised" if report["kept"] else "MORE than is promised")
+
 
 NODE_MANUAL = """## Node
 
@@ -388,3 +450,10 @@ def fields_text() -> str:
     from ..runs import field_manual
 
     return field_manual.text()
+
+
+def problems_text() -> str:
+    """What a scene or a plan is refused for or warned of."""
+    from ..runs import problem_manual
+
+    return problem_manual.text()

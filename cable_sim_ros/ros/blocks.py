@@ -32,7 +32,7 @@ class Realtime(Block):
     )
 
 
-class Lockstep(Block):
+class LockstepParameters(Block):
     rate: float = quantity(
         1.0,
         "1",
@@ -160,11 +160,9 @@ class OwnBlock(Block):
         None,
         "JSON file with the state of the node, rewritten as it changes, with the final figures at the end; empty: none",
     )
-    faults_file: str = quantity(
-        "", "", None, None, "scenario of faults of the run, a YAML file; empty: none; not in lockstep"
-    )
+    faults_file: str = quantity("", "", None, None, "scenario of faults of the run, a YAML file; empty: none")
     realtime: Realtime = quantity(Realtime(), "", None, None, "real-time loop")
-    lockstep: Lockstep = quantity(Lockstep(), "", None, None, "lockstep, where time_mode says so")
+    lockstep: LockstepParameters = quantity(LockstepParameters(), "", None, None, "lockstep, where time_mode says so")
     recording: RecordingParameters = quantity(RecordingParameters(), "", None, None, "recording")
     publish: Publish = quantity(Publish(), "", None, None, "rates")
     frame: Frames = quantity(Frames(), "", None, None, "frame names")

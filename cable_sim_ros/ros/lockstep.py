@@ -19,7 +19,7 @@ from typing import Any
 from ..io.messages.messages import SHIPS
 from ..io.motion import checkpoint
 from ..io.motion.time_sequencer import FAR, Cadence, MotionGate
-from .blocks import Lockstep as Settings
+from .blocks import LockstepParameters
 
 SECOND = 1_000_000_000
 REPEAT = 20_000_000  # ns of wall time after which an unchanged clock is said again
@@ -62,7 +62,7 @@ class Phase(Enum):
 class Lockstep:
     """The clock and the steps of one simulation. Times in ns; `clock` is what /clock says."""
 
-    def __init__(self, settings: Settings, period: int, delay: int, kinds: Iterable[str] = SHIPS) -> None:
+    def __init__(self, settings: LockstepParameters, period: int, delay: int, kinds: Iterable[str] = SHIPS) -> None:
         self.settings, self.period, self.delay = settings, period, delay
         self.clock = round(settings.start * SECOND)
         self.paused = settings.paused

@@ -17,6 +17,7 @@ from rclpy.clock import Clock, ClockType
 from rclpy.exceptions import InvalidParameterTypeException, InvalidParameterValueException
 from rclpy.executors import ExternalShutdownException
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
+from rclpy.parameter import Parameter
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from rclpy.qos_overriding_options import QoSOverridingOptions
 from rclpy.serialization import serialize_message
@@ -28,14 +29,13 @@ from ..io.messages.messages import CAUSES, COMMANDED, COMMANDS, JOINT_COMMAND, K
 from ..io.recordings.recording_place import name_problem, state_problem
 from ..sim.checks.friction_checks import slow
 from ..sim.flag_rules import FAILED
-from ..sim.live_parameters import changed, unfit, ways
+from ..sim.live_parameters import changed, unfit, value_of, ways
 from ..sim.tables.material import body_places
 from ..sim.tables.rigid_tables import flaps_of
 from ..terminal import clean, say
 from . import discovery
 from .arrival import Arrivals, StampArrivals
 from .executor import spin
-from .fault_schedule import FaultSchedule
 from .graph_monitor import EVERY as NEIGHBOURS_EVERY
 from .graph_monitor import Neighbours
 from .lockstep import rate_problem
@@ -44,10 +44,9 @@ from .parts import started
 from .play.clock_topic import ClockTopic
 from .process import Stop, autostart, refuse_unknown, start_ros
 from .publisher import DirectPublisher, TickPublisher
-from .report.diagnostics import Watch, final_metrics
+from .report.diagnostics import Watch, final_metrics, verdict_of_node
 from .report.health import MSGTYPE as AGES_TYPE
 from .report.health import TOPIC as AGES_TOPIC
-from .report.node_verdict import verdict_of_node
 from .rules import rule_keeper
 from .services import simulation_interfaces
 from .services.control import SimulationControl
@@ -145,7 +144,7 @@ class CableSimNode(LifecycleNode):
         self.add_post_set_parameters_callback(self._was_set)
         self.session = session_of(self.settings, self.log)
         self.watch = Watch(self.session)
-        self.schedule = FaultSchedule(self.settings.node, self.settings.scene)
+        self._showing = False  # of what the session has set already
         self.arrivals = StampArrivals(lambda: self.session.now()) if self.session.lockstep else Arrivals()
         self.recording = RecordingControl(self.settings, self.get_namespace())
         self.inputs: list = []
@@ -328,7 +327,20 @@ class CableSimNode(LifecycleNode):
 
     # ---- parameters
 
+    def _show_faults(self) -> None:
+        """What the timetable of faults has set, as parameters."""
+        while self.session.unshown:
+            key = self.session.unshown.popleft()
+            value = value_of(self.session.scene, key)
+            self._showing = True
+            try:
+                self.set_parameters([Parameter(key, value=getattr(value, "value", value))])
+            finally:
+                self._showing = False
+
     def _may_set(self, parameters) -> SetParametersResult:
+        if self._showing:
+            return SetParametersResult(successful=True)
         rows, live, scene = (
             {row.name: row for row in self.settings.rows},
             ways(self.settings.scene),
@@ -360,8 +372,11 @@ class CableSimNode(LifecycleNode):
             elif parameter.name in live:
                 scene = changed(self.settings.scene, parameter.name, parameter.value)
                 self.settings = self.recording.settings = self.settings._replace(scene=scene)
-                self.session.set_live(parameter.name, parameter.value)
-                self.get_logger().info(clean(f"{parameter.name} = {parameter.value}, from the next tick on"))
+                when = "by faults_file"
+                if not self._showing:
+                    self.session.set_live(parameter.name, parameter.value)
+                    when = "from the next tick on"
+                self.get_logger().info(clean(f"{parameter.name} = {parameter.value}, {when}"))
             elif not foreign(parameter.name):
                 block = changed(self.settings.node, parameter.name, parameter.value)
                 self.settings = self.recording.settings = self.settings._replace(node=block)
@@ -378,7 +393,7 @@ class CableSimNode(LifecycleNode):
             self.get_logger().warning(clean(loop.warning))
         if self.session.shown_state != self._reported_state:
             self.report_state()
-        self.schedule.follow(self, self.session)
+        self._show_faults()
         heard = zip(self.heard, self.inputs)
         self.watch.commanders = sum(made.get_publisher_count() for kind, made in heard if kind in COMMANDED)
         levels = self.watch.levels(self.publisher, self.session.now())

@@ -15,12 +15,13 @@ from typing import Any, NamedTuple, Union, get_args, get_origin
 
 from ..errors import CableSimError
 from ..io.recordings.recording_place import name_problem, root_problem, state_problem
+from ..io.scenes.fault_plan import FaultError, load_faults, timed
+from ..io.scenes.live_changes import CONSEQUENCE, SECOND, ChangeError, Timetable, fit, refuse_unacting, tick_of
 from ..io.scenes.load import SceneError, SceneWarning, load_scene, override
 from ..io.scenes.resources import find_scene
 from ..physics.parameter import Block
 from ..sim.scene import Scene
-from .blocks import NodeBlock, TimeMode
-from .fault_schedule import schedule_of
+from .blocks import NodeBlock
 from .lockstep import rate_problem
 from .parts import problem_of_parts
 
@@ -119,13 +120,15 @@ def _kind(annotation) -> tuple[type, int, tuple[str, ...], bool]:
 
 
 class Settings(NamedTuple):
-    """Checked parameters: scene with every override, its file, the node's own block, all rows to declare, cautions."""
+    """Checked parameters: scene with every override, its file, the node's own block, all rows to declare, cautions,
+    and the faults of `faults_file` by their ticks."""
 
     scene: Scene
     scene_path: str
     node: NodeBlock
     rows: list[Row]
     warnings: list[str]
+    faults: Timetable = Timetable()  # without a row it has nothing to remember
 
 
 def foreign(name: str) -> bool:
@@ -175,7 +178,6 @@ def settle(overrides: dict[str, Any]) -> Settings:
         name_problem("recording.path", recording.path, "started")
         or state_problem(node.state_file, "started")
         or rate_problem(node.lockstep.rate, "started")
-        or schedule_of(node.faults_file, scene, node.time_mode is TimeMode.LOCKSTEP)[1]
         or problem_of_parts(node, scene)
     )
     if recording.enabled and not problem:
@@ -188,7 +190,21 @@ def settle(overrides: dict[str, Any]) -> Settings:
         node,
         rows(node) + rows(scene),
         [str(item.message) for item in caught if issubclass(item.category, SceneWarning)],
+        _faults(node.faults_file, scene),
     )
+
+
+def _faults(path: str, scene: Scene) -> Timetable:
+    """The scenario of a file by the ticks of the simulation, none without a file. Raises ParameterError."""
+    try:
+        changes = fit(scene, timed(load_faults(path))) if path else ()
+        rows = [(tick_of(one, round(scene.solver.tick * SECOND)), one) for one in changes]
+        refuse_unacting(scene, rows)
+    except (FaultError, ChangeError) as error:
+        raise ParameterError(
+            f"parameter 'faults_file': {str(error).replace(CONSEQUENCE, 'nothing was started')}"
+        ) from None
+    return Timetable(rows, scene)
 
 
 def _unknown(name: str, value: Any, table: dict) -> str:

@@ -8,11 +8,9 @@ running is shown as overloaded while it does not hold real time (ros/overload.py
 
 from __future__ import annotations
 
-import gc
 import math
-import sys
 import time
-from collections import Counter
+from collections import Counter, deque
 from collections.abc import Callable
 from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
@@ -37,7 +35,7 @@ from ..sim.saved.savefile import SaveError, differences
 from ..sim.simulator import Simulator, StartError
 from ..sim.tables.current import turned_current
 from .blocks import NodeBlock
-from .loop import MAPPING, RESYNCS, SKIPPED, TARGET, Loop
+from .loop import MAPPING, RESYNCS, SKIPPED, TARGET, Loop, quiet
 from .overload import Pace
 from .parameters import Settings
 from .timing import NOT_IN_REAL_TIME, Distance
@@ -48,23 +46,7 @@ NODE = "node"  # key of the notes in the file of a saved tow
 UNDER_WAY = ("waiting", "running", "halted", "failed")
 START_MARGIN = 0.25  # s; messages that came during the static start must be in before the first tick
 SECOND = 1_000_000_000
-SWITCH = 5e-4  # s; a thread that waits for the lock gets it after this
-NEVER = 1_000_000_000
 NO_POSE = "no pose has come on vehicle/odom or vehicle/pose: the vehicle is where the scene has it, along with the ship"
-
-
-def quiet() -> None:
-    """Freeze what is loaded, and collect only young garbage from now on.
-
-    A full collection walks every object with the lock held: 0.1 s with all this loaded, a second with five million
-    objects, while inputs and outputs wait. The node makes no cycles that grow old (row R7 of `cable-sim soak`), so what
-    a full collection would find does not come up.
-    """
-    gc.collect()
-    gc.freeze()
-    young, middle, _ = gc.get_threshold()
-    gc.set_threshold(young, middle, NEVER)
-    sys.setswitchinterval(SWITCH)
 
 
 class Session:
@@ -86,6 +68,8 @@ class Session:
         self.clock = DataClock()
         self.journal: Journal | None = None  # of a recording
         self.live: dict[str, Any] = {}  # parameters changed since the node began
+        self.timetable = settings.faults
+        self.unshown: deque[str] = deque()  # parameters that it has set, and the node does not show yet
         self.skips_ahead = self.resets = 0
         self.pace = Pace(round(self.scene.solver.tick * SECOND))
         self.start_cost = 0.3  # s, of the last static start
@@ -173,6 +157,7 @@ class Session:
         if halted:
             raise StartError("the first ticks after the static start cannot be solved", math.nan)
         self._static_start(0, (0.0, 0.0), None)
+        self.built_loop.meet = self._meet
 
     def _static_start(self, time_ns: int, position: tuple[float, float], heading: float | None) -> None:
         begun = time.monotonic()
@@ -297,6 +282,7 @@ class Session:
             if kept:
                 self.built_sim.restore(carried_over(self.built_sim.snapshot(), begin, position))
             else:
+                self._go_to(0)
                 self._static_start(begin, position, float(sample[5]))
         except StartError as error:
             self.fail(f"no static start: {error}; nothing is simulated until ~/reset")
@@ -348,20 +334,35 @@ class Session:
 
     def set_live(self, name: str, value: Any) -> None:
         """Give a live parameter of the scene (sim/live_parameters.py) another value, between two ticks of the loop."""
+        with self.between_ticks():
+            self._put_live(name, value, self.state == "running")
+
+    def _put_live(self, name: str, value: Any, under_way: bool) -> None:
         self.scene = changed(self.scene, name, value)
         self.live[name] = value
         if self.sim is None:
             return  # the simulator is made from the scene
-        with self.between_ticks():
-            put_live(self.sim, name, value)
-            if self.journal is not None and self.state == "running":
-                self.journal.set(self.built_loop.count, name, value)
+        put_live(self.sim, name, value)
+        if self.journal is not None and under_way:
+            self.journal.set(self.built_loop.count, name, value)
+
+    def _meet(self) -> int:
+        """Set what the timetable has before the next tick, in its thread; returns the ticks to the next time."""
+        done = int(self.built_sim.state.memory[NOW].time.ticks)
+        for one in self.timetable.due(done):
+            self._put_live(one.key, one.value, True)
+            self.unshown.append(one.key)
+        return self.timetable.left(done)
+
+    def _go_to(self, done: int) -> None:
+        """The timetable, and the scene with it, to where a tow has done so many ticks; it is put there next."""
+        for key, value in self.timetable.go_to(done).items():
+            if getattr(now := value_of(self.scene, key), "value", now) != value:
+                self.scene, self.live[key] = changed(self.scene, key, value), value
+                self.built_sim.scene = changed(self.built_sim.scene, key, value)
+                self.unshown.append(key)
 
     # ---- recording
-
-    def new_journal(self, put: Callable[[bytes], None]) -> Journal:
-        """A journal of what this session's simulator is given; put: records one message."""
-        return Journal(put, self.built_sim.inputs)
 
     def record(self, journal: Journal) -> None:
         """Keep a recording's journal, which the publisher has; of a tow that is running it begins with its state."""
@@ -440,6 +441,7 @@ class Session:
     def put(self, arrays: dict[str, np.ndarray]) -> None:
         """The state of a file into the simulator, under the live parameters of this node; no tick runs."""
         sim = self.built_sim
+        self._go_to(int(arrays["memory"]["time"]["ticks"]))
         sim.restore(arrays)
         for name in ways(sim.scene):
             if name.startswith("setpoint."):  # these stand in the state, the others in the model

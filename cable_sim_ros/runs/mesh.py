@@ -28,7 +28,7 @@ class CheckError(RunError):
     """The check of a mesh did not run to its end."""
 
 
-class Change(NamedTuple):
+class MeshChange(NamedTuple):
     """Error of a mesh as three of them show it, see extrapolated()."""
 
     what: str
@@ -56,7 +56,7 @@ def heave_of(scene: Scene) -> tuple[float, float]:
     return heave_amplitude(layout_of(scene).route.scope), HEAVE_PERIOD
 
 
-def check(scene: Scene, plan: MeshPlan, progress: Progress = silent, seconds: float = SECONDS) -> list[Change]:
+def check(scene: Scene, plan: MeshPlan, progress: Progress = silent, seconds: float = SECONDS) -> list[MeshChange]:
     """Error of statics, and of a heave with the winch held: the mesh against two and four times as many elements, both
     with half the step, and what would be left with any number.
 
@@ -94,14 +94,14 @@ def _signed(a: float, b: float, c: float) -> float:
     return float(np.copysign(size, a - c))
 
 
-def _static(scene: Scene, meshes: Sequence[FeedMesh]) -> Change:
+def _static(scene: Scene, meshes: Sequence[FeedMesh]) -> MeshChange:
     frames = []
     for one in meshes:
         sim = Simulator(scene, one)
         sim.start()
         frames.append(sim.frame.copy())
     a, b, c = frames
-    return Change(
+    return MeshChange(
         "static",
         _signed(float(a.tension), float(b.tension), float(c.tension)),
         float("nan"),
@@ -117,7 +117,7 @@ def _apart(a: np.ndarray, b: np.ndarray, c: np.ndarray) -> float:
     return whole + extrapolated(coarse, fine) - coarse - fine
 
 
-def _heave(scene: Scene, half: Scene, meshes: Sequence[FeedMesh], seconds: float) -> Change:
+def _heave(scene: Scene, half: Scene, meshes: Sequence[FeedMesh], seconds: float) -> MeshChange:
     amplitude, period = heave_of(scene)
     skip, driven = seconds * SKIP / SECONDS, []
     for one, with_mesh in zip((scene, half, half), meshes, strict=True):
@@ -134,7 +134,7 @@ def _heave(scene: Scene, half: Scene, meshes: Sequence[FeedMesh], seconds: float
     late = slice(round(skip / scene.solver.tick), count)
     pulls = [frames.tension[late] for frames in (a, b, c)]
     means, deviations = [float(pull.mean()) for pull in pulls], [float(pull.std()) for pull in pulls]
-    return Change(
+    return MeshChange(
         f"heave of {amplitude:.3g} m, {period:g} s",
         _signed(*means),
         _signed(*deviations),
@@ -142,7 +142,7 @@ def _heave(scene: Scene, half: Scene, meshes: Sequence[FeedMesh], seconds: float
     )
 
 
-def as_json(scene: Scene, plan: MeshPlan, changes: list[Change]) -> dict[str, Any]:
+def as_json(scene: Scene, plan: MeshPlan, changes: list[MeshChange]) -> dict[str, Any]:
     """Plain figures of `cable-sim mesh`."""
     start, names = layout_of(scene).route.scope, scene.cable.sections
     report: dict[str, Any] = {
@@ -163,7 +163,7 @@ def as_json(scene: Scene, plan: MeshPlan, changes: list[Change]) -> dict[str, An
     return report
 
 
-def _plain(row: Expected | Change) -> dict[str, Any]:
+def _plain(row: Expected | MeshChange) -> dict[str, Any]:
     """Fields of a row; null where there is no number."""
     return {name: None if value != value else value for name, value in row._asdict().items()}
 
@@ -173,7 +173,7 @@ def at_scope(plan: MeshPlan, scope: float) -> Expected:
     return min(plan.expected, key=lambda row: abs(row.scope - scope))
 
 
-def kept(plan: MeshPlan, scope: float, changes: list[Change]) -> bool:
+def kept(plan: MeshPlan, scope: float, changes: list[MeshChange]) -> bool:
     """Is every change within what is promised at that scope?"""
     promised = at_scope(plan, scope)
     return all(
@@ -184,4 +184,4 @@ def kept(plan: MeshPlan, scope: float, changes: list[Change]) -> bool:
     )
 
 
-__all__ = ["Change", "as_json", "at_scope", "check", "heave_of", "kept", "plan_of"]
+__all__ = ["MeshChange", "as_json", "at_scope", "check", "heave_of", "kept", "plan_of"]

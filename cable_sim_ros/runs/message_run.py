@@ -14,6 +14,7 @@ from ..io.messages.messages import CAUSES, Event, Refused, decode_imu, decode_od
 from ..io.messages.mounting import mounting_of
 from ..io.motion.motion import MotionIngest
 from ..io.recordings.journal import Start
+from ..io.scenes.live_changes import Change, Timetable, fit, refuse_beyond, refuse_unacting, tick_of
 from ..io.scenes.load import SceneWarning
 from ..io.scenes.winch_plan import WinchPlan
 from ..io.sources.motion_table import MotionError
@@ -29,7 +30,6 @@ from ..sim.tables.rigid_tables import flaps_of
 from ..sim.verdict import Reason
 from . import mean_track, motion_preview
 from .controller import ControllerError, ControlLoop
-from .live_changes import Change, Timetable, fit, refuse_beyond, refuse_unacting, tick_of
 from .resume import Resumed, nothing_left
 from .runner import Runner
 from .settings import recorded_intake
@@ -75,7 +75,7 @@ class MessageRun(Runner):
         self.failed: ControllerError | None = None
         if winch is not None:
             winch.check(self.sim.model.settings[0].drum)
-        self.modes = () if winch is None else tuple(Change(*row) for row in winch.modes())
+        self.modes = () if winch is None else tuple(winch.modes())
         self.changes = tuple(one for one in fit(scene, [*self.modes, *changes]) if one not in self.modes)
         self.timetable = Timetable()
         self.doubts: list[Reason] = []  # of the run, beside those of its tick outputs

@@ -13,6 +13,7 @@ from ..io.messages.markers import check_rate
 from ..io.recordings.journal import read_journal
 from ..io.scenes.document import SceneError
 from ..io.scenes.fault_plan import PLANS, FaultPlan, load_faults, timed
+from ..io.scenes.live_changes import Change, changes_of
 from ..io.scenes.load import load_scene, override
 from ..io.scenes.resources import find_bag
 from ..io.scenes.ship_plan import ShipPlan
@@ -34,7 +35,6 @@ from ..sim.verdict import Reason
 from . import motion_preview, refinement_check, verdict
 from .controller import Controller, ControlLoop, alone
 from .journal_replay import JournalReplay
-from .live_changes import Change, changes_of
 from .message_run import MessageRun
 from .metrics import METRICS as METRICS
 from .result import Run as Run
@@ -69,8 +69,7 @@ def scenario_of(given: FaultPlan | Mapping | str | os.PathLike | None) -> FaultP
 
 def in_order(changes: Iterable[Change], plan: FaultPlan | None) -> tuple[Change, ...]:
     """Changes and those that a scenario makes, in order of time."""
-    made = () if plan is None else (Change(*row) for row in timed(plan))
-    return tuple(sorted((*changes, *made), key=lambda one: one.time))
+    return tuple(sorted((*changes, *(timed(plan) if plan else ())), key=lambda one: one.time))
 
 
 def found(plan: FaultPlan, frames: np.ndarray) -> list[dict[str, Any]]:

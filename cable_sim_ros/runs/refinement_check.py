@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..io.scenes.live_changes import Change
 from ..io.scenes.load import override
 from ..io.scenes.winch_plan import WinchPlan
 from ..io.sources.recorded_tow import RecordedTow
@@ -21,7 +22,6 @@ from ..sim.layout import layout_of
 from ..sim.mesh.mesh_kinds import FeedMesh
 from ..sim.scene import Scene
 from ..sim.verdict import check, verdict_of
-from .live_changes import Change
 from .message_run import MessageRun
 from .stepping import Progress
 from .summary import summarize

@@ -35,7 +35,7 @@ from ..sim.simulator import Simulator
 RUN = "run"  # key of the notes in the file
 
 
-class Report(NamedTuple):
+class RunGiven(NamedTuple):
     """What a run was told of its inputs; motion: a bag or table as given, None: none."""
 
     motion: str | None = None
@@ -54,7 +54,7 @@ class Note(BaseModel):
 
     model_config = ConfigDict(strict=True)
 
-    report: Report
+    report: RunGiven
     origin: tuple[Whole, Real, Real, Real | None]  # ns, m, m, rad
     done: Count  # ticks
     plan: tuple[Whole, Whole]  # ns
@@ -72,11 +72,11 @@ def report_of(
     rao: str | os.PathLike | None = None,
     ship: ShipPlan | None = None,
     vehicle: Any = None,
-) -> Report:
+) -> RunGiven:
     """As noted in a file: a path is kept absolute, a shipped bag by its name."""
     plan = None if winch is None else str(winch)
     way, moves = None if ship is None else str(ship), "a callable" if callable(vehicle) else _kept(vehicle)
-    return Report(_kept(motion), heave, imu_only, plan, rao=_kept(rao), ship=way, vehicle=moves)
+    return RunGiven(_kept(motion), heave, imu_only, plan, rao=_kept(rao), ship=way, vehicle=moves)
 
 
 def _kept(path: str | os.PathLike | None) -> str | None:
@@ -85,7 +85,7 @@ def _kept(path: str | os.PathLike | None) -> str | None:
     return str(Path(path).resolve()) if Path(path).exists() else os.fspath(path)
 
 
-def save(path: str | os.PathLike, one: Position, report: Report) -> None:
+def save(path: str | os.PathLike, one: Position, report: RunGiven) -> None:
     """Write the state at the end of a pass, with where its motion and plan stand. Raises SaveError."""
     origin = one.origin
     note: dict[str, Any] = {
@@ -156,7 +156,7 @@ class Resumed:
         """Of the file."""
         return self.saved.scene
 
-    def report(self) -> Report:
+    def report(self) -> RunGiven:
         """What the saved run was told. Raises MotionError for a file of something else than `cable-sim run`."""
         if self.note is None:
             raise MotionError(
@@ -165,15 +165,15 @@ class Resumed:
             )
         return self.note.report
 
-    def _as_before(self, report: Report) -> bool:
+    def _as_before(self, report: RunGiven) -> bool:
         """Is a run told the same motion as the saved one?"""
         return self.note is not None and self.report()._replace(winch=None) == report._replace(winch=None)
 
-    def before(self, report: Report) -> float:
+    def before(self, report: RunGiven) -> float:
         """Seconds that the saved run simulated under the motion that a run is told; 0 for another."""
         return self.note.done * self.scene.solver.tick if self.note is not None and self._as_before(report) else 0.0
 
-    def plan(self, report: Report) -> WinchPlan | None:
+    def plan(self, report: RunGiven) -> WinchPlan | None:
         """The plan of the saved run, for one under the same motion."""
         plan = self.report().winch if self._as_before(report) else None
         return None if plan is None else WinchPlan(plan)

@@ -74,7 +74,7 @@ MAX_RINGING = 0.05
 MIN_OUTBOARD = 1.0  # m of cable that stay outboard of the sheave when hauling in
 
 
-class Rules(NamedTuple):
+class StepRules(NamedTuple):
     """What the stepper does with a step it cannot trust, see physics/substeps.py. NO_LIMIT switches a rule off."""
 
     max_halvings: int
@@ -304,7 +304,7 @@ def halvings(solver: Solver) -> int:
 
 
 def line_settings(
-    cable: Cable, solver: Solver, gravity: float, tension: float, rules: Rules, tolerance: float = TOLERANCE
+    cable: Cable, solver: Solver, gravity: float, tension: float, rules: StepRules, tolerance: float = TOLERANCE
 ) -> np.ndarray:
     """LINE_SETTINGS [1]; tension: working tension [N] that scales the tolerance, the one given where the solver has
     none."""
@@ -393,7 +393,7 @@ def build_model(layout: Layout, mesh: FeedMesh | None = None) -> Model:
         elements = element_table(scene.cable, scene.water, scene.gravity, (False, light_end(scene, None)))
     else:  # filled for the pay-out, see mesh_motion.py
         elements = np.zeros((-(-(nodes - 1) // LANES), ancf.ROWS, LANES))
-    rules = Rules(halvings(scene.solver))
+    rules = StepRules(halvings(scene.solver))
     tolerance = TOLERANCE if layout.plan is None else layout.plan.tolerance
     line = line_settings(scene.cable, scene.solver, scene.gravity, tension, rules, tolerance)
     line["jumps"] |= bool(scene.bodies)

@@ -10,17 +10,17 @@ from collections.abc import Callable, Iterable
 from functools import partial, reduce
 from math import radians
 from operator import attrgetter, getitem
-from typing import Any, Protocol
+from typing import Any
 
 from ..physics.contact_surface import SHEAVE_ROW, rub_sheave
 from ..physics.flaps import put_flap
 from ..physics.heave_compensation import SetpointLaw
-from ..physics.sensor_models import DEVICES, TARGETS, FaultKind
+from ..physics.sensor_models import TARGETS
 from ..physics.state import NOW
 from ..physics.winch_drive import MODES, WinchMode
 from .checks.attitude_checks import attitude_problems
 from .checks.drive_checks import mode_problems
-from .checks.instrument_checks import DEVICE_OF, fault_problems, feed_problems
+from .checks.instrument_checks import fault_problems, feed_problems
 from .checks.setpoint_checks import feed_forward_problems
 from .scene import Scene
 from .simulator import Simulator, StartError
@@ -158,45 +158,3 @@ def changed(block: Any, name: str, value: Any) -> Any:
     inner = block[head] if isinstance(block, dict) else getattr(block, head)
     new = changed(inner, rest, value)
     return block | {head: new} if isinstance(block, dict) else block.model_copy(update={head: new})
-
-
-class Timed(Protocol):
-    """A value that a live key gets at a time [s] of the run; where: what says so."""
-
-    @property
-    def time(self) -> float: ...
-    @property
-    def key(self) -> str: ...
-    @property
-    def value(self) -> Any: ...
-    @property
-    def where(self) -> str: ...
-
-
-def unacting(scene: Scene, rows: Iterable[tuple[int, Timed]], total: int | None = None, before: int = 0) -> str:
-    """ "" or which value ends before it can act: before the next tick, or reading of a device with a rate.
-
-    rows: tick that each meets, and the change, in order of time; total: ticks of the run, None: no end; before: ticks
-    of the simulation before its first.
-    """
-    last: dict[str, tuple[int, Timed]] = {}
-    for at, one in rows:
-        begun, held = last.get(one.key, (at, one))
-        if held.time < one.time and (text := _too_short(scene, begun, held, at, f"{one.time:g} s", before)):
-            return text
-        last[one.key] = at, one
-    ends = (_too_short(scene, at, one, total or at, "the end of the run", before) for at, one in last.values())
-    return next(filter(None, ends), "") if total is not None else ""
-
-
-def _too_short(scene: Scene, begun: int, one: Timed, end: int, until: str, before: int) -> str:
-    ticks, what, device = 1, "the next tick output", DEVICE_OF.get(one.key.split(".")[1], "")
-    if one.key.startswith("faults.") and device in DEVICES and (rate := getattr(scene.instruments, device).rate):
-        ticks, what = round(1.0 / (rate * scene.solver.tick)), f"the next reading of {device} ({rate:g} Hz)"
-    acts = ((max(begun, 0) + before) // ticks + 1) * ticks - before
-    if end >= acts or one.value == FaultKind.NONE.value:
-        return ""
-    return (
-        f"{one.where}: {one.key} = {one.value} at {one.time:g} s ends at {until}, before {what}, that at "
-        f"{acts * scene.solver.tick:.10g} s: it would never act; nothing was changed. Let it last until then or longer"
-    )

@@ -46,7 +46,8 @@ TIME, DEADLINE, WAKE, DONE, FLAGS, LAG = range(6)  # columns of a stats row, ns
 STATS_COLUMNS = 6
 MOTION, COMMAND, VEHICLE, FLAPS = 0, 1, 2, 3  # columns of a heads row: what a tick saw of each ring
 HEADS = 4
-# control words: the first two are written by Python, the others by the loop; LIVE also reads the settings
+# control words: the first two are written by Python, the others by the loop; LIVE also reads the settings. UNTIL: count
+# at which the loop comes back, for what Python has to do between two ticks; 0: none
 (
     STOP,
     TARGET,
@@ -61,10 +62,11 @@ HEADS = 4
     SLEW,
     MAX_CATCHUP,
     EVENTFD,
-    BUFFER,
+    UNTIL,
     ONE,
-) = range(15)
-CONTROL_WORDS = 17  # BUFFER takes two; one word after ONE is spare
+    BUFFER,
+) = range(16)
+CONTROL_WORDS = 17  # BUFFER takes two
 
 if LINUX:
 
@@ -139,11 +141,12 @@ def pace(due, control, buffer):
 
 @driver
 def live(model, state, inputs, output, control, stats, heads, buffer, one, count):
-    """Tick until control[STOP] or a halt; ``count`` 0: in real time, else that many ticks, each at once."""
+    """Tick until control[STOP] or a halt; ``count`` 0: in real time, to control[UNTIL], else that many ticks, each at
+    once."""
     rows = stats.shape[0]
-    period, last = control[PERIOD], control[COUNT] + count
+    period, last = control[PERIOD], control[COUNT] + count if count > 0 else control[UNTIL]
     due = control[REACHED] + period
-    while control[STOP] == 0 and control[HALTED] == 0 and (count == 0 or control[COUNT] < last):
+    while control[STOP] == 0 and control[HALTED] == 0 and (last == 0 or control[COUNT] < last):
         if count == 0:
             deadline, wake = pace(due, control, buffer)
             if control[STOP] != 0:

@@ -7,7 +7,7 @@ import pytest
 
 import cable_sim_ros
 from cable_sim_ros import testing
-from cable_sim_ros.cli.commands import fields_text, manual_text
+from cable_sim_ros.cli.commands import fields_text, manual_text, problems_text
 from cable_sim_ros.io.messages.channels import EVERY
 from cable_sim_ros.io.messages.fault_hypotheses import DOUBTS
 from cable_sim_ros.io.messages.messages import CAUSES
@@ -30,7 +30,8 @@ DOCS = Path(__file__).resolve().parents[2] / "docs"
 
 
 @pytest.mark.parametrize(
-    "page, text", [("parameters", manual_text), ("fields", fields_text), ("mapping_keys", mapping_text)]
+    "page, text",
+    [("parameters", manual_text), ("fields", fields_text), ("problems", problems_text), ("mapping_keys", mapping_text)],
 )
 def test_the_manual_is_up_to_date(page, text):
     assert (DOCS / f"{page}.md").read_text("utf-8") == text(), f"run: cable-sim manual {page} --out docs/{page}.md"

@@ -9,7 +9,7 @@ from scipy.integrate import solve_ivp
 from cable_sim_ros.io.scenes.load import SceneError, load_scene, override
 from cable_sim_ros.physics.integrate import Solver
 from cable_sim_ros.physics.substeps import NO_LIMIT
-from cable_sim_ros.sim.build import Rules
+from cable_sim_ros.sim.build import StepRules
 from cable_sim_ros.sim.inputs import WinchCommand
 from cable_sim_ros.sim.rig.rig import Rig, cable_of
 from cable_sim_ros.sim.simulator import Simulator, SolverError
@@ -56,7 +56,7 @@ def swing(t: np.ndarray) -> np.ndarray:
 def error_of(tension_error: float, position_error: float) -> tuple[float, int]:
     """Largest error of the place of the body in 20 s [m] with tick outputs each 0.5 s, and the steps it took."""
     rig = pendulum(tension_error=tension_error, position_error=position_error)
-    report = rig.run(20.0, 0.5, rules=Rules(16, NO_LIMIT, NO_LIMIT))
+    report = rig.run(20.0, 0.5, rules=StepRules(16, NO_LIMIT, NO_LIMIT))
     assert report.time[-1] == pytest.approx(20.0)
     return float(np.abs(report.q[:, -1, 0] - swing(report.time)).max()), int(rig.state.now.control.taken.sum())
 

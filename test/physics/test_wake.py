@@ -24,7 +24,7 @@ from cable_sim_ros.physics.wake_oscillator import (
     oscillate,
 )
 from cable_sim_ros.physics.water import Water
-from cable_sim_ros.sim.build import Rules
+from cable_sim_ros.sim.build import StepRules
 from cable_sim_ros.sim.rig.rig import Rig, RigError, cable_of
 from cable_sim_ros.sim.wake_tables import STEPS
 from cable_sim_ros.tools.spans.in_time.wake_run import frequency
@@ -193,10 +193,10 @@ def test_a_refused_step_leaves_nothing_in_its_wake():
     halved, refused = turning(rate), turning(rate)
     before = refused.state.nodes[NOW].copy()
     with pytest.raises(RigError):
-        refused.run(h, h, rules=Rules(0, turn, NO_LIMIT))
+        refused.run(h, h, rules=StepRules(0, turn, NO_LIMIT))
     assert np.array_equal(refused.state.nodes[NOW, WAKE], before[WAKE])
     refused.run(h, 0.5 * h)
-    assert list(halved.steps(h, rules=Rules(4, turn, NO_LIMIT))) == [0.5 * h, 0.5 * h]
+    assert list(halved.steps(h, rules=StepRules(4, turn, NO_LIMIT))) == [0.5 * h, 0.5 * h]
     assert np.array_equal(refused.state.nodes[NOW, WAKE], halved.state.nodes[NOW, WAKE])
     assert np.abs(halved.state.nodes[NOW, WAKE] - before[WAKE]).max() > 1e-3
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from cable_sim_ros.ros.blocks import Lockstep as Settings
+from cable_sim_ros.ros.blocks import LockstepParameters as Settings
 from cable_sim_ros.ros.lockstep import LONGEST, Do, Lockstep, rate_problem
 
 pytestmark = pytest.mark.check

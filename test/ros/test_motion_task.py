@@ -20,9 +20,8 @@ from cable_sim_ros.physics.heave_filter import Heave, MotionInput
 from cable_sim_ros.physics.inputs import make_inputs
 from cable_sim_ros.physics.ship import Ship
 from cable_sim_ros.physics.tick_output import Flag
-from cable_sim_ros.ros.report.diagnostics import ERROR, OK, WARN, Watch
+from cable_sim_ros.ros.report.diagnostics import ERROR, OK, WARN, Watch, verdict_of_node
 from cable_sim_ros.ros.report.health import InputHealth
-from cable_sim_ros.ros.report.node_verdict import verdict_of_node
 from cable_sim_ros.ros.timing import MARGIN, Distance
 
 pytestmark = pytest.mark.check

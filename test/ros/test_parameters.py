@@ -53,7 +53,6 @@ WRONG = [  # overrides, parts of the text
     ({"lockstep.rate": 0.05}, ["lockstep.rate", "0.05", "nothing was started", "0.1 to 1000"]),
     ({"lockstep.wait": -1.0}, ["lockstep.wait", "-1 s", "from 0 s to 600 s"]),
     ({"faults_file": "/none.yaml"}, ["parameter 'faults_file'", "/none.yaml", "cannot be read"]),
-    ({"faults_file": "a.yaml", "time_mode": "lockstep"}, ["faults_file", "other ticks", "between two steps"]),
     ({"scene": "nowhere"}, ["nowhere", "full_scale"]),
     ({"sheave.position": [0.0, 0.0, 0.0]}, ["sheave.position"]),  # senseless only beside the other numbers
 ]
@@ -69,6 +68,28 @@ def test_error_texts(overrides, parts):
         assert part in str(error.value), str(error.value)
     if found := re.search(r"; write (-?[\d.e+]+)$", str(error.value)):  # what it suggests is not refused
         settle(overrides | {next(iter(overrides)): float(found[1])})
+
+
+@pytest.mark.parametrize(
+    "until, target, part",
+    [
+        ("1.004", "command", "before the next tick output, that at 1.01 s: it would never act; nothing was started"),
+        (
+            "2",
+            "encoder",
+            "faults.encoder.kind = bias, but instruments.encoder.on is false: there is nothing to be wrong; n",
+        ),
+    ],
+)
+def test_a_scenario_of_faults_that_its_scene_cannot_have(tmp_path, until, target, part):
+    from cable_sim_ros.ros.parameters import ParameterError, settle
+
+    path = tmp_path / "a.yaml"
+    path.write_text(
+        f"scenario: a\nfaults:\n  b: {{at: 1.001, until: {until}, target: {target}, kind: bias, size: 7.0}}\n"
+    )
+    with pytest.raises(ParameterError, match=f"parameter 'faults_file': scenario a, b: .*{re.escape(part)}"):
+        settle({"faults_file": str(path)})
 
 
 def test_a_table_is_a_parameter_of_any_length_and_none_is_one_nan():

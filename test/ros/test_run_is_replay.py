@@ -29,7 +29,7 @@ from types import SimpleNamespace
 warnings.simplefilter("ignore")
 from cable_sim_ros.io.messages.channels import CHANNELS, Context, Encoder
 from cable_sim_ros.io.messages.messages import Event, stamp_of
-from cable_sim_ros.io.recordings.journal import MSGTYPE, TOPIC
+from cable_sim_ros.io.recordings.journal import MSGTYPE, TOPIC, Journal
 from cable_sim_ros.io.recordings.recorder import Recorder
 from cable_sim_ros.ros.parameters import settle
 from cable_sim_ros.ros.publisher import TickPublisher
@@ -41,7 +41,11 @@ from test_motion import odometry
 
 S = 1_000_000_000
 said = []
-session = Session(settle({"scene": "side_scan", "solver.tick": 0.02}), lambda level, text: said.append((level, text)))
+scenario = bag + ".yaml"
+with open(scenario, "w") as file:
+    file.write("scenario: a\\nfaults:\\n  b: {at: 0.2, until: 0.22, target: encoder, kind: bias, size: 7.0}\\n")
+given = {"scene": "side_scan", "solver.tick": 0.02, "instruments.encoder.on": True, "faults_file": scenario}
+session = Session(settle(given), lambda level, text: said.append((level, text)))
 session.configure()
 context = Context()
 encoder = Encoder(context, 0.02)
@@ -59,7 +63,7 @@ def record():
     recorded_from = session.built_loop.count
     recorder = Recorder(bag, custom_data={"scene_yaml": offline_scene()})
     put = lambda data: recorder.put(f"{context.namespace}/{TOPIC}", MSGTYPE, time.time_ns(), data)
-    journal = session.new_journal(put)
+    journal = Journal(put, session.built_sim.inputs)
     publisher.record(recorder, journal)
     session.record(journal)
 
@@ -240,6 +244,9 @@ def test_odd_messages(ran):
     assert found["refused"]["array_length"] == 8 and found["motion"]["stamp_off_clock"] >= 5
     assert found["refused"]["not_finite"] == found["refused"]["effort_only"] == 4
     assert found["moved"] > 0.2, "commands with old stamps move the winch"
+    (segment,) = read_journal(read_tow(ran[1] / "odd" / "bag").journal).segments
+    faults = [(tick, value) for tick, _, value in segment.sets]
+    assert faults == [(10, 7.0), (10, "bias"), (11, "none")], "a fault of one tick, at the ticks of its file"
     kinds = Counter(event.kind for event in read_tow(ran[1] / "odd" / "bag").events if event.is_command)
     assert kinds == {"command": 25, "command_velocity": 8, "command_position": 5}, "each is on its own topic"
 

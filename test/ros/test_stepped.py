@@ -79,7 +79,7 @@ class Run:
 
     def record(self, bag: Path) -> None:
         from cable_sim_ros.io.messages.channels import CHANNELS, Context, Encoder
-        from cable_sim_ros.io.recordings.journal import MSGTYPE, TOPIC
+        from cable_sim_ros.io.recordings.journal import MSGTYPE, TOPIC, Journal
         from cable_sim_ros.io.recordings.recorder import Recorder
         from cable_sim_ros.io.scenes.load import dump_scene
         from cable_sim_ros.ros.publisher import DirectPublisher
@@ -93,8 +93,9 @@ class Run:
         )
         self.publisher.start()
         self.recorder = Recorder(bag, custom_data={"scene_yaml": dump_scene(session.scene)})
-        journal = session.new_journal(
-            lambda data: self.recorder.put(f"{context.namespace}/{TOPIC}", MSGTYPE, session.record_time(), data)
+        journal = Journal(
+            lambda data: self.recorder.put(f"{context.namespace}/{TOPIC}", MSGTYPE, session.record_time(), data),
+            session.built_sim.inputs,
         )
         self.publisher.record(self.recorder, journal)
         session.record(journal)
@@ -361,3 +362,46 @@ def test_no_tick_is_no_tick(monkeypatch):
     loop.run_to(done)
     assert loop.count == done
     run.close()
+
+
+def test_a_scenario_of_faults_meets_the_ticks_of_an_offline_run(monkeypatch, tmp_path):
+    """Again after a reset; one that lasts a tick; three targets."""
+    from cable_sim_ros import run
+    from cable_sim_ros.io.recordings.journal import read_journal
+    from cable_sim_ros.io.scenes.load import load_scene, override
+    from cable_sim_ros.io.sources.recorded_tow import read_tow
+
+    path, changed = tmp_path / "faults.yaml", {"instruments.encoder.on": True, "instruments.depth.on": True}
+    path.write_text(
+        "scenario: a\nfaults:\n  a: {at: 0.2, until: 0.22, target: encoder, kind: bias, size: 7.0}\n"
+        "  b: {at: 0.31, until: 0.4, target: drive, kind: bias, size: 0.5}\n"
+        "  c: {at: 0.0, target: depth, kind: lost}\n"
+    )
+    offline = override(load_scene("side_scan"), changed | {"solver.tick": 0.02})
+    wanted = run(offline, duration=0.6, step="fixed", faults=path, out=tmp_path / "run")
+    stepped = Run(
+        monkeypatch,
+        tmp_path / "bag",
+        **changed,
+        faults_file=str(path),
+        **{"lockstep.rate": 0.0, "lockstep.paused": True},
+    )
+    for _, kind, data in ship():
+        stepped.give(kind, data)
+    stepped.session.pause(False)
+    first = stepped.until(15)
+    assert stepped.session.reset()[0] and stepped.session.scene.faults.drive.kind.value == "none"
+    frames = stepped.until(45)[15:]
+    stepped.close()
+
+    def signs(frames):
+        return [
+            (int(one.tick), bool(one.encoder_payout > one.payout_counter + 6.9), bool(np.isnan(one.depth_reading)))
+            for one in frames
+        ]
+
+    assert signs(frames) == signs(wanted.frames) and signs(first) == signs(wanted.frames)[:15]
+    assert [tick for tick, biased, _ in signs(frames) if biased] == [11]
+    journals = [read_journal(read_tow(bag).journal).segments for bag in (wanted.bag, tmp_path / "bag")]
+    (alone,), (_, again) = journals
+    assert again.sets == alone.sets and {tick for tick, *_ in alone.sets} == {0, 10, 11, 15, 20}

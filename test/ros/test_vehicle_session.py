@@ -19,7 +19,7 @@ from cable_sim_ros.io.messages.messages import Event, decode_pose, stamp_of
 from cable_sim_ros.io.motion.arrival_order import Intake
 from cable_sim_ros.io.scenes.load import load_scene
 from cable_sim_ros.physics.inputs import make_inputs
-from cable_sim_ros.ros.report.vehicle_status import vehicle_status
+from cable_sim_ros.ros.report.diagnostics import vehicle_status
 
 pytest.importorskip("rclpy")
 pytestmark = [

@@ -223,6 +223,7 @@ def test_a_node_in_real_time_from_start_to_end(tmp_path):
             frames.tension[0] = 0.0
         frames = sim.wait_until(lambda frames: frames.encoder_payout[-1] > frames.payout_counter[-1] + 6.9, within=10.0)
         assert frames.encoder_payout[0] == frames.payout_counter[0], "the fault of a scenario comes at its time"
+        poll(lambda: "faults.encoder.kind = bias, by faults_file" in sim.node.tail(), 60.0)
 
         sim.command(rate=0.2)
         sim.wait_until(lambda frames: frames.payout_rate.max() > 0.15, within=10.0)

@@ -8,14 +8,14 @@ import pytest
 from cable_sim_ros.physics.contact_surface import surface_row
 from cable_sim_ros.physics.integrate import Solver
 from cable_sim_ros.physics.substeps import LEAVE_STEP, MAX_TURN, NO_LIMIT, TURN_STEP
-from cable_sim_ros.sim.build import Rules
+from cable_sim_ros.sim.build import StepRules
 from cable_sim_ros.sim.rig.rig import HALVED, WHIPPING, Rig, RigError, load_of
 from verification.bend import Walk, drum, pulls
 from verification.cables import uniform
 from verification.contact_points import contact_points
 
 LENGTH, NODES = 2.0, 5
-REFUSING = Rules(0, MAX_TURN, NO_LIMIT)
+REFUSING = StepRules(0, MAX_TURN, NO_LIMIT)
 
 
 def rod(speed: float = 0.0, gravity: float = 0.0, iterations: int = 20) -> Rig:
@@ -162,5 +162,5 @@ def test_the_rule_of_the_groove_lets_a_cable_be_that_is_in_none():
     rig = Rig(cable, held={0: "r"}, bodies={-1: 5.0}, tension=50.0, surfaces=[groove])
     rig.straight((0.0, 0.0, 0.0), (0.0, 0.0, -1.0))
     rig.settle()
-    history = rig.run(0.1, 0.01, rules=Rules(0, leave_step=LEAVE_STEP))
+    history = rig.run(0.1, 0.01, rules=StepRules(0, leave_step=LEAVE_STEP))
     assert history.steps == 10 and np.abs(history.q[-1, :, :3] - rig.state.q[:, :3]).max() == 0.0

@@ -5,13 +5,13 @@ from __future__ import annotations
 import os
 from collections.abc import Iterator
 from pathlib import Path
-from typing import NamedTuple
 
 from ...limits import LONGEST_RUN
 from ...physics.parameter import REQUIRED, Block, quantity
 from ...physics.sensor_models import TARGETS, FaultKind
 from ...sim.problem import Problem
 from .document import Document, SceneError
+from .live_changes import Change
 
 EXAMPLE = "scenario: heave lost"
 
@@ -33,15 +33,6 @@ class FaultCase(Block):
 class FaultPlan(Block):
     scenario: str = quantity(REQUIRED, "", None, None, "name of the scenario")
     faults: dict[str, FaultCase] = quantity(REQUIRED, "", None, None, "failure modes by name")
-
-
-class TimedFault(NamedTuple):
-    """A live key that changes: s from the start of the run, key, value, and where it stands."""
-
-    time: float
-    key: str
-    value: object
-    where: str
 
 
 def _problems(plan: FaultPlan) -> Iterator[Problem]:
@@ -75,13 +66,13 @@ def load_faults(path: str | os.PathLike) -> FaultPlan:
     return PLANS.load(path)
 
 
-def timed(plan: FaultPlan) -> list[TimedFault]:
+def timed(plan: FaultPlan) -> list[Change]:
     """Live keys that a scenario changes, in order of time."""
     rows = []
     for name, case in plan.faults.items():
         key, where = f"faults.{case.target}", f"scenario {plan.scenario}, {name}"
-        rows.append(TimedFault(case.at, f"{key}.size", case.size, where))
-        rows.append(TimedFault(case.at, f"{key}.kind", case.kind.value, where))
+        rows.append(Change(case.at, f"{key}.size", case.size, where))
+        rows.append(Change(case.at, f"{key}.kind", case.kind.value, where))
         if case.until is not None:
-            rows.append(TimedFault(case.until, f"{key}.kind", FaultKind.NONE.value, where))
+            rows.append(Change(case.until, f"{key}.kind", FaultKind.NONE.value, where))
     return sorted(rows, key=lambda row: (row.time, row.value != FaultKind.NONE.value))

@@ -18,6 +18,7 @@ from ...physics.winch_drive import WinchMode
 from ...sim.inputs import MAX_COMMAND, WinchCommand
 from ...sim.live_parameters import changed, unfit
 from ...sim.scene import Scene
+from .live_changes import Change
 from .plan_text import CONSEQUENCE, LONGEST, Words, hint, number, out_of_order, parts_of, plain, read, text_of
 from .plan_text import PlanError as PlanError
 
@@ -130,11 +131,11 @@ class WinchPlan:
         later = [first - done for first, _ in at if first > done]
         return min(later, default=NEVER), next((mode for first, mode in reversed(at) if first <= done), "")
 
-    def modes(self) -> Iterator[tuple[float, str, str, str]]:
-        """Its changes of the mode: time [s], MODE_KEY, mode, and the item in words for errors."""
+    def modes(self) -> Iterator[Change]:
+        """Its changes of the mode."""
         for k, item in enumerate(self.items, 1):
             if item.order == MODE:
-                yield item.time, MODE_KEY, item.mode, f"winch plan, item {k} '{item}'"
+                yield Change(item.time, MODE_KEY, item.mode, f"winch plan, item {k} '{item}'")
 
 
 def _more_travel(soft: bool, fixed: bool) -> str:

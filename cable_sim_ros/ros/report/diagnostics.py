@@ -8,24 +8,28 @@ from __future__ import annotations
 import math
 import time
 from collections import Counter, deque
+from collections.abc import Mapping
 from math import isnan
+from typing import Any
 
 from ...io.messages.messages import CAUSES, Command
 from ...physics.tick_output import Flag, Source
+from ...sim.checks.deviation_checks import hauled_into_waves
+from ...sim.checks.friction_checks import in_part
 from ...sim.drive_mode import mode_in_force
 from ...sim.flag_rules import OK as OK_RUN
 from ...sim.flag_rules import RULES
 from ...sim.rules.latch import said
+from ...sim.verdict import Verdict, check, judge_counts, of_node, overload, verdict_of
 from ..publisher import TickPublisher
 from ..rules import RuleKeeper
-from ..session import Session
+from ..session import NO_POSE, Session
 from ..statistics import Rate
 from ..status import ERROR, OK, WARN, Status
 from ..status import text_of as _text
 from ..stepped import SteppedSession
 from .health import InputHealth
 from .lockstep_status import lockstep_metrics, lockstep_status
-from .vehicle_status import vehicle_metrics, vehicle_status
 
 LAST_SECOND = 1_050_000_000  # ns
 BLENDED_OVER = 10_050_000_000  # ns
@@ -427,3 +431,68 @@ def final_metrics(session: Session, publisher: TickPublisher | None, recorder_st
     if recorder_stats is not None:
         metrics["recorder"] = recorder_stats._asdict()
     return metrics
+
+
+def _refused_poses(session: Session) -> dict[str, int]:
+    """Poses that were refused, by cause."""
+    vehicle = session.intake.vehicle if getattr(session, "intake", None) is not None else None
+    return {} if vehicle is None else vehicle.refusals_by_cause()
+
+
+def vehicle_metrics(session: Session) -> dict[str, Any]:
+    """For the final figures: poses that came, and those refused by cause."""
+    return {"received": session.poses, "refused": _refused_poses(session)}
+
+
+def vehicle_status(session: Session, frame: Any, now: int) -> Status:
+    """Task `vehicle`; frame: the newest tick output, or None; now: on the clock of the arrivals, ns."""
+    counts, arrival = _refused_poses(session), session.vehicle_arrival
+    age = math.nan if arrival is None else (now - arrival) * 1e-9
+    values = {"received": str(session.poses), "received_age_s": "never" if arrival is None else _text(age)}
+    values |= {f"refused: {cause}": str(count) for cause, count in sorted(counts.items())}
+    vehicle = session.intake.vehicle if getattr(session, "intake", None) is not None else None
+    if vehicle is not None:
+        report = vehicle.report(now + session.wall)
+        names = {"odometry_rate_hz": "rate_hz", "samples": "samples", "last_refusal": "last_refusal"}
+        values |= {mine: str(report[theirs]) for theirs, mine in names.items()}
+    said = []
+    if session.state != "running":
+        return Status("vehicle", OK, session.state, values)
+    if arrival is None:
+        said.append(NO_POSE)
+    elif vehicle is not None and not vehicle.inputs.motion_head[0]:
+        said.append(f"poses come, but none can be used: {vehicle.last_refusal or 'they do not fit the clock'}")
+    if frame is not None:
+        flags = int(frame["status"])
+        values |= {"off_m": _text(float(frame["vehicle_off"])), "age_s": _text(float(frame["vehicle_age"]))}
+        if flags & Flag.VEHICLE_STALE:
+            said.append(f"silent for {float(frame['vehicle_age']):.1f} s: it goes on at its mean speed and last depth")
+        if flags & Flag.VEHICLE_LIMITED:
+            off = float(frame["vehicle_off"])
+            why = f"the cable's end stays {off:.2f} m behind" if off > 0.0 else "it pulls above vehicle.max_tension"
+            said.append(f"limited: beyond what the cable reaches or bears, {why}")
+    return Status("vehicle", WARN, "; ".join(said), values) if said else Status("vehicle", OK, "followed", values)
+
+
+def verdict_of_node(session: Session, publisher: TickPublisher | None, metrics: Mapping[str, Any]) -> Verdict:
+    """Verdict on a run that a node published; figures: its final ones. One that published nothing and did not fail is
+    ok, unless motion came that it could not use."""
+    scene, problem = session.scene, session.problem
+    if publisher is None or publisher.latest is None:
+        return verdict_of([check("HALTED", problem)] if problem else of_node(metrics))
+    found = judge_counts(
+        publisher.statuses,
+        scene.solver.tick,
+        int(publisher.latest["status"]),
+        scene=scene,
+        others=(
+            *overload(scene, publisher.max_tension),
+            *hauled_into_waves(scene, publisher.sums.least_scope),
+            *in_part(scene, publisher.sums.slow_fraction),
+            *of_node(metrics),
+        ),
+        problem=problem,
+        slam=publisher.sums.max_slam,
+    )
+    known = {reason.flag for reason in found.reasons}
+    return verdict_of([*found.reasons, *(more for more in publisher.sums.reasons() if more.flag not in known)])

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from ...io.bags.bag_writer import BagError
-from ...io.recordings.journal import MSGTYPE, TOPIC
+from ...io.recordings.journal import MSGTYPE, TOPIC, Journal
 from ...io.recordings.recorder import Recorder, RecorderStats
 from ...io.recordings.recording_place import Names, name_problem, root_problem
 from ...io.scenes.load import dump_scene
@@ -51,7 +51,7 @@ class RecordingControl:
             def put(data: bytes) -> None:
                 recorder.put(topic, MSGTYPE, session.record_time(), data, keep=True)
 
-            journal = session.new_journal(put)
+            journal = Journal(put, session.built_sim.inputs)
             publisher.record(recorder, journal)  # first: it must miss no tick
             session.record(journal)
         return text

@@ -50,7 +50,7 @@ from ...physics.state import AT_REST, FLOW, LOAD, NOW, STRUT, Change, LineModel,
 from ...physics.substeps import MAX_TURN, NO_LIMIT, link_stepper
 from ...physics.towbody import BODY, Towbody, body_record
 from ...physics.water import Water
-from ..build import Rules, arc_lengths, bead_table, build_line, element_table, line_settings, lock, with_attitudes
+from ..build import StepRules, arc_lengths, bead_table, build_line, element_table, line_settings, lock, with_attitudes
 from ..checks.section_checks import water_problems
 from ..problem import Problem
 from ..tables.current import declare_water
@@ -62,9 +62,9 @@ COMPONENTS = {"x": [0], "y": [1], "z": [2], "r": [0, 1, 2], "gx": [3], "gy": [4]
 
 FOLDING = 1e-7  # cable.compression_share of a cable that goes slack
 SHIPPED = Solver()  # the defaults of the product: step, rho_inf, tolerance
-WHOLE = Rules(0, NO_LIMIT, NO_LIMIT)  # steps as asked for, or not at all
-HALVED = Rules(SHIPPED.max_halvings, NO_LIMIT, NO_LIMIT)  # halved where Newton does not solve them
-WHIPPING = Rules(10, MAX_TURN, NO_LIMIT)  # and where they turn the cable far: for one that goes slack
+WHOLE = StepRules(0, NO_LIMIT, NO_LIMIT)  # steps as asked for, or not at all
+HALVED = StepRules(SHIPPED.max_halvings, NO_LIMIT, NO_LIMIT)  # halved where Newton does not solve them
+WHIPPING = StepRules(10, MAX_TURN, NO_LIMIT)  # and where they turn the cable far: for one that goes slack
 
 
 def cable_of(sections: list[dict], **numbers: Any) -> Cable:
@@ -321,7 +321,7 @@ class Rig:
         every: int = 1,
         moved: tuple[int, ...] = (),
         motion: Callable | None = None,
-        rules: Rules = WHOLE,
+        rules: StepRules = WHOLE,
     ) -> History:
         """Advance ``duration`` in equal steps near ``step`` [s]; ``every`` steps one sample.
 
@@ -349,7 +349,7 @@ class Rig:
         return History(time, out.q, out.v, out.tension, out.reaction, out.strain, iterations, steps, out.attitude)
 
     def steps(
-        self, step: float, moved: tuple[int, ...] = (), motion: Callable | None = None, rules: Rules = HALVED
+        self, step: float, moved: tuple[int, ...] = (), motion: Callable | None = None, rules: StepRules = HALVED
     ) -> Iterator[float]:
         """One step [s] piece by piece: yields the length of every piece taken, see run(). Raises RigError."""
         self._follows(step)
@@ -391,12 +391,12 @@ class Rig:
         for problem in step_problems(self.cable, self._speed, step, "step"):
             raise _refused(problem, "nothing was simulated")
 
-    def _under(self, rules: Rules) -> LineModel:
+    def _under(self, rules: StepRules) -> LineModel:
         settings = self.model.settings.copy()
         settings["max_halvings"], settings["max_turn"], settings["leave_step"] = rules
         return self.model._replace(settings=lock(settings, settings.dtype))
 
-    def _stuck(self, done: int, steps: int, h: float, rules: Rules) -> RigError:
+    def _stuck(self, done: int, steps: int, h: float, rules: StepRules) -> RigError:
         turn = f" without turning a gradient by more than {rules.max_turn:g}" if rules.max_turn < NO_LIMIT else ""
         return RigError(
             f"step {done + 1} of {steps} ({h:g} s) could not be solved in {self.solver.max_iterations} "

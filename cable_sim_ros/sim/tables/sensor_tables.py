@@ -25,7 +25,6 @@ from ...physics.sensor_models import (
     SIGNALS,
     TARGETS,
     Device,
-    Fault,
 )
 from ...physics.state import NOW, State
 from ..scene import Scene
@@ -111,9 +110,16 @@ def sensor_rules(scene: Scene) -> np.ndarray:
     return row
 
 
-def set_fault(record: np.record, fault: Fault, now: int, at: float) -> None:
-    """Put a fault into a FAULT record; now: ns, from when on; at: what it is of was then."""
-    record["kind"], record["amount"], record["since"], record["at"] = KINDS.index(fault.kind), fault.size, now, at
+def faults_of(state: State, target: str) -> list[tuple[np.record, float]]:
+    """FAULT records of a target, and what each is of now; none where there is no such device or body."""
+    now = state.memory[NOW]
+    if target == "command":
+        return [(now.winch.fault, 0.0)]
+    if target == "drive":
+        return [(now.winch.drive_fault, now.winch.length)]
+    if target == "flaps":
+        return [(attitude.fault, 0.0) for attitude in state.attitude[NOW]]
+    return [(one.fault, one.shown) for one, (_, _, of) in zip(state.sensors.sensed, SIGNALS) if of == target]
 
 
 def declare_faults(state: State, scene: Scene) -> None:
@@ -124,32 +130,18 @@ def declare_faults(state: State, scene: Scene) -> None:
 
 def keep_faults(state: State, scene: Scene) -> None:
     """Of a state that was taken back, the faults that the scene has not are put as the scene has them."""
-    now = state.memory[NOW]
     for target in TARGETS:
-        fault = getattr(scene.faults, target)
-        rows = [one.fault for one, (_, _, of) in zip(state.sensors.sensed, SIGNALS) if of == target]
-        paths = {"command": now.winch.fault, "drive": now.winch.drive_fault}
-        if len(state.attitude[NOW]):
-            paths["flaps"] = state.attitude[NOW, 0].fault
-        record = paths.get(target, rows[0] if rows else None)
-        if record is not None and (record.kind, record.amount) != (KINDS.index(fault.kind), fault.size):
+        fault, records = getattr(scene.faults, target), faults_of(state, target)
+        if records and (records[0][0].kind, records[0][0].amount) != (KINDS.index(fault.kind), fault.size):
             put_fault(state, scene, target)
 
 
 def put_fault(state: State, scene: Scene, target: str) -> None:
     """The fault that a scene has of a target, from now on."""
-    fault, now = getattr(scene.faults, target), state.memory[NOW]
-    if target == "command":
-        set_fault(now.winch.fault, fault, now.time.now, 0.0)
-    elif target == "drive":
-        set_fault(now.winch.drive_fault, fault, now.time.now, now.winch.length)
-    elif target == "flaps":
-        for attitude in state.attitude[NOW]:
-            set_fault(attitude.fault, fault, now.time.now, 0.0)
-    elif len(state.sensors.sensed):
-        for one, (_, _, of) in zip(state.sensors.sensed, SIGNALS, strict=True):
-            if of == target:
-                set_fault(one.fault, fault, now.time.now, one.shown)
+    fault, now = getattr(scene.faults, target), state.memory[NOW].time.now
+    for record, at in faults_of(state, target):
+        record["kind"], record["amount"] = KINDS.index(fault.kind), fault.size
+        record["since"], record["at"] = now, at
 
 
 def pin_problem(state: State, scene: Scene) -> str:

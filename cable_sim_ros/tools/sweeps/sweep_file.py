@@ -16,6 +16,7 @@ from pydantic import BeforeValidator, ValidationError
 
 from ...errors import CableSimError
 from ...io.scenes.document import Document, SceneError
+from ...io.scenes.live_changes import ChangeError
 from ...io.scenes.load import load_scene
 from ...io.scenes.resources import ResourceError, find_bag
 from ...io.scenes.winch_plan import PlanError, WinchPlan
@@ -26,7 +27,6 @@ from ...limits import LONGEST_RUN
 from ...physics.heave_compensation import SetpointLaw
 from ...physics.heave_filter import Heave
 from ...physics.parameter import REQUIRED, Block, quantity
-from ...runs.live_changes import ChangeError
 from ...runs.message_run import MessageRun
 from ...runs.settings import apply_to_scene, of_intake
 from ...runs.sources import in_the_sea

@@ -1,6 +1,7 @@
-"""Live keys of a scene that change at times of an offline run: what may change and when, and which tick it meets.
+"""Live keys of a scene that change at times of a run: what may change and when, and which tick it meets.
 
-A change acts from the tick on that holds its time; the journal of a recording has it, so that a replay repeats it.
+A change acts from the tick on that holds its time, offline and in the node; the journal of a recording has it, so that
+a replay repeats it.
 """
 
 from __future__ import annotations
@@ -13,12 +14,14 @@ from typing import Any, NamedTuple
 
 from pydantic import ValidationError
 
-from ..errors import CableSimError
-from ..io.scenes.scene_errors import texts_of
-from ..limits import LONGEST_RUN
-from ..physics.parameter import declared
-from ..sim.live_parameters import changed, unacting, unfit, value_of, ways
-from ..sim.scene import Scene
+from ...errors import CableSimError
+from ...limits import LONGEST_RUN
+from ...physics.parameter import declared
+from ...physics.sensor_models import DEVICES, FaultKind
+from ...sim.checks.instrument_checks import DEVICE_OF
+from ...sim.live_parameters import changed, unfit, value_of, ways
+from ...sim.scene import Scene
+from .scene_errors import texts_of
 
 CONSEQUENCE = "nothing was simulated"
 EXAMPLE = '[(30.0, "drive.mode", "brake")]'
@@ -81,8 +84,7 @@ def fit(scene: Scene, changes: Iterable[Change]) -> tuple[Change, ...]:
         for one in together:
             _look(scene, one)
             scene = changed(scene, one.key, one.value)
-            value = value_of(scene, one.key)
-            found.append(one._replace(value=getattr(value, "value", value)))
+            found.append(one._replace(value=_plain(value_of(scene, one.key))))
         if text := unfit(scene):
             raise ChangeError(f"{together[-1].where}: {text.replace('nothing was changed', CONSEQUENCE)}")
     return tuple(found)
@@ -123,28 +125,67 @@ def refuse_beyond(changes: Iterable[Change], seconds: float) -> None:
             )
 
 
-def refuse_unacting(scene: Scene, rows: Iterable[tuple[int, Change]], total: int, before: int = 0) -> None:
-    """Raise ChangeError for a value that ends before it can act, see `live_parameters.unacting`."""
-    if text := unacting(scene, rows, total, before):
-        raise ChangeError(text.replace("nothing was changed", CONSEQUENCE))
+def refuse_unacting(
+    scene: Scene, rows: Iterable[tuple[int, Change]], total: int | None = None, before: int = 0
+) -> None:
+    """Raise ChangeError for a value that ends before it can act: before the next tick, or reading of a device with a
+    rate.
+
+    rows: tick that each meets, and the change, in order of time; total: ticks of the run, None: no end; before: ticks
+    of the simulation before its first.
+    """
+    last: dict[str, tuple[int, Change]] = {}
+    for at, one in rows:
+        begun, held = last.get(one.key, (at, one))
+        if held.time < one.time:
+            _refuse_short(scene, begun, held, at, f"{one.time:g} s", before)
+        last[one.key] = at, one
+    for at, one in last.values() if total is not None else ():
+        _refuse_short(scene, at, one, total or at, "the end of the run", before)
+
+
+def _refuse_short(scene: Scene, begun: int, one: Change, end: int, until: str, before: int) -> None:
+    ticks, what, device = 1, "the next tick output", DEVICE_OF.get(one.key.split(".")[1], "")
+    if one.key.startswith("faults.") and device in DEVICES and (rate := getattr(scene.instruments, device).rate):
+        ticks, what = round(1.0 / (rate * scene.solver.tick)), f"the next reading of {device} ({rate:g} Hz)"
+    acts = ((max(begun, 0) + before) // ticks + 1) * ticks - before
+    if end >= acts or one.value == FaultKind.NONE.value:
+        return
+    raise ChangeError(
+        f"{one.where}: {one.key} = {one.value} at {one.time:g} s ends at {until}, before {what}, that at "
+        f"{acts * scene.solver.tick:.10g} s: it would never act; {CONSEQUENCE}. Let it last until then or longer"
+    )
 
 
 class Timetable:
     """Changes by the tick that each meets, counted from the first of a pass."""
 
-    def __init__(self, rows: Iterable[tuple[int, Change]] = ()) -> None:
-        """rows: tick and change; a tick before the first: with the first."""
+    def __init__(self, rows: Iterable[tuple[int, Change]] = (), scene: Scene | None = None) -> None:
+        """rows: tick and change; a tick before the first: with the first. scene: before all of them, for `go_to`."""
         self._rows = sorted(((max(0, at), one) for at, one in rows), key=lambda row: row[0])
+        self._next = 0
+        self._first = {} if scene is None else {one.key: _plain(value_of(scene, one.key)) for _, one in self._rows}
 
     def left(self, done: int) -> int:
         """Ticks to simulate, of a pass that has done so many, before the next change."""
-        return self._rows[0][0] - done if self._rows else NEVER
+        return self._rows[self._next][0] - done if self._next < len(self._rows) else NEVER
 
     def due(self, done: int) -> list[Change]:
         """Changes that meet the next tick of a pass that has done so many; each is given once."""
-        count = sum(at <= done for at, _ in self._rows)
-        found, self._rows = [one for _, one in self._rows[:count]], self._rows[count:]
-        return found
+        begin = self._next
+        while self._next < len(self._rows) and self._rows[self._next][0] <= done:
+            self._next += 1
+        return [one for _, one in self._rows[begin : self._next]]
+
+    def go_to(self, done: int) -> dict[str, Any]:
+        """Go on, or back, to where a pass has done so many ticks; returns the values that its keys have there."""
+        self._next = 0
+        return self._first | {one.key: one.value for one in self.due(done - 1)}
+
+
+def _plain(value: Any) -> Any:
+    """As a recording keeps it."""
+    return getattr(value, "value", value)
 
 
 def tick_of(change: Change, tick: int, begun: int = 0) -> int:
