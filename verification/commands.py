@@ -93,8 +93,8 @@ def validate(names, duration, quick, workers, out, report) -> Answer:
     ready(out)
     from cable_sim_ros.tools.sweeps.engine import workers_of
 
+    from .experiments import repeat
     from .experiments.table import as_data, digest, page, print_result
-    from .experiments.together import repeat
 
     pictured = out is not None or report is not None
     with progress_bar(unit="runs") as progress:

@@ -16,10 +16,11 @@ from cable_sim_ros.tools.ahc.figures import NAMES
 from cable_sim_ros.tools.ahc.report import write_report as write_ahc
 from cable_sim_ros.tools.report.sweep_page import MOST_RUNS, Many, write_sweep_page
 from cable_sim_ros.tools.report.write import write_report
-from cable_sim_ros.tools.sweeps.reported import write_report as write_sweep
+from cable_sim_ros.tools.sweeps.dataset import write_report as write_sweep
 from cable_sim_ros.tools.sweeps.sweep import sweep
 from cable_sim_ros.tools.sweeps.sweep_file import checked
-from verification.experiments import Comparison, Result, together
+from verification import experiments
+from verification.experiments import Comparison, Result
 from verification.experiments import report as of_experiments
 
 pytest.importorskip("matplotlib")
@@ -134,7 +135,7 @@ def experiment(folder_seen):
 
 def test_experiments_have_a_verdict_each_and_misses_are_red(tmp_path, monkeypatch):
     seen = []
-    monkeypatch.setattr(together, "run", lambda name, *_: experiment(seen))
+    monkeypatch.setattr(experiments, "run", lambda name, *_: experiment(seen))
     made = tmp_path / "v.html"
     result = CliRunner().invoke(commands.main, ["validate", "pulley", "--json", "--report", str(made)])
     assert result.exit_code == 0 and json.loads(result.stdout)[0]["experiment"] == "pulley", result.output

@@ -14,7 +14,7 @@ from cable_sim_ros.sim.mesh import mesh_maker
 from cable_sim_ros.sim.mesh.mesh_corners import Turn, error_per_turn, stiffness
 from cable_sim_ros.sim.mesh.mesh_kinds import places_outboard
 from verification.meshes import mesh_other
-from verification.meshes.mesh_other_tows import other_tows
+from verification.meshes.mesh_tows import other_tows
 
 TOWS = {tow.scene.name: tow for tow in other_tows()}
 LIMP = override(TOWS["heavy_depressor"].scene, {"cable.bending_stiffness": 0.0, "cable.bending_damping": 0.0})

@@ -19,9 +19,9 @@ from cable_sim_ros.sim.scene import Scene
 from cable_sim_ros.sim.simulator import Simulator
 from cable_sim_ros.terminal import markdown_table
 
-from .mesh_other_tows import Tow, other_tows
 from .mesh_promise import markdown as promised_table
 from .mesh_promise import promises
+from .mesh_tows import Tow, other_tows
 
 SECONDS, SKIP = 60.0, 20.0  # of a run, and what of it is left out of mean and deviation
 EVERY = 0.1  # s between tick outputs
