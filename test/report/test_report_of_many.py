@@ -21,7 +21,6 @@ from cable_sim_ros.tools.sweeps.sweep import sweep
 from cable_sim_ros.tools.sweeps.sweep_file import checked
 from verification import experiments
 from verification.experiments import Comparison, Result
-from verification.experiments import report as of_experiments
 
 pytest.importorskip("matplotlib")
 pytest.importorskip("jinja2")
@@ -148,8 +147,8 @@ def test_experiments_have_a_verdict_each_and_misses_are_red(tmp_path, monkeypatc
     assert table["unprinted"][1][2] == "-" and table["unprinted"][1][6] == "-"
     (evil,) = [cells for bad, cells in rows_of(text) if bad and "onerror" in cells[0]]
     assert evil[6] == "MISSED" and evil[8] == "because"
-    kept = of_experiments.verdict_of(Comparison("at the limit", "N", 1.5, 1.0, 0.5, ""))
-    assert kept == of_experiments.KEPT
+    kept = experiments.verdict_of(Comparison("at the limit", "N", 1.5, 1.0, 0.5, ""))
+    assert kept == experiments.KEPT
 
 
 @pytest.fixture(scope="module")
