@@ -93,7 +93,7 @@ class Comparison:
     def verdict(self) -> Verdict:
         """failed: a limit is violated; doubtful: something was applied, or looks wrong; else ok."""
         names = tuple(one.quantity for one in self.judged if not one.passed)
-        violated = [_reason("LIMIT", one.text, one.quantity) for one in self.judged if not one.passed]
+        violated = [reason("LIMIT", one.text, one.quantity) for one in self.judged if not one.passed]
         reasons = (*violated, *self.doubts)
         state = FAILED if names else DOUBTFUL if reasons else OK
         return Verdict(state, reasons, tuple(self.notes))
@@ -130,7 +130,8 @@ def compare_recordings(a: Recording, b: Recording, **more: Any) -> Comparison:
     return out
 
 
-def _reason(flag: str, text: str, *names: str) -> Reason:
+def reason(flag: str, text: str, *names: str) -> Reason:
+    """Of a verdict on what lasts no time; names: of the figures in doubt."""
     return Reason(flag, 0.0, 0.0, names, text)
 
 
@@ -232,7 +233,7 @@ def _align(
             drift = f" and {out.clock.drift_ppm:+.1f} ppm" if out.clock.drift_ppm is not None else ""
             half = 0.5 * (out.clock.interval[1] - out.clock.interval[0]) if out.clock.interval else np.nan
             out.doubts.append(
-                _reason(
+                reason(
                     "CLOCK",
                     f"the clock of B was moved by {-out.clock.lag:+.4f} s (+- {half:.2g} s){drift}, as "
                     f"{out.clock.quantity} has it: a lag of the simulation itself is in it",
@@ -240,7 +241,7 @@ def _align(
             )
         else:
             why = out.clock.why if out.clock is not None else "nothing to go by"
-            out.doubts.append(_reason("CLOCK", f"the clocks cannot be aligned: {why}; nothing was moved"))
+            out.doubts.append(reason("CLOCK", f"the clocks cannot be aligned: {why}; nothing was moved"))
     for name in both:
         row = Found(name, clocks.get(name) or Clock(name, False, why="not looked for: it is motion"))
         row.findings, doubt = _findings(first[name], second[name], origin, window, row.clock, out)
@@ -255,11 +256,11 @@ def _align(
                 first[name] = Signal(name, old.time, old.value * one.factor, old.source, list(old.assumed))
             how = f"; A was multiplied by {one.factor:g} for the scores" if row.applied else "; not applied"
             text = f"{name}: {one.text}{how if one.factor != 1.0 else ''}"
-            out.doubts.append(_reason(one.kind.upper(), text, name))
+            out.doubts.append(reason(one.kind.upper(), text, name))
     if adrift and out.align is Align.NONE and not usable and out.clock is not None:
         told.append(f"the clock of B was not found ({out.clock.quantity}): {out.clock.why}")
     for text in told:
-        out.doubts.append(_reason("CLOCK", text))
+        out.doubts.append(reason("CLOCK", text))
 
 
 def _lag(out: Comparison, one: Score) -> None:
@@ -283,7 +284,7 @@ def _lag(out: Comparison, one: Score) -> None:
     if abs(phase * clock.lag) > LATE and one.quantity not in MOTION:
         text = f"{one.quantity}: B is {clock.lag:+.3f} s behind A, {abs(phase * clock.lag):.0f} deg of the waves"
         why = "gain, rms and coherence are those of series that are not aligned (--align clock)"
-        out.doubts.append(_reason("CLOCK", f"{text}; not applied: {why}", one.quantity))
+        out.doubts.append(reason("CLOCK", f"{text}; not applied: {why}", one.quantity))
 
 
 def _agree(one: Clock, other: Clock) -> bool:
