@@ -93,15 +93,13 @@ def validate(names, duration, quick, workers, out, report) -> Answer:
     ready(out)
     from cable_sim_ros.tools.sweeps.engine import workers_of
 
-    from .experiments.table import as_data, digest, page, print_result
-    from .experiments.together import repeat
+    from .experiments import repeat
+    from .experiments.table import as_data, digest, page, print_result, write_report
 
     pictured = out is not None or report is not None
     with progress_bar(unit="runs") as progress:
         results = repeat(names or EXPERIMENTS, duration, progress, quick, workers_of(workers), pictured)
     if report is not None:
-        from .experiments.report import write_report
-
         said(write_report(results, report, typed()))
 
     def tell() -> None:
@@ -124,7 +122,7 @@ BENCH_IDS, TICK_IDS = [f"P{i}" for i in range(1, 10)], ["full_scale", "side_scan
 STUDIES = {
     "features": ("benchmarks.features", True, "what each feature of a scene costs a step."),
     "sheave_mesh": ("sheave", False, "how fine a mesh the answers at the sheave need."),
-    "mesh": ("meshes.mesh_other", False, "is the error promised for a mesh kept?"),
+    "mesh": ("meshes.mesh_promise", False, "is the error promised for a mesh kept?"),
     "haul": ("benchmarks.haul_cost", True, "what cable on the drum, cable out and elements cost."),
     "ticks": ("benchmarks.ticks", False, "the longest tick in real time, a minute at 2 m/s."),
     "lockstep": ("benchmarks.lockstep", True, "how fast a test goes in lockstep, and who works meanwhile."),

@@ -14,7 +14,7 @@ from cable_sim_ros.physics.integrate import Solver
 from cable_sim_ros.physics.section import CableModel
 from cable_sim_ros.physics.towbody import Towbody
 from cable_sim_ros.physics.water import Water
-from cable_sim_ros.sim.rig.rig import HALVED, Rig, cable_of, load_of
+from cable_sim_ros.sim.rig.rig import HALVED, History, Rig, cable_of, load_of
 
 from .scenes import reference
 
@@ -97,6 +97,10 @@ def _run(rig: Rig, setting: Setting, duration: float, interval: float, columns, 
     return Ours(str(setting), setting.elements, setting.dt, history, cpu, duration, report.iterations, report.steps)
 
 
+def _tip_and_top(h: History, height: float = 0.0) -> np.ndarray:
+    return np.column_stack((h.q[:, -1, 0], h.q[:, -1, 2] - height, np.linalg.norm(h.reaction[:, 0, :3], axis=1)))
+
+
 def catenary(setting: Setting) -> Ours:
     """P1: s, x, z, T at the nodes."""
     p = reference("P1").params
@@ -133,14 +137,7 @@ def released(setting: Setting) -> Ours:
     rig.straight((0.0, 0.0, 0.0), (1.0, 0.0, 0.0))
     rig.balance()
     first = (0.0, p["L"], 0.0, float(np.linalg.norm(rig.state.reaction[0, :3])))
-    return _run(
-        rig,
-        setting,
-        p["T"],
-        p["dt_out"],
-        lambda h: np.column_stack((h.q[:, -1, 0], h.q[:, -1, 2], np.linalg.norm(h.reaction[:, 0, :3], axis=1))),
-        first,
-    )
+    return _run(rig, setting, p["T"], p["dt_out"], _tip_and_top, first)
 
 
 def cantilever(setting: Setting) -> Ours:
@@ -245,7 +242,7 @@ def towed(setting: Setting) -> Ours:
         setting,
         p["T"],
         p["dt_out"],
-        lambda h: np.column_stack((h.q[:, -1, 0], h.q[:, -1, 2] - DEEP, np.linalg.norm(h.reaction[:, 0, :3], axis=1))),
+        lambda h: _tip_and_top(h, DEEP),
         first,
         moved=(0,),
         motion=lambda t: ramped_heave(p, t),

@@ -59,7 +59,7 @@ def test_a_tow_without_a_shape_says_so():
 
 
 def test_ranges_that_nobody_chose_are_said_with_their_size():
-    lines = assumed({"drag"}, Ranges())
+    lines = assumed(Ranges(), {"drag"})
     assert len(lines) == len(list(declared(Ranges))) - 1 and all(line.startswith("assumed: ") for line in lines)
     assert any("0.1 m/s (95 %); --range speed=" in line for line in lines) and not any("drag" in line for line in lines)
 

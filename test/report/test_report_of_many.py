@@ -16,11 +16,11 @@ from cable_sim_ros.tools.ahc.figures import NAMES
 from cable_sim_ros.tools.ahc.report import write_report as write_ahc
 from cable_sim_ros.tools.report.sweep_page import MOST_RUNS, Many, write_sweep_page
 from cable_sim_ros.tools.report.write import write_report
-from cable_sim_ros.tools.sweeps.reported import write_report as write_sweep
+from cable_sim_ros.tools.sweeps.dataset import write_report as write_sweep
 from cable_sim_ros.tools.sweeps.sweep import sweep
 from cable_sim_ros.tools.sweeps.sweep_file import checked
-from verification.experiments import Comparison, Result, together
-from verification.experiments import report as of_experiments
+from verification import experiments
+from verification.experiments import Comparison, Result
 
 pytest.importorskip("matplotlib")
 pytest.importorskip("jinja2")
@@ -134,7 +134,7 @@ def experiment(folder_seen):
 
 def test_experiments_have_a_verdict_each_and_misses_are_red(tmp_path, monkeypatch):
     seen = []
-    monkeypatch.setattr(together, "run", lambda name, *_: experiment(seen))
+    monkeypatch.setattr(experiments, "run", lambda name, *_: experiment(seen))
     made = tmp_path / "v.html"
     result = CliRunner().invoke(commands.main, ["validate", "pulley", "--json", "--report", str(made)])
     assert result.exit_code == 0 and json.loads(result.stdout)[0]["experiment"] == "pulley", result.output
@@ -147,8 +147,8 @@ def test_experiments_have_a_verdict_each_and_misses_are_red(tmp_path, monkeypatc
     assert table["unprinted"][1][2] == "-" and table["unprinted"][1][6] == "-"
     (evil,) = [cells for bad, cells in rows_of(text) if bad and "onerror" in cells[0]]
     assert evil[6] == "MISSED" and evil[8] == "because"
-    kept = of_experiments.verdict_of(Comparison("at the limit", "N", 1.5, 1.0, 0.5, ""))
-    assert kept == of_experiments.KEPT
+    kept = experiments.verdict_of(Comparison("at the limit", "N", 1.5, 1.0, 0.5, ""))
+    assert kept == experiments.KEPT
 
 
 @pytest.fixture(scope="module")

@@ -14,7 +14,8 @@ from cable_sim_ros.io.scenes.resources import find_bag
 from cable_sim_ros.runs import offline, recorded
 from cable_sim_ros.sim.layout import layout_of
 from cable_sim_ros.sim.verdict import check, verdict_of
-from cable_sim_ros.tools.plan.plan import NEEDS, most_power, motor_pull, needs_of, plan_markdown, plan_of
+from cable_sim_ros.terminal import markdown_table
+from cable_sim_ros.tools.plan.plan import NEEDS, most_power, motor_pull, needs_of, plan_of
 from cable_sim_ros.tools.plan.winch_size import NoWinch, smallest
 from cable_sim_ros.tools.report.subject import subject_of
 from cable_sim_ros.tools.report.verdict import cards
@@ -322,4 +323,5 @@ def test_a_recording_takes_no_options_of_a_run(made):
 
 def test_the_page_of_the_json_has_the_table_of_the_needs():
     page = Path(__file__).resolve().parents[2] / "docs" / "json.md"
-    assert plan_markdown() in page.read_text("utf-8")
+    rows = [(f"`{name}`", unit, meaning) for name, unit, meaning in NEEDS]
+    assert markdown_table([("need", "unit", "meaning"), *rows]) in page.read_text("utf-8")

@@ -15,7 +15,7 @@ from cable_sim_ros.sim.mesh.mesh_kinds import equal_parts, geometric, graded
 from cable_sim_ros.sim.mesh.mesh_sheave import scope_range
 from cable_sim_ros.sim.simulator import Simulator
 from cable_sim_ros.sim.statics.static_shape import fourth_derivative
-from verification.meshes.mesh_promise import markdown, measure
+from verification.meshes.mesh_promise import promise_of, promised_table
 from verification.meshes.mesh_tows import tows
 
 TOWS = {scene.name: scene for scene in tows()}
@@ -108,9 +108,9 @@ def test_the_fourth_derivative_of_a_hanging_chain_is_that_of_the_catenary():
 
 @pytest.mark.parametrize("name", QUICK)
 def test_the_static_promise_is_kept(name):
-    row = measure(TOWS[name], 0.0)
+    row = promise_of(TOWS[name], 0.0)
     assert row.kept, row
-    assert name in markdown([row])
+    assert name in promised_table([row])
 
 
 @pytest.mark.parametrize("fairing", [None, "hair"], ids=str)
@@ -118,7 +118,7 @@ def test_the_promise_is_kept_in_a_heave(fairing):
     """Also where cable without lift lies above a faired part, at 6 kn: by the static tow alone it was 21 mm for 8."""
     part = "cable.sections.faired."
     faired = {"ship.tow_speed": 3.09, f"{part}drag_law": None, f"{part}fairing": fairing}
-    row = measure(override(TOWS["full_scale"], faired) if fairing else TOWS["full_scale"])
+    row = promise_of(override(TOWS["full_scale"], faired) if fairing else TOWS["full_scale"])
     assert row.kept, row
     assert abs(row.tension_deviation) < 0.005
 

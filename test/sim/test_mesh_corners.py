@@ -13,8 +13,8 @@ from cable_sim_ros.sim.layout import Layout, layout_of
 from cable_sim_ros.sim.mesh import mesh_maker
 from cable_sim_ros.sim.mesh.mesh_corners import Turn, error_per_turn, stiffness
 from cable_sim_ros.sim.mesh.mesh_kinds import places_outboard
-from verification.meshes import mesh_other
-from verification.meshes.mesh_other_tows import other_tows
+from verification.meshes import mesh_promise
+from verification.meshes.mesh_tows import other_tows
 
 TOWS = {tow.scene.name: tow for tow in other_tows()}
 LIMP = override(TOWS["heavy_depressor"].scene, {"cable.bending_stiffness": 0.0, "cable.bending_damping": 0.0})
@@ -55,9 +55,9 @@ def test_one_element_a_side_of_2_3_bending_lengths_is_within_4_percent():
 @pytest.mark.parametrize("name", ["heavy_depressor", "clump_and_float", "dragged_sled"])
 def test_the_static_promise_is_kept_beside_bodies(name):
     """The place erred by 152 mm with the depressor; the sled on the ground came to rest 0.36 m elsewhere by chance."""
-    got = mesh_other.measure(TOWS[name], 0.0)
+    got = mesh_promise.measure(TOWS[name], 0.0)
     assert got.kept, got
-    assert name in mesh_other.markdown([got])
+    assert name in mesh_promise.markdown([got])
     reasons = [part.reason for part in layout_of(TOWS[name].scene).plan.parts]
     assert any("corner of" in reason for reason in reasons) or not TOWS[name].scene.bodies
 
@@ -129,7 +129,7 @@ def test_the_promise_is_kept_in_waves_alone():
     tow = TOWS["wave_of_4_s"]
     pulls = []
     for mesh in (layout_of(tow.scene).plan.mesh, layout_of(tow.scene).plan.mesh.doubled):
-        tension, _, problem = mesh_other._run(tow, tow.scene, mesh, 25.0)
+        tension, _, problem = mesh_promise._run(tow, tow.scene, mesh, 25.0)
         assert not problem
         pulls.append(tension[100:])
     assert pulls[0].std() == pytest.approx(pulls[1].std(), rel=tow.scene.accuracy.tension)

@@ -19,7 +19,7 @@ from cable_sim_ros.runs.manual import tables
 from cable_sim_ros.tools.spans.in_frequency import checks, files, report, sensitivity
 from cable_sim_ros.tools.spans.in_frequency.response import leading, vibration
 from cable_sim_ros.tools.spans.in_frequency.span import Span
-from cable_sim_ros.tools.spans.picture_in_frequency import compose
+from cable_sim_ros.tools.spans.picture_in_frequency import draw
 from verification.experiments import run as run_experiment
 
 pytestmark = pytest.mark.trust
@@ -226,7 +226,7 @@ def test_too_many_modes_for_the_most_segments():
     assert checks._finer(1300, 1300).startswith("Give 5000, the most; they are enough for 1250 modes: take a part of")
 
 
-def test_a_long_cable_shows_the_modes_of_the_largest_response(tmp_path, capsys):
+def test_a_long_cable_shows_the_modes_of_the_largest_response(tmp_path, capsys, monkeypatch):
     case = span(flow={"speed": [9.0, 8.0]}, response={"segments": 40, "points": 100, "frequencies": 400})
     result = vibration(case)
     shown = leading(result, report.MAX_MODES)
@@ -238,7 +238,10 @@ def test_a_long_cable_shows_the_modes_of_the_largest_response(tmp_path, capsys):
     head = out.partition("Response along")[0]
     assert f"modes, 20 of {len(result.frequencies)}, of the largest response; all stand in --json" in head
     assert len([line for line in head.splitlines() if line.startswith("│")]) == 20
-    figure = compose(case, result)
+    drawn = []
+    monkeypatch.setattr("cable_sim_ros.plots.canvas.save", lambda figure, path: drawn.append(figure))
+    draw(case, result, tmp_path / "viv.png")
+    (figure,) = drawn
     lines = [line for line in figure.axes[0].lines if list(line.get_xdata()) == [line.get_xdata()[0]] * 2]
     assert len(lines) == 20 and len(figure.axes[3].get_yticks()) == 20
     label = next(line.get_label() for axis in figure.axes for line in axis.lines if "no scale" in str(line.get_label()))

@@ -221,10 +221,9 @@ def test_a_whole_tow_is_compared_on_the_mesh_it_had(mine, theirs, partner):
 
 
 def test_the_table_of_given_rows():
-    row = against.Ratio(
-        *("P7", "hold, feed 31, 10 ms", "hold, 128, 10 ms", 31, 128, 0.01, 0.01, 0.004, 0.01, 0.4, 0.38, 0.45),
-        *(0.0026, None, 0.0014, 0.003, False),
-    )
+    here = Found("hold, feed 31, 10 ms", 31, 0.01, 0.0026, 0.0014, 0.004, {})
+    there = Found("hold, 128, 10 ms", 128, 0.01, None, 0.003, 0.01, {})
+    row = against.Ratio("P7", here, there, 0.4, 0.38, 0.45, False)
     text = against.markdown(against.Comparison("aaa", "bbb", 3, [row], {"P7": 0.4}, ["bbb does not run P8: x"]))
     line = "| P7 | hold, feed 31, 10 ms for hold, 128, 10 ms | 31, 128 | 10 | 0.004 | 0.01 | 0.400 (0.380 to 0.450) | "
     assert line + "0.26 %, - | 0.14 cm, 0.3 cm | no |" in text.splitlines()

@@ -11,10 +11,10 @@ import numpy as np
 import pytest
 
 from cable_sim_ros.errors import RunError
-from verification.experiments import EXPERIMENTS, Comparison, Result, module_of, run, together
+from verification import experiments
+from verification.experiments import EXPERIMENTS, Comparison, Result, module_of, repeat, run, sendable
 from verification.experiments.flume import CHOSEN, trace
 from verification.experiments.table import as_data, digest, page
-from verification.experiments.together import repeat, sendable
 from verification.experiments.workers import here, workers
 
 
@@ -72,10 +72,10 @@ def test_the_page_of_the_manual_has_every_miss_with_its_reason_and_of_what_is_ke
 
 def test_results_come_in_the_order_of_their_names(monkeypatch):
     handed = []
-    monkeypatch.setattr(together, "hands_out", lambda name: name == "flume")
-    monkeypatch.setattr(together, "run", lambda name, *_: handed.append(name) or name)
-    monkeypatch.setattr(together, "sendable", lambda name, *_: name)
-    monkeypatch.setattr(together, "workers", _in_line)
+    monkeypatch.setattr(experiments, "hands_out", lambda name: name == "flume")
+    monkeypatch.setattr(experiments, "run", lambda name, *_: handed.append(name) or name)
+    monkeypatch.setattr(experiments, "sendable", lambda name, *_: name)
+    monkeypatch.setattr(experiments, "workers", _in_line)
     assert repeat(("drag", "flume", "viv"), None, count=2) == ["drag", "flume", "viv"] and handed == ["flume"]
     assert repeat(("viv",), None, count=2) == ["viv"] and handed == ["flume", "viv"], "alone: in this process"
 

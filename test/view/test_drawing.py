@@ -26,7 +26,7 @@ from cable_sim_ros.tools.view.beside_node import Memory
 from cable_sim_ros.tools.view.cameras import CAMERAS, camera, followed
 from cable_sim_ros.tools.view.moment import parts_of, smooth_shape
 from cable_sim_ros.tools.view.page import Pace, addresses
-from cable_sim_ros.tools.view.strips import scale, strips_of, thinned
+from cable_sim_ros.tools.view.strips import scale, strips_of
 
 
 def call(*arguments):
@@ -80,12 +80,7 @@ def test_waves_of_another_sea_are_not_drawn(run):
     assert len(sea.table) and not sea.agrees
 
 
-def test_no_peak_is_lost_in_a_chart():
-    time = np.arange(10_000) * 0.01
-    value = np.sin(time)
-    value[1234], value[7777] = 9.0, -7.0
-    t, v = thinned(time, value)
-    assert len(t) < 1000 and v.max() == 9.0 and v.min() == -7.0 and (np.diff(t) > 0).all() and v[-1] == value[-1]
+def test_a_scale_has_a_span():
     assert scale(np.array([5.0, 5.0]), 2.0) == pytest.approx((3.8, 6.2))
     assert scale(np.array([np.nan]), 2.0) == (0.0, 2.0)
 

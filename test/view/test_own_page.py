@@ -12,7 +12,7 @@ pytest.importorskip("viser")
 from websockets.datastructures import Headers
 
 from cable_sim_ros.tools.view import page
-from cable_sim_ros.tools.view.own_page import _machine, own
+from cable_sim_ros.tools.view.page import _machine, own
 
 SOCKET = {"Upgrade": "websocket", "Connection": "Upgrade", "Sec-WebSocket-Version": "13",
           "Sec-WebSocket-Key": "AAAAAAAAAAAAAAAAAAAAAA=="}  # fmt: skip

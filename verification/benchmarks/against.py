@@ -39,41 +39,36 @@ COLUMNS = ("setting", "elements", "dt_s", "error_tension", "error_position", "cp
 
 
 class Found(NamedTuple):
-    """One setting of a benchmark in one tree and round; cpu: s per simulated s; results: what is no run time."""
+    """One setting of a benchmark in one tree and round; results: what is no run time. Errors are fractions, of position
+    metres in P7 to P9 and of ticks; None: the benchmark has none."""
 
     setting: str
     elements: int | None
-    step: float
+    step_s: float
     error_tension: float | None
     error_position: float | None
-    cpu: float
+    cpu_s_per_sim_s: float
     results: dict[str, Any]
 
 
 class Ratio(NamedTuple):
-    """A row: this tree beside the other one (``there_``); ratio: of the medians, below 1 this tree is the faster one.
-
-    least and largest ratio: of the rounds. Errors are fractions, of position metres in P7 to P9 and of ticks; None: the
-    benchmark has none. same_bits: every result is the same in all rounds of both.
-    """
+    """A row: this tree beside the other one (in JSON ``there_``), each with its median cost; ratio: of these, below 1
+    this tree is the faster one; least and largest of the rounds; same_bits: every result is the same in all of both."""
 
     benchmark: str
-    setting: str
-    there_setting: str
-    elements: int | None
-    there_elements: int | None
-    step_s: float
-    there_step_s: float
-    cpu_s_per_sim_s: float
-    there_cpu_s_per_sim_s: float
+    here: Found
+    there: Found
     ratio: float
     ratio_min: float
     ratio_max: float
-    error_tension: float | None
-    there_error_tension: float | None
-    error_position: float | None
-    there_error_position: float | None
     same_bits: bool
+
+    def as_dict(self) -> dict[str, Any]:
+        """For the JSON."""
+        row = self._asdict()
+        for side, found in (("", row.pop("here")), ("there_", row.pop("there"))):
+            row |= {f"{side}{name}": value for name, value in found._asdict().items() if name != "results"}
+        return row
 
 
 class Comparison(NamedTuple):
@@ -190,26 +185,16 @@ def ratios(name: str, mine: list[list[Found]], theirs: list[list[Found]], other:
             continue
         taken.add(partner)
         here, there = [found[k] for found in mine], [found[partner] for found in theirs]
-        each = [a.cpu / b.cpu for a, b in zip(here, there, strict=True)]
-        cost, base = (statistics.median(found.cpu for found in tree) for tree in (here, there))
+        each = [a.cpu_s_per_sim_s / b.cpu_s_per_sim_s for a, b in zip(here, there, strict=True)]
+        cost, base = (statistics.median(found.cpu_s_per_sim_s for found in tree) for tree in (here, there))
         rows.append(
             Ratio(
                 name,
-                first.setting,
-                there[0].setting,
-                first.elements,
-                there[0].elements,
-                first.step,
-                there[0].step,
-                cost,
-                base,
+                first._replace(cpu_s_per_sim_s=cost),
+                there[0]._replace(cpu_s_per_sim_s=base),
                 cost / base,
                 min(each),
                 max(each),
-                first.error_tension,
-                there[0].error_tension,
-                first.error_position,
-                there[0].error_position,
                 same_bits([*here, *there]),
             )
         )
@@ -250,7 +235,7 @@ def same_bits(found: Sequence[Found]) -> bool:
     first = found[0]
     common = set(first.results).intersection(*(other.results for other in found))
     return all(
-        (other.setting, other.step) == (first.setting, first.step)
+        (other.setting, other.step_s) == (first.setting, first.step_s)
         and all(other.results[key] == first.results[key] for key in common)
         for other in found
     )
@@ -267,7 +252,7 @@ def study(
 ) -> tuple[dict[str, Any], str]:
     """The comparison as data, and as its table. Raises CompareError."""
     found = compare(commit, names or BENCHMARKS, rounds or ROUNDS, out, progress)
-    return {"about": about()} | found._asdict() | {"rows": [row._asdict() for row in found.rows]}, markdown(found)
+    return {"about": about()} | found._asdict() | {"rows": [row.as_dict() for row in found.rows]}, markdown(found)
 
 
 def markdown(found: Comparison) -> str:
@@ -285,6 +270,7 @@ def markdown(found: Comparison) -> str:
 
 
 def _cells(row: Ratio) -> tuple[str, ...]:
+    here, there = row.here, row.there
     metres = row.benchmark in (*METRES, *TICKS)
 
     def percent(value: float | None) -> str:
@@ -293,16 +279,16 @@ def _cells(row: Ratio) -> tuple[str, ...]:
     def place(value: float | None) -> str:
         return f"{100.0 * value:.2g} cm" if metres and value is not None else percent(value)
 
-    setting = row.setting if row.setting == row.there_setting else f"{row.setting} for {row.there_setting}"
+    setting = here.setting if here.setting == there.setting else f"{here.setting} for {there.setting}"
     return (
         row.benchmark,
         setting,
-        f"{row.elements or '-'}, {row.there_elements or '-'}",
-        f"{1e3 * row.step_s:.3g}" if row.step_s else "-",
-        f"{row.cpu_s_per_sim_s:.3g}",
-        f"{row.there_cpu_s_per_sim_s:.3g}",
+        f"{here.elements or '-'}, {there.elements or '-'}",
+        f"{1e3 * here.step_s:.3g}" if here.step_s else "-",
+        f"{here.cpu_s_per_sim_s:.3g}",
+        f"{there.cpu_s_per_sim_s:.3g}",
         f"{row.ratio:.3f} ({row.ratio_min:.3f} to {row.ratio_max:.3f})",
-        f"{percent(row.error_tension)}, {percent(row.there_error_tension)}",
-        f"{place(row.error_position)}, {place(row.there_error_position)}",
+        f"{percent(here.error_tension)}, {percent(there.error_tension)}",
+        f"{place(here.error_position)}, {place(there.error_position)}",
         "yes" if row.same_bits else "no",
     )

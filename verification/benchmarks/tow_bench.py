@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import statistics
 from functools import partial
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -164,15 +164,9 @@ def drive(
     return driven
 
 
-def timed(
-    scene: Scene,
-    tow: RecordedTow,
-    mesh: FeedMesh | None = None,
-    winch: WinchPlan | None = None,
-    seconds: float = SECONDS,
-) -> tuple[float, Stepped]:
-    """CPU time of stepping [s per simulated s], and what was driven."""
-    driven = drive(scene, tow, mesh, winch, seconds)
+def timed(scene: Scene, *driven_by: Any) -> tuple[float, Stepped]:
+    """CPU time of stepping [s per simulated s], and what was driven; arguments as of `drive`."""
+    driven = drive(scene, *driven_by)
     return driven.stepping_cpu_s / simulated(driven.frames, scene), driven
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from scipy.optimize import brentq
 
 from cable_sim_ros.sim.rig.rig import Rig, load_of
 
@@ -23,14 +24,12 @@ def hanging_shape(arc: np.ndarray, span: float, rise: float) -> tuple[np.ndarray
         return s[:, None] * end, np.tile(end / length, (len(arc), 1))
     wide = max(abs(span), 1e-2 * length)  # ends above each other: a slim loop
     want = np.sqrt(length**2 - rise**2) / wide
-    low, high = 1e-6, 1.0
+    high = 1.0
     while np.sinh(high) / high < want:
         high *= 2.0
-    for _ in range(200):
-        middle = 0.5 * (low + high)
-        low, high = (middle, high) if np.sinh(middle) / middle < want else (low, middle)
-    a = 0.5 * wide / low
-    u0 = np.sinh(np.arctanh(rise / length) - low)  # slope at the origin; it grows with arc length over a
+    half = brentq(lambda x: np.sinh(x) / x - want, 1e-6, high, xtol=1e-15)
+    a = 0.5 * wide / half
+    u0 = np.sinh(np.arctanh(rise / length) - half)  # slope at the origin; it grows with arc length over a
     u = u0 + arc / a
     x = a * (np.arcsinh(u) - np.arcsinh(u0)) * span / wide
     z = a * (np.sqrt(1.0 + u * u) - np.sqrt(1.0 + u0 * u0))

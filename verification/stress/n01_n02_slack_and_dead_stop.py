@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 from scipy.integrate import solve_ivp
+from scipy.optimize import brentq
 
 from cable_sim_ros.sim.rig.rig import FOLDING, WHIPPING, Rig
 
@@ -105,8 +106,9 @@ def chain_times(links: int) -> np.ndarray:
     """Times at which the tip of a chain of rigid links has dropped by 1/4, 1/2, 3/4 of its length; independent code."""
     p = CHAIN
     l = p["length_m"] / links
-    # inextensible catenary between level points: slope angle at the middle of each link
-    a = _catenary(p["length_m"], p["end_separation_m"])
+    # inextensible catenary between level points: slope angle at the middle of each link; 2 a sinh(span / 2a) = length
+    length, span = p["length_m"], p["end_separation_m"]
+    a = brentq(lambda a: 2.0 * a * np.sinh(0.5 * span / a) - length, 0.05 * span, 50.0 * span)
     s = (np.arange(links) + 0.5) * l - 0.5 * p["length_m"]
     theta = np.arctan2(s, a)  # from the horizontal
     i = np.arange(links)
@@ -129,15 +131,6 @@ def chain_times(links: int) -> np.ndarray:
             for x in (0.25, 0.5, 0.75)
         ]
     )
-
-
-def _catenary(length: float, span: float) -> float:
-    """Parameter a [m]: 2 a sinh(span / 2a) = length."""
-    low, high = 0.05 * span, 50.0 * span
-    for _ in range(80):
-        mid = 0.5 * (low + high)
-        low, high = (mid, high) if 2.0 * mid * np.sinh(0.5 * span / mid) > length else (low, mid)
-    return low
 
 
 DROP_ALLOWED = dict(zip(drop_truth(), (0.005, 0.01, 0.01, 0.03, 0.01, 0.03)))

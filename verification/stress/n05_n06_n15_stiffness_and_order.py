@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 
 import numpy as np
+from scipy.optimize import brentq
 from scipy.special import jn_zeros
 
 from cable_sim_ros.io.scenes.load import SceneError
@@ -48,10 +49,7 @@ def without_bending(quick: bool) -> Found:
     g = np.column_stack((np.full_like(s, span), 0.0 * s, -4.0 * sag * (1.0 - 2.0 * s)))
     rig.place(np.column_stack((span * s, 0.0 * s, -4.0 * sag * s * (1.0 - s))), g / np.linalg.norm(g, axis=1)[:, None])
     rig.settle()
-    low, high = 0.01, 100.0  # span = 2 H/w asinh(w L / 2 H)
-    for _ in range(80):
-        h = np.sqrt(low * high)
-        low, high = (h, high) if 2.0 * h * np.arcsinh(0.5 * length / h) < span else (low, h)
+    h = brentq(lambda h: 2.0 * h * np.arcsinh(0.5 * length / h) - span, 0.01, 100.0)  # H/w
     metrics.append(relative("catenary, horizontal tension", abs(rig.state.reaction[0, 0]), mass * 9.81 * h, 2e-3))
     modes = {f"omega_{k}": 0.005 if k < 4 else 0.01 for k in range(1, 4)}
     got, notes = values(

@@ -15,6 +15,7 @@ from ...errors import CableSimError
 from ...io.scenes.load import check_key
 from ...physics.parameter import Declared, declaration
 from ...sim.scene import Scene
+from ...sim.static_gradients import split
 
 NARROW, WIDE = 0.5, 2.0  # times the value of the scene: the range where none is given
 CONSEQUENCE = "nothing was simulated"
@@ -167,7 +168,7 @@ def value_of(scene: Scene, key: str) -> float:
 
 
 def _get(scene: Scene, key: str) -> Any:
-    plain, place = _split(key)
+    plain, place = split(key)
     check_key(scene, plain, "--free")
     data: Any = scene.model_dump(mode="json")
     for part in plain.split("."):
@@ -180,17 +181,12 @@ def _get(scene: Scene, key: str) -> Any:
     return data[place]
 
 
-def _split(key: str) -> tuple[str, int | None]:
-    found = re.fullmatch(r"(.+)\[(\d+)\]", key)
-    return (found[1], int(found[2])) if found else (key, None)
-
-
 def data_with(scene: Scene, values: Mapping[str, float]) -> dict[str, Any]:
     """Plain data of the scene with other values by key, not checked."""
     data = scene.model_dump(mode="json")
     for key, value in values.items():
         for one in keys_of(scene, key):
-            plain, place = _split(one)
+            plain, place = split(one)
             *way, last = plain.split(".")
             block: Any = data
             for part in way:
@@ -207,7 +203,7 @@ def flat(scene: Scene, values: Mapping[str, float]) -> dict[str, Any]:
     data, out = data_with(scene, values), {}
     for key in values:
         for one in keys_of(scene, key):
-            plain = _split(one)[0]
+            plain = split(one)[0]
             block: Any = data
             for part in plain.split("."):
                 block = block[part]

@@ -6,11 +6,9 @@ from pathlib import Path
 
 from ...plots.canvas import canvas
 from ...plots.heading import STAMP
-from ...plots.run import BLUE, FAINT, INK, ORANGE
+from ...plots.run import BLUE, FAINT, INK, ORANGE, thinned
 from ...sim.flag_rules import OK
 from .result import Calibration
-
-POINTS = 4000  # of a line
 
 
 def draw_calibration(result: Calibration, path: Path) -> Path:
@@ -23,11 +21,10 @@ def draw_calibration(result: Calibration, path: Path) -> Path:
         color = INK if verdict.state == OK else STAMP
         figure.suptitle(f"{result.scene.name} on {result.name}\n{told}", x=0.01, ha="left", size=13, color=color)
         for axis, one in zip(axes, result.signals, strict=True):
-            every = max(1, len(one.observed.time) // POINTS)
-            time = one.observed.time[::every]
-            axis.plot(time, one.observed.value[::every], color=BLUE, lw=1.2, label="measured")
-            axis.plot(time, one.before[::every], color=FAINT, lw=1.0, label="as given")
-            axis.plot(time, one.after[::every], color=ORANGE, lw=0.9, label="calibrated")
+            time = one.observed.time
+            axis.plot(*thinned(time, one.observed.value), color=BLUE, lw=1.2, label="measured")
+            axis.plot(*thinned(time, one.before), color=FAINT, lw=1.0, label="as given")
+            axis.plot(*thinned(time, one.after), color=ORANGE, lw=0.9, label="calibrated")
             if result.held_s is not None:
                 axis.axvspan(*result.held_s, color=FAINT, alpha=0.2, lw=0.0)
             left = one.calibrated.held or one.calibrated.fitted

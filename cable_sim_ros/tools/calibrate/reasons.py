@@ -7,6 +7,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from ...sim.verdict import Reason
+from ..compare.comparison import reason
 from ..compare.pairing import GAP, clean
 from ..logs.signals import Signal
 from .confidence import APART, Confidence, Interval
@@ -28,10 +29,6 @@ ENOUGH = 36.0  # independent samples: from there on none are told as few
 SPEED, PAYOUT = 0.05, 0.01  # of what is simulated, that the measured one may be beside it
 
 
-def _reason(flag: str, text: str, *names: str) -> Reason:
-    return Reason(flag, 0.0, 0.0, names, text)
-
-
 def judge(
     out: Calibration,
     problem: Problem,
@@ -45,7 +42,7 @@ def judge(
     intervals: of the parameters, in the order of the problem."""
     if not found.converged:
         text = f"the fit has not converged ({found.said}): its numbers are where it stopped"
-        out.reasons.append(_reason("UNCONVERGED", text))
+        out.reasons.append(reason("UNCONVERGED", text))
     out.reasons += _of_parameters(out, known)
     _repeated(out, problem, found, known)
     out.reasons += _of_intervals(out, problem, known, intervals)
@@ -56,7 +53,7 @@ def judge(
     if out.held_s is None:
         out.notes.append("nothing was held out (--hold-out 0): no part of the record has judged the fit")
     ran, warned = model.told(problem.values(found.x))
-    out.reasons += [reason._replace(text=f"the calibrated run: {reason.text}") for reason in ran.reasons]
+    out.reasons += [one._replace(text=f"the calibrated run: {one.text}") for one in ran.reasons]
     out.notes += [f"the calibrated run: {text}" for text in warned]
     _beside(out, problem, found, model, signals)
 
@@ -69,13 +66,13 @@ def _of_parameters(out: Calibration, known: Confidence) -> Iterator[Reason]:
         edge = low if one.value - low < near else high if high - one.value < near else None
         if edge is not None:
             text = f"{one.name} = {one.value:.6g} {one.unit} is at the end of its range, {edge:g}: the best lies beyond"
-            yield _reason("AT_BOUND", text.replace("  ", " "), one.name)
+            yield reason("AT_BOUND", text.replace("  ", " "), one.name)
         elif one.number and one.interval == (None, None):
             text = (
                 f"the data say nothing of {one.name}: its interval is all of its range [{low:g}, {high:g}], and the "
                 "scene keeps the value it has. Record a tow that shows it, or leave it out"
             )
-            yield _reason("UNKNOWN", text, one.name)
+            yield reason("UNKNOWN", text, one.name)
         elif one.number and None in one.interval:
             out.notes.append(f"the interval of {one.name} ends at its range: the data give no bound on that side")
     for group in [names for names in known.apart if len(names) > 1]:  # of one alone UNKNOWN says it
@@ -84,7 +81,7 @@ def _of_parameters(out: Calibration, known: Confidence) -> Iterator[Reason]:
             "long as their intervals, all fit nearly as well; fix one, give it a prior, or record a tow that separates "
             "them"
         )
-        yield _reason("NOT_APART", text, *group)
+        yield reason("NOT_APART", text, *group)
 
 
 def _of_intervals(
@@ -94,18 +91,18 @@ def _of_intervals(
     if known.few:
         few = {name: count for name, count in known.independent.items() if count < ENOUGH} or known.independent
         told = ", ".join(f"{name} {count:.0f}" for name, count in few.items())
-        yield _reason("FEW_SAMPLES", f"independent samples are few ({told}): the intervals themselves are uncertain")
+        yield reason("FEW_SAMPLES", f"independent samples are few ({told}): the intervals themselves are uncertain")
     for one in out.parameters:
         if beside := [rise for rise in one.rise if rise is not None and abs(rise - 1.0) > RISE]:
             text = (
                 f"{one.name}: at an end of its interval the likelihood rises {beside[0]:.2g} times what it should: the "
                 "tow bends more than second order over it, and the interval is rough"
             )
-            yield _reason("INTERVAL", text, one.name)
+            yield reason("INTERVAL", text, one.name)
     for name, interval in zip(problem.names, intervals, strict=True):
         if interval.linear:
             text = f"{name}: Minuit found no profile, its interval is linear and may be rough"
-            yield _reason("INTERVAL", text, name)
+            yield reason("INTERVAL", text, name)
 
 
 def _of_signals(out: Calibration) -> Iterator[Reason]:
@@ -117,7 +114,7 @@ def _of_signals(out: Calibration) -> Iterator[Reason]:
                 f"{shown.quantity}: calibrated, the scene leaves {left:.4g} {shown.unit} rms, stated is a noise of "
                 f"{shown.noise:.4g}: the model is not within it, and what it lacks may have moved the numbers"
             )
-            yield _reason("NOISE", text, shown.quantity)
+            yield reason("NOISE", text, shown.quantity)
     for shown in out.signals:
         alone, whose = shown.instrument or shown.given, "with the instrument alone" if shown.instrument else "as given"
         held, before = shown.calibrated.held, alone.held
@@ -126,7 +123,7 @@ def _of_signals(out: Calibration) -> Iterator[Reason]:
                 f"{shown.quantity}: calibrated, the scene leaves {held[1]:.4g} {shown.unit} rms on the part held out, "
                 f"{whose} {before[1]:.4g}: what was fitted does not hold there"
             )
-            yield _reason("HOLD_OUT", text, shown.quantity)
+            yield reason("HOLD_OUT", text, shown.quantity)
 
 
 def _unlike(out: Calibration, problem: Problem, found: Fit, known: Confidence) -> None:
@@ -148,7 +145,7 @@ def _unlike(out: Calibration, problem: Problem, found: Fit, known: Confidence) -
                 f"{one.quantity}: calibrated, the scene leaves {left:.4g} {one.unit} rms, where its own mean would "
                 f"leave {spread:.4g}: another sign, unit, clock or tow; cable-sim compare looks for the first three"
             )
-            out.reasons.append(_reason("MISFIT", text, one.quantity))
+            out.reasons.append(reason("MISFIT", text, one.quantity))
         off = np.abs(rest - np.median(rest))
         alone = off > max(FAR * MAD * float(np.median(off)), TINY * spread)
         if one.noise is None and alone.any() and float(np.sum(off[alone] ** 2)) > DECIDE * float(np.sum(off**2)):
@@ -157,7 +154,7 @@ def _unlike(out: Calibration, problem: Problem, found: Fit, known: Confidence) -
                 f"of {MAD * float(np.median(off)):.3g} {one.unit} away, up to {off.max():.3g}, and make most of its "
                 "noise: spikes, which `range` of the mapping leaves out, or a part of the record that is another tow"
             )
-            out.reasons.append(_reason("OUTLIERS", text, one.quantity))
+            out.reasons.append(reason("OUTLIERS", text, one.quantity))
 
 
 def _repeated(out: Calibration, problem: Problem, found: Fit, known: Confidence) -> None:
@@ -172,7 +169,7 @@ def _repeated(out: Calibration, problem: Problem, found: Fit, known: Confidence)
                 f"them apart; a --max-lag below {0.5 * again:.3g} takes the one nearest 0: give it where the latency "
                 "is known to be below that"
             )
-            out.reasons.append(_reason("LAG", text, name))
+            out.reasons.append(reason("LAG", text, name))
         else:
             out.notes.append(
                 f"{text} it is known up to multiples of that: {one.value:.4g} s is the one within --max-lag "
@@ -201,7 +198,7 @@ def _beside(out: Calibration, problem: Problem, found: Fit, model: TowModel, sig
                 f"measured pay-out is {off:.3g} m rms beside that simulated, {mean:.4g} m in the mean: the winch moved "
                 "otherwise, or winch.scope is another (--winch PLAN, --set winch.scope)"
             )
-            out.reasons.append(_reason("PAYOUT", text))
+            out.reasons.append(reason("PAYOUT", text))
     over_ground = pair("speed", "speed")
     if (both := (pair("water_speed", "speed") if model.steady else None) or over_ground) is not None:
         measured, simulated = float(np.mean(both[0])), abs(float(np.mean(both[1])))
@@ -210,4 +207,4 @@ def _beside(out: Calibration, problem: Problem, found: Fit, model: TowModel, sig
                 f"measured speed {measured:.3g} m/s, simulated {simulated:.3g} m/s: a tow without the motion of the "
                 "record has that of the scene (--set ship.tow_speed)"
             )
-            out.reasons.append(_reason("SPEED", text))
+            out.reasons.append(reason("SPEED", text))

@@ -90,7 +90,7 @@ def compare(a, b, mapping, mapping_b, limits, junit, align, search, begin, end, 
         limits=asked,
     )
     if junit is not None:
-        from .junit import write_junit
+        from .comparison import write_junit
 
         write_junit(result, junit)
     return Answer(
@@ -127,7 +127,7 @@ def score_replay(result: Run, bag: str, limits: Limits | None, out: Path | None)
 def with_limits(answer: Answer, scores: Comparison, junit: Path | None) -> Answer:
     """Of a replay: one line more for each limit, and code 1 where one is violated."""
     if junit is not None:
-        from .junit import write_junit
+        from .comparison import write_junit
 
         write_junit(scores, junit)
 

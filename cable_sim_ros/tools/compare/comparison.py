@@ -2,20 +2,22 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from enum import StrEnum
-from typing import Any
+from pathlib import Path
+from typing import Any, NamedTuple
+from xml.etree import ElementTree
 
 import numpy as np
 
 from ...errors import CableSimError
+from ...files import write_text
 from ...sim.flag_rules import DOUBTFUL, FAILED, OK
 from ...sim.verdict import Reason, Verdict, check
 from ..logs.signals import QUANTITIES, Signal
 from .alignment import SEARCH, Clock, clock_of
-from .exact import Exact
-from .exact import exact as exact_of
 from .limits import Judged, Limits, judge
 from .pairing import LINES, NotPaired, clean, paired
 from .recordings import Recording
@@ -91,7 +93,7 @@ class Comparison:
     def verdict(self) -> Verdict:
         """failed: a limit is violated; doubtful: something was applied, or looks wrong; else ok."""
         names = tuple(one.quantity for one in self.judged if not one.passed)
-        violated = [_reason("LIMIT", one.text, one.quantity) for one in self.judged if not one.passed]
+        violated = [reason("LIMIT", one.text, one.quantity) for one in self.judged if not one.passed]
         reasons = (*violated, *self.doubts)
         state = FAILED if names else DOUBTFUL if reasons else OK
         return Verdict(state, reasons, tuple(self.notes))
@@ -118,7 +120,7 @@ class Comparison:
 
 def compare_recordings(a: Recording, b: Recording, **more: Any) -> Comparison:
     """The same of two recordings, of which it says too what was assumed, lacks and was lost; more: as of `compare`."""
-    ticks = None if a.frames is None or b.frames is None else exact_of(a.frames, b.frames)
+    ticks = None if a.frames is None or b.frames is None else exact(a.frames, b.frames)
     out = compare(a.signals, b.signals, a.name, b.name, exact=ticks, **more)
     out.recordings = {"a": a, "b": b}
     for side, one in (("A", a), ("B", b)):
@@ -128,7 +130,8 @@ def compare_recordings(a: Recording, b: Recording, **more: Any) -> Comparison:
     return out
 
 
-def _reason(flag: str, text: str, *names: str) -> Reason:
+def reason(flag: str, text: str, *names: str) -> Reason:
+    """Of a verdict on what lasts no time; names: of the figures in doubt."""
     return Reason(flag, 0.0, 0.0, names, text)
 
 
@@ -230,7 +233,7 @@ def _align(
             drift = f" and {out.clock.drift_ppm:+.1f} ppm" if out.clock.drift_ppm is not None else ""
             half = 0.5 * (out.clock.interval[1] - out.clock.interval[0]) if out.clock.interval else np.nan
             out.doubts.append(
-                _reason(
+                reason(
                     "CLOCK",
                     f"the clock of B was moved by {-out.clock.lag:+.4f} s (+- {half:.2g} s){drift}, as "
                     f"{out.clock.quantity} has it: a lag of the simulation itself is in it",
@@ -238,7 +241,7 @@ def _align(
             )
         else:
             why = out.clock.why if out.clock is not None else "nothing to go by"
-            out.doubts.append(_reason("CLOCK", f"the clocks cannot be aligned: {why}; nothing was moved"))
+            out.doubts.append(reason("CLOCK", f"the clocks cannot be aligned: {why}; nothing was moved"))
     for name in both:
         row = Found(name, clocks.get(name) or Clock(name, False, why="not looked for: it is motion"))
         row.findings, doubt = _findings(first[name], second[name], origin, window, row.clock, out)
@@ -253,11 +256,11 @@ def _align(
                 first[name] = Signal(name, old.time, old.value * one.factor, old.source, list(old.assumed))
             how = f"; A was multiplied by {one.factor:g} for the scores" if row.applied else "; not applied"
             text = f"{name}: {one.text}{how if one.factor != 1.0 else ''}"
-            out.doubts.append(_reason(one.kind.upper(), text, name))
+            out.doubts.append(reason(one.kind.upper(), text, name))
     if adrift and out.align is Align.NONE and not usable and out.clock is not None:
         told.append(f"the clock of B was not found ({out.clock.quantity}): {out.clock.why}")
     for text in told:
-        out.doubts.append(_reason("CLOCK", text))
+        out.doubts.append(reason("CLOCK", text))
 
 
 def _lag(out: Comparison, one: Score) -> None:
@@ -281,7 +284,7 @@ def _lag(out: Comparison, one: Score) -> None:
     if abs(phase * clock.lag) > LATE and one.quantity not in MOTION:
         text = f"{one.quantity}: B is {clock.lag:+.3f} s behind A, {abs(phase * clock.lag):.0f} deg of the waves"
         why = "gain, rms and coherence are those of series that are not aligned (--align clock)"
-        out.doubts.append(_reason("CLOCK", f"{text}; not applied: {why}", one.quantity))
+        out.doubts.append(reason("CLOCK", f"{text}; not applied: {why}", one.quantity))
 
 
 def _agree(one: Clock, other: Clock) -> bool:
@@ -335,3 +338,127 @@ def _body(
         "a_in_b": inside(places_a, places_b),
         "b_in_a": inside(places_b, places_a),
     }
+
+
+ILLEGAL = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")  # in XML 1.0
+
+
+def junit(comparison: Comparison) -> str:
+    """A test case for each limit, and one for each reason of a verdict beside them."""
+    verdict = comparison.verdict
+    cases = [(f"{one.quantity}.{one.limit}", "limit", one.text, one.passed) for one in comparison.judged]
+    cases += [(f"verdict.{reason.flag}", "doubtful", str(reason), False) for reason in comparison.doubts]
+    cases = cases or [("verdict", "verdict", verdict.state, True)]
+    failures = sum(not passed for *_, passed in cases)
+    name = f"compare {comparison.limits}".strip()
+    counts = {"tests": str(len(cases)), "failures": str(failures), "errors": "0", "skipped": "0"}
+    root = ElementTree.Element("testsuites", {"name": "cable-sim", **counts})
+    suite = ElementTree.SubElement(root, "testsuite", {"name": _legal(name), **counts})
+    for what, kind, text, passed in cases:
+        case = ElementTree.SubElement(suite, "testcase", {"name": _legal(what), "classname": "cable_sim.compare"})
+        if passed:
+            ElementTree.SubElement(case, "system-out").text = _legal(text)
+        else:
+            failure = ElementTree.SubElement(case, "failure", {"type": kind, "message": _legal(text)})
+            failure.text = _legal(f"{text}\nA: {comparison.name_a}\nB: {comparison.name_b}")
+    if verdict.notes:
+        ElementTree.SubElement(suite, "system-out").text = _legal("\n".join(verdict.notes))
+    ElementTree.indent(root)
+    return ElementTree.tostring(root, "unicode", xml_declaration=True) + "\n"
+
+
+def write_junit(comparison: Comparison, path: Path) -> None:
+    """Save it."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    write_text(path, junit(comparison))
+
+
+def _legal(text: str) -> str:
+    return ILLEGAL.sub("?", text)
+
+
+class FieldDifference(NamedTuple):
+    """A field of the tick output that differs: when first [s from the first common tick], largest magnitude of B less
+    A, and when; nan_ticks: where one of them alone is no number."""
+
+    field: str
+    first_s: float
+    ticks: int
+    largest: float
+    largest_at_s: float
+    nan_ticks: int
+
+
+class Exact(NamedTuple):
+    """common: ticks with equal stamps, of ticks_a and ticks_b; fields: what differs, by the time of its beginning."""
+
+    ticks_a: int
+    ticks_b: int
+    common: int
+    fields: list[FieldDifference]
+
+    @property
+    def same(self) -> bool:
+        """Every field of every tick to the last bit."""
+        return not self.fields and self.ticks_a == self.ticks_b == self.common
+
+    def as_dict(self) -> dict[str, Any]:
+        """For the JSON."""
+        return {
+            "ticks_a": self.ticks_a,
+            "ticks_b": self.ticks_b,
+            "common": self.common,
+            "same": self.same,
+            "fields": [one._asdict() for one in self.fields],
+        }
+
+    def line(self) -> str:
+        """In a sentence."""
+        if self.same:
+            return f"the same run: every field of all {self.common} ticks is equal to the last bit"
+        ticks = f"{self.common} common ticks of {self.ticks_a} and {self.ticks_b}"
+        if not self.fields:
+            return f"{ticks}: every field is equal to the last bit"
+        first = self.fields[0]
+        others = [one.field for one in self.fields if one.first_s == first.first_s]
+        return f"{ticks}: {len(self.fields)} fields differ, first at {first.first_s:.4g} s: {', '.join(others[:6])}" + (
+            f" and {len(others) - 6} more" if len(others) > 6 else ""
+        )
+
+
+def exact(a: np.ndarray, b: np.ndarray) -> Exact | None:
+    """Differences of two runs, tick by tick; None without a common stamp. Stamps that come again are left out."""
+    ours, i = np.unique(a["time"], return_index=True)
+    theirs, j = np.unique(b["time"], return_index=True)
+    common, k, m = np.intersect1d(ours, theirs, assume_unique=True, return_indices=True)
+    if not len(common):
+        return None
+    one, other = a[i[k]], b[j[m]]
+    seconds = (common - common[0]) * 1e-9
+    found = []
+    for name in a.dtype.names or ():
+        if name == "time" or name not in (b.dtype.names or ()):
+            continue
+        mine, yours = (np.ascontiguousarray(run[name]).reshape(len(common), -1) for run in (one, other))
+        x, y = mine.astype(float), yours.astype(float)
+        unequal = (mine != yours) | (np.signbit(x) != np.signbit(y))
+        unequal &= ~(np.isnan(x) & np.isnan(y))
+        rows = unequal.any(axis=1)
+        if not rows.any():
+            continue
+        gap = np.where(unequal, np.abs(y - x), 0.0)
+        nan = np.isnan(gap)
+        gap = np.where(nan, 0.0, gap).max(axis=1)
+        at = int(np.argmax(gap))
+        found.append(
+            FieldDifference(
+                name,
+                float(seconds[int(np.argmax(rows))]),
+                int(rows.sum()),
+                float(gap[at]),
+                float(seconds[at]),
+                int(nan.any(axis=1).sum()),
+            )
+        )
+    found.sort(key=lambda row: row.first_s)
+    return Exact(len(a), len(b), len(common), found)

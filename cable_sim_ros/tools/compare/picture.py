@@ -6,12 +6,11 @@ from pathlib import Path
 
 from ...plots.canvas import canvas
 from ...plots.heading import STAMP
-from ...plots.run import BLUE, FAINT, INK, ORANGE, PURPLE
+from ...plots.run import BLUE, FAINT, INK, ORANGE, PURPLE, thinned
 from ...sim.flag_rules import OK
 from .comparison import Comparison
 
 MOST = 8  # rows
-POINTS = 4000  # of a line
 
 
 def draw_comparison(result: Comparison, path: Path) -> Path:
@@ -27,16 +26,15 @@ def draw_comparison(result: Comparison, path: Path) -> Path:
         for (both, rest), one in zip(axes, shown, strict=True):
             pair = one.pair
             assert pair is not None
-            every = max(1, len(pair.time) // POINTS)
-            time = (pair.time - pair.time[0])[::every]
-            both.plot(time, pair.a[::every], color=BLUE, lw=1.2, label="A")
-            both.plot(time, pair.b[::every], color=ORANGE, lw=0.9, label="B")
+            time = pair.time - pair.time[0]
+            both.plot(*thinned(time, pair.a), color=BLUE, lw=1.2, label="A")
+            both.plot(*thinned(time, pair.b), color=ORANGE, lw=0.9, label="B")
             both.set_title(one.quantity + (", less the track of A" if pair.line else ""))
             both.set_ylabel(f"[{one.unit}]")
             low, high = both.get_ylim()
             both.set_ylim(low, high + 0.25 * (high - low))
             both.legend(loc="upper right", ncols=2, fontsize=10)
-            rest.plot(time, (pair.b - pair.a)[::every], color=PURPLE, lw=0.8)
+            rest.plot(*thinned(time, pair.b - pair.a), color=PURPLE, lw=0.8)
             rest.axhline(0.0, color=FAINT, lw=0.8)
             bias, rms = one.figures["bias"], one.figures["rms"]
             rest.set_title(f"B less A: mean {bias:.3g}, rms {rms:.3g} {one.unit}", fontsize=11)

@@ -10,22 +10,146 @@ import math
 import os
 import signal
 import time
-from collections.abc import Iterator, Mapping
+from collections import deque
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from typing import Any
 
 import numpy as np
+from diagnostic_msgs.msg import DiagnosticArray
+from geometry_msgs.msg import PoseWithCovarianceStamped
+from rclpy.qos import QoSProfile
+from sensor_msgs.msg import JointState, PointCloud2, PointField
+from std_msgs.msg import String
 
 from ...errors import CODE_FAILED, CODE_OK
+from ...io.messages.messages import COMMANDED
+from ...io.messages.messages import KINDS as OF_MESSAGES
+from ...ros.client import Client
 from ...ros.status import ERROR, OK, WARN, Status
-from ...ros.watcher import watching
+from ...ros.topics import diagnostic_array, inputs_there
+from ...ros.watcher import HEALTH as HEALTH_CHANNEL
+from ...ros.watcher import Watcher, watching
 from ...terminal import say
 from .copies import BODY, FIGURES, Band, EnsembleEnded, Stopped, level_of
-from .ear import Ear
 from .follow import HEALTH, Follower, Heard
 from .limits import LEAST_COPIES
 from .plan import load_plan
-from .voice import NODE, Voice
+
+PLAN = "ensemble/plan"
+KEPT = 20_000  # messages that may wait: 200 s of 100 Hz
+
+
+class Ear(Watcher):
+    """Of one namespace. `plan_text`: a plan of the winch that came, until it is taken."""
+
+    def listen(self) -> None:
+        """Subscribe; best effort holds no publisher up."""
+        self._items: deque[Heard] = deque(maxlen=KEPT)
+        self._overflowed = False
+        self.plan_text: str | None = None
+        kinds, _ = inputs_there()
+        self.client.hear(JointState, self.topic(HEALTH_CHANNEL.topic), self._put_tick, reliable=False)
+        for kind, made in kinds.items():
+            if kind in COMMANDED:
+                self.client.hear(made, self.topic(OF_MESSAGES[kind][1]), self._command(kind), reliable=False)
+        self.client.hear(String, self.topic(PLAN), self._put_plan, reliable=False)
+
+    def _put_tick(self, data: bytes) -> None:
+        self._heard = time.monotonic()
+        self._put(HEALTH, data)
+
+    def _command(self, kind: str) -> Any:
+        return lambda data: self._put(kind, data)
+
+    def _put(self, kind: str, data: bytes) -> None:
+        with self.lock:
+            self._overflowed = self._overflowed or len(self._items) == KEPT
+            self._items.append(Heard(time.monotonic_ns(), kind, bytes(data)))
+
+    def _put_plan(self, data: bytes) -> None:
+        from rclpy.serialization import deserialize_message
+
+        with self.lock:
+            self.plan_text = deserialize_message(data, String).data[:10_000]
+
+    def items(self) -> list[Heard]:
+        """Messages since the last call, in the order of their arrival."""
+        with self.lock:
+            found = list(self._items)
+            self._items.clear()
+        return found
+
+    def overflowed(self) -> bool:
+        """Were messages lost since the last call, because more than KEPT waited?"""
+        with self.lock:
+            found, self._overflowed = self._overflowed, False
+        return found
+
+    def ordered(self) -> str | None:
+        """The newest plan of the winch since the last call."""
+        with self.lock:
+            text, self.plan_text = self.plan_text, None
+        return text
+
+
+BAND, TOWBODY, AHEAD = "ensemble/band", "ensemble/towbody", "ensemble/ahead"
+NODE = "cable_sim_ensemble"
+DEPTH = 10
+
+
+class Voice:
+    """Publishers of an ensemble, all reliable, of depth DEPTH."""
+
+    def __init__(self, client: Client, namespace: str, odom: str) -> None:
+        """odom: name of the frame."""
+        made = client.node.create_publisher
+        profile = QoSProfile(depth=DEPTH)
+        self.odom = odom
+        self._band = made(JointState, f"{namespace}/{BAND}", profile)
+        self._towbody = made(PoseWithCovarianceStamped, f"{namespace}/{TOWBODY}", profile)
+        self._ahead = made(PointCloud2, f"{namespace}/{AHEAD}", profile)
+        self._diagnostics = made(DiagnosticArray, "/diagnostics", profile)
+
+    def band(self, time_ns: int, names: Sequence[str], values: Sequence[float]) -> None:
+        """Ends and middle of the band, and the state of the ensemble, by name."""
+        message = JointState(name=list(names), position=[float(value) for value in values])
+        _stamp(message, time_ns)
+        self._band.publish(message)
+
+    def towbody(self, time_ns: int, places: np.ndarray) -> None:
+        """Mean and covariance of the towbody's places [copies, 3] in odom."""
+        message: Any = PoseWithCovarianceStamped()
+        _stamp(message, time_ns, self.odom)
+        where = message.pose.pose.position
+        where.x, where.y, where.z = places.mean(axis=0).tolist()
+        message.pose.pose.orientation.w = 1.0
+        covariance = np.zeros((6, 6))
+        covariance[:3, :3] = np.cov(places.T)
+        message.pose.covariance = covariance.ravel().tolist()
+        self._towbody.publish(message)
+
+    def ahead(self, time_ns: int, names: Sequence[str], table: np.ndarray) -> None:
+        """Rows of a look-ahead that begins at time_ns; names of the columns [rows, names]."""
+        data = np.ascontiguousarray(table, "<f4")
+        message = PointCloud2(height=1, width=len(data), is_dense=True, point_step=4 * len(names))
+        message.fields = [
+            PointField(name=name, offset=4 * k, datatype=PointField.FLOAT32, count=1) for k, name in enumerate(names)
+        ]
+        message.row_step = message.point_step * message.width
+        message.data = data.tobytes()
+        _stamp(message, time_ns, self.odom)
+        self._ahead.publish(message)
+
+    def say(self, status: Status, stamp: int) -> None:
+        """The state of the ensemble into /diagnostics; stamp: ns."""
+        self._diagnostics.publish(diagnostic_array(NODE, [status], stamp))
+
+
+def _stamp(message: Any, time_ns: int, frame: str = "") -> None:
+    message.header.stamp.sec, message.header.stamp.nanosec = divmod(time_ns, 1_000_000_000)
+    message.header.frame_id = frame
+
 
 NICE = 15
 LATE = 5.0  # s behind the node from which the band is flagged, and copies are let go

@@ -139,16 +139,12 @@ def of_copies(scene: Scene, texts: list[str]) -> list[str]:
 
 def assumed(plan: EnsemblePlan) -> list[str]:
     """A line for each range, with its size."""
-    from ...physics.parameter import declared
-    from ..layback.ranges import Ranges
+    from ..layback import ranges
 
-    lines = []
-    for row in declared(Ranges):
-        unit = "" if row.unit == "1" else f" {row.unit}"
-        lines.append(f"assumed: {row.doc} is within {getattr(plan.half_widths, row.key):g}{unit} (95 %, normal)")
-    for key, one in plan.ranges.items():
-        lines.append(f"assumed: {key} is in {one.low:g} to {one.high:g} ({one.spread.value})")
-    return lines
+    further = plan.ranges.items()
+    return ranges.assumed(plan.half_widths) + [
+        f"assumed: {key} is in {one.low:g} to {one.high:g} ({one.spread.value})" for key, one in further
+    ]
 
 
 def _picture(folder: Path, one: Followed, tow: Scene, report: dict[str, Any]) -> Path:

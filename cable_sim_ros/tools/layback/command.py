@@ -146,7 +146,7 @@ def _ranges(words: tuple[str, ...]) -> tuple[Ranges, list[str]]:
                 f"simulated. Give the half-width of the 95 % interval"
             ) from None
     ranges = Ranges(**values)
-    return ranges, assumed(set(values), ranges)
+    return ranges, assumed(ranges, set(values))
 
 
 class Found(NamedTuple):

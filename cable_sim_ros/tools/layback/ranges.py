@@ -29,13 +29,14 @@ class Ranges(Block):
     )
 
 
-def assumed(chosen: set[str], ranges: Ranges) -> list[str]:
-    """A line for each range that the user did not choose, with its size and what was taken for it."""
+def assumed(ranges: Ranges, chosen: set[str] | None = None) -> list[str]:
+    """A line for each range with its size; chosen: those that a user chose are left out, of the others the option."""
     lines = []
     for row in declared(Ranges):
-        if row.key not in chosen:
+        if row.key not in (chosen or ()):
             unit = "" if row.unit == "1" else f" {row.unit}"
-            lines.append(f"assumed: {row.doc} is within {getattr(ranges, row.key):g}{unit} (95 %); --range {row.key}=")
+            how = "(95 %, normal)" if chosen is None else f"(95 %); --range {row.key}="
+            lines.append(f"assumed: {row.doc} is within {getattr(ranges, row.key):g}{unit} {how}")
     return lines
 
 

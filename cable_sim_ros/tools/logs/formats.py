@@ -1,6 +1,6 @@
 """Table of the formats that are read. A format is recognised by its first bytes, never by its name alone.
 
-A row names a module beside this one that has `recognise(head: bytes, path: Path) -> bool` and
+A row names a module beside this one, or an object in it, that has `recognise(head: bytes, path: Path) -> bool` and
 `read(path: Path) -> Log`; modules of other makers are imported when such a log is read.
 """
 
@@ -9,7 +9,8 @@ from __future__ import annotations
 import os
 from importlib import import_module
 from pathlib import Path
-from typing import NamedTuple
+from pkgutil import resolve_name
+from typing import Any, NamedTuple
 
 from ...files import open_file
 from .log import Log, LogError
@@ -20,11 +21,16 @@ EXTRA = "pip install 'cable_sim_ros[import]'"
 
 
 class Format(NamedTuple):
-    """name: word of the command line; title: for people; module: beside this one."""
+    """name: word of the command line; title: for people; place: of its reader."""
 
     name: str
     title: str
-    module: str
+    place: str
+
+    @property
+    def reader(self) -> Any:
+        """What recognises and reads it."""
+        return resolve_name(f"{__package__}.{self.place}")
 
 
 CONTAINERS: tuple[Format, ...] = (
@@ -36,9 +42,9 @@ CONTAINERS: tuple[Format, ...] = (
 )
 TELEGRAMS: tuple[Format, ...] = (  # before tables: some of them look like CSV
     Format("nmea2000", "NMEA 2000, raw form of canboat, candump", "devices.nmea2000_raw"),
-    Format("nmea0183", "NMEA 0183 sentences, stamped or not", "devices.nmea0183"),
-    Format("lci90i", "LCI-90i winch display", "devices.lci90i"),
-    Format("tss1", "TSS1 motion sensor", "devices.tss1"),
+    Format("nmea0183", "NMEA 0183 sentences, stamped or not", "devices.telegrams:NMEA0183"),
+    Format("lci90i", "LCI-90i winch display", "devices.telegrams:LCI90"),
+    Format("tss1", "TSS1 motion sensor", "devices.telegrams:TSS1"),
     Format("profiler-winch", "winch of a profiler, text", "devices.profiler_winch"),
     Format("3dm-gx3", "3DM-GX3 records 0xCB", "devices.gx3"),
     Format("fdchp", "flux package of a buoy, records of 55 bytes", "devices.fdchp"),
@@ -60,9 +66,8 @@ def read_log(path: str | os.PathLike, name: str | None = None) -> Log:
         why = getattr(error, "strerror", None) or error
         raise LogError(f"{path}: cannot be read ({why}); nothing was read. Give a file that is there") from None
     for row in FORMATS:
-        module = import_module(f".{row.module}", __package__)
-        if row.name == name or (name is None and module.recognise(head, path)):
-            return without_invalid(module.read(path))
+        if row.name == name or (name is None and row.reader.recognise(head, path)):
+            return without_invalid(row.reader.read(path))
     known = ", ".join(row.name for row in FORMATS)
     if name is not None:
         raise LogError(f"{path}: there is no format '{name}'; nothing was read. Known: {known}")

@@ -49,6 +49,16 @@ def clock_of(hours: int, minutes: int, seconds: int, fraction: bytes | None) -> 
     return (3600 * hours + 60 * minutes + seconds) * SECOND + nanoseconds(fraction)
 
 
+def ahead_of(zone: str | None) -> int:
+    """ns that a zone such as +02:00 is ahead of UTC, 0 where it has no sign; ValueError for one that there is not."""
+    if not zone or zone[0] not in "+-":
+        return 0
+    minutes = 60 * int(zone[1:3]) + int(zone[-2:])
+    if minutes > FARTHEST_ZONE or int(zone[-2:]) > 59:
+        raise ValueError(f"{zone} is no zone")
+    return (-minutes if zone[0] == "-" else minutes) * 60 * SECOND
+
+
 def within(time: int) -> int:
     """The time [ns since 1970]; ValueError for a year that int64 does not hold."""
     if not -LAST <= time <= LAST:
@@ -82,14 +92,7 @@ def _calendar(line: bytes, start: int) -> Stamp | None:
         return None
     year, _, month, day, hours, minutes, seconds, fraction, zone = found.groups()
     time = day_of(int(year), int(month), int(day)) + clock_of(int(hours), int(minutes), int(seconds), fraction)
-    if zone and zone != b"Z":
-        digits = zone[1:].replace(b":", b"")
-        minutes = 60 * int(digits[:2]) + int(digits[2:])
-        if minutes > FARTHEST_ZONE or int(digits[2:]) > 59:
-            raise ValueError("a zone that there is not")
-        ahead = minutes * 60 * SECOND
-        time += ahead if zone[:1] == b"-" else -ahead
-    return Stamp(within(time), found.end(), UTC if zone else NO_ZONE)
+    return Stamp(within(time - ahead_of((zone or b"").decode())), found.end(), UTC if zone else NO_ZONE)
 
 
 def _number(line: bytes, start: int) -> Stamp | None:

@@ -213,12 +213,6 @@ def plan_of(frames: np.recarray, scene: Scene, metrics: Mapping[str, Any]) -> di
     }
 
 
-def plan_markdown() -> str:
-    """The declaration as a Markdown table, for docs/json.md."""
-    rows = [f"| `{name}` | {unit} | {meaning} |" for name, unit, meaning in NEEDS]
-    return "\n".join(["| need | unit | meaning |", "|---|---|---|", *rows])
-
-
 def _mean(values: np.ndarray) -> float:
     known = values[np.isfinite(values)]
     return float(known.mean()) if len(known) else 0.0

@@ -2,58 +2,40 @@
 
 from __future__ import annotations
 
-import os
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ...plots.run import BLUE, FAINT, INK, ORANGE, STYLE, WATER
-from ...plots.saved import save
+from ...plots.canvas import canvas
+from ...plots.run import BLUE, FAINT, INK, ORANGE, WATER
 from .in_frequency.report import MAX_MODES
 from .in_frequency.response import Vibration, leading
 from .in_frequency.span import Span
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 SIZE = (14.0, 9.0)  # inches
 MIN_PLACES = 4  # of a half wave that is drawn
 SHOWN = 1e-5  # of the peak of a spectrum: what lies below is left out of the picture
 
 
-def draw(span: Span, result: Vibration, out: str | os.PathLike) -> Path:
+def draw(span: Span, result: Vibration, out: Path) -> Path:
     """Draw a vibration to an image file and return its path. RuntimeError if matplotlib is missing."""
-    try:
-        import matplotlib
-    except ImportError:
-        raise RuntimeError("matplotlib is not installed: no picture was drawn; install cable_sim_ros[viz]") from None
-    with matplotlib.rc_context(STYLE):
-        return save(compose(span, result), out)
-
-
-def compose(span: Span, result: Vibration) -> Figure:
-    """The matplotlib Figure of a vibration."""
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=SIZE, dpi=100, facecolor="white", layout="constrained")
-    FigureCanvasAgg(figure)
-    panels = figure.subplots(2, 2)
-    figure.get_layout_engine().set(w_pad=0.15, h_pad=0.12)  # inches
-    figure.suptitle(result.name, x=0.012, ha="left", size=18, weight="bold", color=INK)
-    _spectrum(
-        panels[0, 0], result, result.displacement_spectrum * 1e6, "displacement", "mm$^2$/Hz",
-        1e3 * result.place_rms_displacement, "mm",
-    )  # fmt: skip
-    _spectrum(
-        panels[1, 0], result, result.acceleration_spectrum, "acceleration", "(m/s$^2$)$^2$/Hz",
-        result.place_rms_acceleration, "m/s$^2$",
-    )  # fmt: skip
-    _along(panels[0, 1], result)
-    _damping(panels[1, 1], span, result)
-    return figure
+    with canvas(out, SIZE, result.name, grow=1.0) as figure:
+        panels = figure.subplots(2, 2)
+        _spectrum(
+            panels[0, 0], result, result.displacement_spectrum * 1e6, "displacement", "mm$^2$/Hz",
+            1e3 * result.place_rms_displacement, "mm",
+        )  # fmt: skip
+        _spectrum(
+            panels[1, 0], result, result.acceleration_spectrum, "acceleration", "(m/s$^2$)$^2$/Hz",
+            result.place_rms_acceleration, "m/s$^2$",
+        )  # fmt: skip
+        _along(panels[0, 1], result)
+        _damping(panels[1, 1], span, result)
+    return out
 
 
 def _spectrum(axis: Axes, result: Vibration, values, what, unit, rms, rms_unit) -> None:

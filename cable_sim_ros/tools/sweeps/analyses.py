@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -13,6 +15,7 @@ from ...terminal import say
 from .command import engine, of_a_file, place_of, replaced_by, replacing, reported, summary, tell_notes, tell_rows
 
 if TYPE_CHECKING:
+    from ..report.parts import Table
     from .sweep import Swept
 
 
@@ -46,19 +49,10 @@ def envelope(file, out, workers, cluster, report) -> Answer:
         "replaced": replaced_by(plan, folder / "envelope.json"),
         "cells": [cells_of.as_dict(cell) for cell in cells],
     }
-    replaced = replacing(figures, folder)
-    picture = cells_of.draw(plan.sweep, cells, folder / "envelope.png")
-    found, notes = Table(cells_of.CAPTION, *cells_of.rows_of(cells)), [*figures["notes"], *replaced]
-    reported(report, swept, kind="envelope", tables=[found], notes=notes, doubts=figures["doubts"])
-
-    def tell() -> None:
-        cells_of.tell(swept, cells)
-        tell_notes(replaced)
-        for text in figures["doubts"]:
-            say(f"doubtful: {text}", err=True)
-        tell_rows(figures)
-
-    return Answer(figures, tell, folder / "envelope.json", [("picture", picture)], code=_code(swept, figures))
+    files = [("picture", cells_of.draw(plan.sweep, cells, folder / "envelope.png"))]
+    found = Table(cells_of.CAPTION, *cells_of.rows_of(cells))
+    answer = _answer("envelope", swept, figures, folder, report, found, lambda: cells_of.tell(swept, cells))
+    return answer._replace(files=files)
 
 
 @click.command()
@@ -88,24 +82,37 @@ def sensitivity(file, out, workers, cluster, report) -> Answer:
         "constant": found.constant,
         "spread": {name: {"mean": mean, "std": std} for name, (mean, std) in found.spread.items()},
     }
-    notes = replacing(figures, folder)
     shown = Table(indices.CAPTION, indices.HEAD, indices.rows_of(found))
-    reported(report, found.swept, kind="sensitivity", tables=[shown], notes=notes, doubts=found.doubts)
+    return _answer("sensitivity", found.swept, figures, folder, report, shown, lambda: indices.tell(found))
 
-    def tell() -> None:
-        indices.tell(found)
-        tell_notes(notes)
+
+def _answer(
+    kind: str,
+    swept: Swept,
+    figures: dict[str, Any],
+    folder: Path,
+    report: Path | None,
+    shown: Table,
+    tell: Callable[[], None],
+) -> Answer:
+    """The answer of an analysis, with its report; shown: its table there, tell: prints it. A run that failed is a part
+    of the answer, a fault of the program is not; doubts are of what was made of the rows."""
+    replaced = replacing(figures, folder)
+    notes = [*figures.get("notes", ()), *replaced]
+    reported(report, swept, kind=kind, tables=[shown], notes=notes, doubts=figures["doubts"])
+
+    def told() -> None:
+        tell()
+        tell_notes(replaced)
+        for text in figures["doubts"]:
+            say(f"doubtful: {text}", err=True)
         tell_rows(figures)
 
-    return Answer(figures, tell, folder / "sensitivity.json", code=_code(found.swept, figures))
+    doubtful = figures["doubts"] or sum(figures["verdicts"].values()) > figures["verdicts"].get(OK, 0)
+    code = CODE_FAILED if swept.faults else CODE_DOUBTFUL if doubtful else CODE_OK
+    return Answer(figures, told, folder / f"{kind}.json", code=code)
 
 
 def _rows(told: dict[str, Any]) -> dict[str, Any]:
     """What the JSON of an analysis has of the summary of its rows."""
     return {name: told[name] for name in ("verdicts", "errors", "reasons", "warnings")}
-
-
-def _code(swept: Swept, figures: dict[str, Any]) -> int:
-    """Exit code: a run that failed is a part of the answer; doubts: of what was made of the rows."""
-    doubtful = figures["doubts"] or sum(figures["verdicts"].values()) > figures["verdicts"].get(OK, 0)
-    return CODE_FAILED if swept.faults else CODE_DOUBTFUL if doubtful else CODE_OK

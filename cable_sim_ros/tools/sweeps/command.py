@@ -93,7 +93,7 @@ def sweep(file, out, workers, cluster, dry_run, report) -> Answer | None:
 def reported(path: Path | None, swept: Swept, **found: Any) -> None:
     """Write the report of a sweep, where one was asked for; found: as of `write_report`."""
     if path is not None:
-        from .reported import write_report
+        from .dataset import write_report
 
         said(write_report(swept, path, typed(), **found))
 

@@ -273,10 +273,7 @@ def tell(swept: Swept, cells: list[Cell]) -> None:
     for row in rows:
         shown.add_row(*row)
     plain_console(WIDE).print(shown)
-    say(
-        f"{len(swept.rows)} runs, {swept.computed} computed now in {swept.wall:.1f} s of wall time on {swept.workers} "
-        f"workers"
-    )
+    swept.tell()
     for note in notes_of(cells):
         say(f"note: {note}")
 

@@ -13,7 +13,7 @@ import numpy as np
 from scipy.stats import qmc, sobol_indices
 
 from ...errors import CableSimError
-from ...terminal import plain_console, say
+from ...terminal import print_table, say
 from .cases import RNG, within
 from .figures import refuse_texts
 from .sweep import Progress, Swept, sweep
@@ -198,21 +198,7 @@ def rows_of(found: Sensitivity) -> list[list[str]]:
 
 def tell(found: Sensitivity) -> None:
     """Print the indices."""
-    from rich.table import Table
-
-    shown = Table(title=CAPTION)
-    shown.title_justify = "left"
-    for k, name in enumerate(HEAD):
-        shown.add_column(name, justify="right" if k > 1 else "left")
-    for row in rows_of(found):
-        shown.add_row(*row)
-    plain_console(120).print(shown)
+    print_table(CAPTION, HEAD, rows_of(found), left=HEAD[:2])
     for name in found.constant:
         say(f"{name}: does not vary over these ranges")
-    swept = found.swept
-    say(
-        f"{len(swept.rows)} runs, {swept.computed} computed now in {swept.wall:.1f} s of wall time on {swept.workers} "
-        f"workers"
-    )
-    for text in found.doubts:
-        say(f"doubtful: {text}", err=True)
+    found.swept.tell()

@@ -7,6 +7,7 @@ import time
 from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
+from ...terminal import say
 from .cases import Case, cases_of
 from .engine import FAULT, Make, processes, rows_of, workers_of
 from .store import Store
@@ -32,6 +33,13 @@ class Swept(NamedTuple):
     def faults(self) -> list[str]:
         """Errors of rows that are faults of the program."""
         return [row["error"] for row in self.rows if row["error"].startswith(FAULT)]
+
+    def tell(self) -> None:
+        """Say how much was computed."""
+        say(
+            f"{len(self.rows)} runs, {self.computed} computed now in {self.wall:.1f} s of wall time on {self.workers} "
+            f"workers"
+        )
 
 
 def sweep(

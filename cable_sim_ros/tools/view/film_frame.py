@@ -13,14 +13,14 @@ from ...io.messages import shapes
 from ...io.messages.markers import SCALE, cable_points, colour_scale, colours
 from ...io.messages.rotation import inverse, rotate
 from ...physics.section import CableModel
-from ...plots.run import STYLE
+from ...plots.run import STYLE, thinned
 from ...plots.sea_surface import SeaSurface
 from ...plots.side import FAINT, INK, ORANGE
 from .bag_run import BagRun
 from .cameras import SHEAVE, ahead
 from .moment import COLUMN, Moment, parts_of, smooth_shape
 from .stage import nice
-from .strips import scale, strips_of, thinned
+from .strips import scale, strips_of
 from .words import GREY, OF_STATE, alarms, force
 
 if TYPE_CHECKING:

@@ -13,6 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...files import write_text
+from ...plots.run import thinned
 from ...version import __version__
 from . import words
 from .bag_run import BagRun
@@ -20,7 +21,7 @@ from .cameras import FIELD, camera
 from .errors import PageError
 from .page import Page, serve
 from .play_bag import check_start, stage_of
-from .strips import Strip, scale, strips_of, thinned
+from .strips import POINTS, Strip, scale, strips_of
 
 LENGTH = 60.0  # s, where none is asked for
 MOST = 6000  # pictures: some 100 MB of page in the browser
@@ -107,7 +108,7 @@ def _charts(run: BagRun, strips: tuple[Strip, ...], begin: float, end: float) ->
         return ""
     parts = []
     for k, strip in enumerate(strips):
-        time, value = thinned(seconds[low:high], np.asarray(strip.of(run.run.frames[low:high]), float))
+        time, value = thinned(seconds[low:high], np.asarray(strip.of(run.run.frames[low:high]), float), POINTS)
         bottom, top = scale(value, strip.least)
         x = 46 + (WIDE - 52) * (time - begin) / max(end - begin, 1e-9)
         y = (k + 1) * HIGH - 8 - (HIGH - 30) * (value - bottom) / (top - bottom)

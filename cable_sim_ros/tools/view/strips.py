@@ -1,4 +1,4 @@
-"""Strip charts: what they show, and the last minute of it in few enough points."""
+"""Strip charts: what they show, and their scale."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 from ...io.messages.markers import Colours
 from ...sim.scene import Scene
 
-POINTS = 240  # of a chart, at most twice so many where a swing is kept
+POINTS = 240  # pieces of a chart, of which least and largest are kept
 
 
 class Strip(NamedTuple):
@@ -32,19 +32,6 @@ def strips_of(scene: Scene, forces: Colours) -> tuple[Strip, ...]:
         Strip("pay-out [m]", "#6a4c9c", lambda f: f["payout"], least),
         Strip("height of the sheave above mean water [m]", "#2a8a5e", lambda f: f["sheave_position"][..., 2], least),
     )
-
-
-def thinned(time: np.ndarray, value: np.ndarray, points: int = POINTS) -> tuple[np.ndarray, np.ndarray]:
-    """A series with least and most of each piece kept, in their order: no peak is lost."""
-    n = len(time)
-    if n <= 2 * points:
-        return time, value
-    edges = np.linspace(0, n, points + 1).astype(int)[:-1]
-    size = np.diff(np.append(edges, n))
-    low = np.array([a + int(np.argmin(value[a : a + m])) for a, m in zip(edges, size)])
-    high = np.array([a + int(np.argmax(value[a : a + m])) for a, m in zip(edges, size)])
-    keep = np.unique(np.concatenate((low, high, [n - 1])))
-    return time[keep], value[keep]
 
 
 def scale(value: np.ndarray, least: float) -> tuple[float, float]:

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 from instrument_logs import DAY, MIDNIGHT, SECOND, exclusive_or, iso, sentence
 
-from cable_sim_ros.tools.logs.devices import nmea0183, sentences
+from cable_sim_ros.tools.logs.devices import sentences
+from cable_sim_ros.tools.logs.devices.telegrams import NMEA0183
 from cable_sim_ros.tools.logs.formats import read_log
 from cable_sim_ros.tools.logs.inspection.first_mapping import first_mapping
 from cable_sim_ros.tools.logs.log import LogError
@@ -21,7 +22,7 @@ def read(tmp_path):
     def of(data):
         path = tmp_path / "log"
         path.write_bytes(data)
-        return nmea0183.read(path)
+        return NMEA0183.read(path)
 
     return of
 
@@ -238,12 +239,12 @@ def test_an_empty_file_and_one_of_something_else(tmp_path):
     with pytest.raises(LogError, match="is empty; nothing was read"):
         read_log(path)
     with pytest.raises(LogError, match="holds no telegram that could be read .nothing was lost.; nothing was read"):
-        nmea0183.read(path)
+        NMEA0183.read(path)
     path.write_bytes(b"Dear captain, 12 bottles at $3,50\n")
     with pytest.raises(LogError, match="is of no format that is read here; nothing was read"):
         read_log(path)
     with pytest.raises(LogError, match="cannot be read .No such file.*Give a file that is there"):
-        nmea0183.read(tmp_path / "none")
+        NMEA0183.read(tmp_path / "none")
 
 
 def test_a_parser_that_is_not_installed(tmp_path, monkeypatch):

@@ -1,7 +1,5 @@
 """Every reader of instruments' logs against files cut off and flipped bits."""
 
-from importlib import import_module
-
 import instrument_logs as logs
 import numpy as np
 import pytest
@@ -24,7 +22,7 @@ CHECKED = {"nmea0183", "lci90i", "3dm-gx3"}  # formats whose records carry a che
 
 @pytest.mark.parametrize("row, data", CASES, ids=[row.name for row, _ in CASES])
 def test_cuts_and_flips_cost_what_they_hit(row, data, tmp_path):
-    module = import_module(f"cable_sim_ros.tools.logs.{row.module}")
+    module = row.reader
     path = tmp_path / "log"
     cuts, flips = survive(module.read, data, path)
     whole = module.read(path)
@@ -41,6 +39,6 @@ def test_cuts_and_flips_cost_what_they_hit(row, data, tmp_path):
 
 @pytest.mark.parametrize("row, data", CASES, ids=[row.name for row, _ in CASES])
 def test_a_format_is_found_by_its_first_bytes(row, data, tmp_path):
-    found = [other.name for other in TELEGRAMS if import_module(f"cable_sim_ros.tools.logs.{other.module}").recognise(
+    found = [other.name for other in TELEGRAMS if other.reader.recognise(
         data[:HEAD], tmp_path / "x")]  # fmt: skip
     assert found == [row.name]

@@ -8,7 +8,7 @@ from hostile_logs import assert_sound, survive
 
 from cable_sim_ros.tools.logs.containers import csv_log, netcdf, parquet
 from cable_sim_ros.tools.logs.containers.bounded import read_all
-from cable_sim_ros.tools.logs.containers.text_times import instant, month_first, number, of_day
+from cable_sim_ros.tools.logs.containers.table_times import instant, month_first, number, of_day
 from cable_sim_ros.tools.logs.formats import read_log
 from cable_sim_ros.tools.logs.log import Log, LogError
 

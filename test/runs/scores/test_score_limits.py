@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 from score_seas import sea, signal
 
-from cable_sim_ros.tools.compare.comparison import compare
-from cable_sim_ros.tools.compare.exact import exact
+from cable_sim_ros.tools.compare.comparison import compare, exact
 from cable_sim_ros.tools.compare.limits import Limits, LimitsError, QuantityLimits, judge, load_limits
 
 GOOD = """\

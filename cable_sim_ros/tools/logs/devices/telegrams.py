@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import re
 from collections import Counter
+from collections.abc import Callable
 from datetime import datetime
 from pathlib import Path
 from typing import NamedTuple
@@ -20,11 +21,13 @@ from ..log import Log, Losses
 from ..stamps import stamp_of, within
 from . import wave_buoy
 from .assemble import Row, assemble
-from .lines import lines_of
+from .lines import lines_of, text_of
 from .sentences import IDENTITY, MOST_COLUMNS, Unfit, decode
 
 CHECKED = re.compile(rb"([^*]*)\*([0-9A-Fa-f]{2})")
 STARTS = re.compile(rb"[$!]|@(?=[A-Z]{4},)")  # @: of winches of Rapp
+SENTENCE = re.compile(rb"[$@]([A-Z0-9]{4,8},[^*$!\r\n]*)\*([0-9A-Fa-f]{2})")
+BARE = re.compile(rb"^[^$\r\n]{0,40}\$([A-Z0-9]{4,8}),[-+,.\w]*[\r\n]", re.MULTILINE)
 LCI90I = re.compile(rb"\d\dRD,")
 NAME = re.compile(rb"([A-Za-z][\w.-]{1,31})[ \t,:]+", re.ASCII)  # of a device, as the logger has it
 TELLING = frozenset(b"0123456789,")
@@ -256,8 +259,37 @@ def _prefix(name: bytes) -> str:
     return name.decode("ascii") + "/"
 
 
-def read_telegrams(path: Path, name: str) -> Log:
-    """The log; name: of its format."""
-    telegrams = Telegrams(path)
-    telegrams.read()
-    return assemble(path, name, telegrams.rows, telegrams.losses, telegrams.notes)
+class Telegram(NamedTuple):
+    """A format of such a log: its name, and whether the text of a head tells it; all telegrams are read, whatever it
+    is."""
+
+    name: str
+    told: Callable[[bytes], bool]
+
+    def recognise(self, head: bytes, path: Path) -> bool:
+        """Whether it is in the head."""
+        return self.told(text_of(head))
+
+    def read(self, path: Path) -> Log:
+        """All telegrams."""
+        telegrams = Telegrams(path)
+        telegrams.read()
+        return assemble(path, self.name, telegrams.rows, telegrams.losses, telegrams.notes)
+
+
+def _sentences(text: bytes) -> bool:
+    """A sentence with a right checksum, or two without one."""
+    if any(exclusive_or(found[1]) == int(found[2], 16) for found in SENTENCE.finditer(text)):
+        return True
+    return sum(IDENTITY.fullmatch(found[1].decode("ascii")) is not None for found in BARE.finditer(text)) >= 2
+
+
+def _winches(text: bytes) -> bool:
+    """A telegram of a winch display with a right checksum."""
+    lines = (lci90i.LINE.match(text, start.start()) for start in LCI90I.finditer(text))
+    return any(found and sum(found[1]) % 10_000 == int(found[8]) for found in lines)
+
+
+NMEA0183 = Telegram("nmea0183", _sentences)
+LCI90 = Telegram("lci90i", _winches)  # each name of a winch is a source, so that a renamed one shows
+TSS1 = Telegram("tss1", lambda text: tss1.LINE.search(text) is not None)

@@ -7,7 +7,7 @@ import heapq
 import json
 import os
 import shutil
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -17,7 +17,19 @@ import numpy as np
 
 from ....files import open_file, read_text
 from ....io.bags.bag_writer import BagError, BagWriter
-from ....io.messages.message_classes import imu_bytes
+from ....io.messages.cdr import header
+from ....io.messages.message_classes import (
+    JointState,
+    Point,
+    Pose,
+    PoseStamped,
+    Quaternion,
+    Vector3,
+    Wrench,
+    WrenchStamped,
+    imu_bytes,
+    serialized,
+)
 from ....io.sources.imported_bag import ALONG
 from ....io.sources.motion_curves import Rounding
 from ....io.sources.motion_table import MotionError, stream_odometry
@@ -25,15 +37,85 @@ from ....sim.tables.attitude import quaternion
 from ....version import __version__
 from ..log import SECOND, LogError
 from ..mapping.mapping_file import find_mapping
-from ..own_signals import IMPORT
+from ..own_signals import IMPORT, SIGNALS_TOPIC
 from ..read_signals import Reading, read
 from ..several import Paths
 from ..signals import QUANTITIES, Signal
 from . import attitude
 from .attitude import FORCES, RATES
-from .measured import MEASURED, Message, write_measured
 from .motion import ShipMotion, motion_of_signals
 from .track import Choice
+
+JOINT = "sensor_msgs/msg/JointState"
+WRENCH = "geometry_msgs/msg/WrenchStamped"
+POSE = "geometry_msgs/msg/PoseStamped"
+WINCH = ("payout", "payout_rate", "tension_drum")
+BODY = ("body_x", "body_y", "body_depth")
+MEASURED = (*WINCH, "tension", *BODY, "departure_angle", "layback", "body_latitude", "body_longitude")
+Message = tuple[int, str, str, bytes]
+
+
+def write_measured(bag: BagWriter, signals: Mapping[str, Signal]) -> list[Iterator[Message]]:
+    """Declares the topics; messages of each in order of time, made as they are asked for. A quantity that a message has
+    and the log lacks is NaN there; `import/signals` has each record of each signal by name, none resampled."""
+    bag.declare(SIGNALS_TOPIC, JOINT, "reliable")
+    out = [_as_it_is(one) for one in signals.values()]
+    for names, topic, kind, make in (
+        (WINCH, "/tow_sim/winch/state", JOINT, _winch),
+        (("tension",), "/tow_sim/sheave/tension", WRENCH, _tension),
+        (BODY, "/tow_sim/towbody/pose", POSE, _body),
+    ):
+        there = [name for name in names if name in signals]
+        if not there:
+            continue
+        bag.declare(topic, kind, "reliable")
+        time = signals[there[0]].time
+        table = np.column_stack([_at(signals.get(name), time) for name in names])
+        out.append(_made(time, table, topic, kind, make))
+    return out
+
+
+def _made(time: np.ndarray, table: np.ndarray, topic: str, kind: str, make: Callable[..., bytes]) -> Iterator[Message]:
+    for now, row in zip(time.tolist(), table.tolist()):
+        if now > 0:
+            yield now, topic, kind, make(now, *row)
+
+
+def _at(one: Signal | None, time: np.ndarray) -> np.ndarray:
+    """Values at times, NaN where there are none."""
+    if one is None or not len(one.time):
+        return np.full(len(time), np.nan)
+    origin = time[0]
+    return np.interp(
+        (time - origin).astype(float), (one.time - origin).astype(float), one.value, left=np.nan, right=np.nan
+    )
+
+
+def _joint(now: int, names: list[str], *arrays: list[float]) -> bytes:
+    full = [np.array(array, float) for array in arrays] + [np.zeros(0)] * (3 - len(arrays))
+    return serialized(JointState(header(now, ""), names, *full))
+
+
+def _as_it_is(one: Signal) -> Iterator[Message]:
+    for now, value in zip(one.time.tolist(), one.value.tolist()):
+        if now > 0:
+            yield now, SIGNALS_TOPIC, JOINT, _joint(now, [one.quantity], [value])
+
+
+def _winch(now: int, payout: float, rate: float, tension: float) -> bytes:
+    nan = float("nan")
+    return _joint(now, ["payout", "drum"], [payout, nan], [rate, nan], [tension, nan])
+
+
+def _tension(now: int, tension: float) -> bytes:
+    pull = Wrench(Vector3(tension, 0.0, 0.0), Vector3(0.0, 0.0, 0.0))  # along x: a log tells no direction
+    return serialized(WrenchStamped(header(now, "sheave_link"), pull))
+
+
+def _body(now: int, x: float, y: float, depth: float) -> bytes:
+    pose = Pose(Point(x, y, -depth), Quaternion(0.0, 0.0, 0.0, 1.0))
+    return serialized(PoseStamped(header(now, "odom"), pose))
+
 
 ODOMETRY = "/tow_sim/odom"
 IMU = "/tow_sim/imu/data"

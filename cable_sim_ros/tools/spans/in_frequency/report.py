@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from typing import NamedTuple
 
-from rich.table import Table
-
-from ....terminal import plain_console
+from ....terminal import print_table, say
 from .response import Vibration, leading
 from .sensitivity import COLUMNS, Change
 from .span import Span
@@ -25,16 +23,6 @@ class Taken(NamedTuple):
     source: str
 
 
-def table(title: str, columns: tuple[str, ...], rows: Iterable[tuple[str, ...]]) -> Table:
-    """A table, its numbers to the right."""
-    out = Table(title=title, title_justify="left")
-    for name in columns:
-        out.add_column(name, justify="left" if name == "choice" else "right", no_wrap=True)
-    for row in rows:
-        out.add_row(*row)
-    return out
-
-
 def regions(driven: list[tuple[float, float]]) -> str:
     """Power-in regions as text."""
     return ", ".join(f"{a:.4g} to {b:.4g}" for a, b in driven) or "none"
@@ -42,7 +30,6 @@ def regions(driven: list[tuple[float, float]]) -> str:
 
 def print_vibration(span: Span, result: Vibration) -> None:
     """Modes, response along the cable, and which choices they rest on."""
-    out = plain_console(120, highlight=False)
     given = " (given)" if span.damping.ratios else ""
     columns = ("mode", "Hz", "exact Hz", f"damping ratio{given}", "if all of it damped", "driven from, to m")
     rows = [
@@ -58,7 +45,7 @@ def print_vibration(span: Span, result: Vibration) -> None:
     ]
     count = len(result.frequencies)
     some = "" if count <= MAX_MODES else f", {MAX_MODES} of {count}, of the largest response; all stand in --json"
-    out.print(table(f"{result.name}: modes{some}", columns, rows))
+    print_table(f"{result.name}: modes{some}", columns, rows)
     every = max(1, (len(result.arc) - 1) // (MAX_PLACES - 1))
     along = [
         (
@@ -69,19 +56,19 @@ def print_vibration(span: Span, result: Vibration) -> None:
         )
         for i in range(0, len(result.arc), every)
     ]
-    out.print(
-        table("Response along the cable", ("s m", "rms displacement mm", "diameters", "rms acceleration m/s^2"), along)
-    )
+    heads = ("s m", "rms displacement mm", "diameters", "rms acceleration m/s^2")
+    print_table("Response along the cable", heads, along)
     low, high = result.shedding
     peak = int(result.rms_displacement.argmax())
-    out.print(
+    say(
         f"at s = {result.place:.5g} m: rms displacement {1e3 * result.place_rms_displacement:.4g} mm, acceleration "
         f"{result.place_rms_acceleration:.4g} m/s^2\n"
         f"largest rms displacement {1e3 * result.rms_displacement[peak]:.4g} mm = {result.diameters[peak]:.3g} "
         f"diameters at s = {result.arc[peak]:.5g} m\n"
         f"shedding {low:.4g} to {high:.4g} Hz; correlation length {result.correlation_length:.4g} m; reading "
-        f"{result.reading} of the lift spectrum; {result.method} response on {result.segments} segments, spectra of "
-        f"{len(result.frequency)} frequencies, the shortest step {result.frequency_step:.3g} Hz"
+        f"{result.reading} of the lift spectrum\n{result.method} response on {result.segments} segments, spectra of "
+        f"{len(result.frequency)} frequencies, the shortest step {result.frequency_step:.3g} Hz",
+        lines=True,
     )
 
 
@@ -89,16 +76,14 @@ def print_taken(taken: Sequence[Taken]) -> None:
     """Numbers that a span file does not have under this name; those by default in one line."""
     if not taken:
         return
-    out = plain_console(120, highlight=False)
     for one in taken:
         if one.source != DEFAULT:
-            out.print(f"taken: {one.key} = {one.value} ({one.source})", soft_wrap=True)
-    out.print("defaults: " + ", ".join(f"{one.key} {one.value}" for one in taken if one.source == DEFAULT))
+            say(f"taken: {one.key} = {one.value} ({one.source})")
+    say("defaults: " + ", ".join(f"{one.key} {one.value}" for one in taken if one.source == DEFAULT))
 
 
 def print_sensitivity(span: Span, changes: list[Change]) -> None:
     """What each choice made otherwise changes."""
     rows = [(c.choice, *(f"{100.0 * x:+.1f}" for x in c[1:])) for c in changes]
-    plain_console(120, highlight=False).print(
-        table(f"{span.name}, chosen otherwise: rms displacement and acceleration at the place", COLUMNS, rows)
-    )
+    title = f"{span.name}, chosen otherwise: rms displacement and acceleration at the place"
+    print_table(title, COLUMNS, rows, left=COLUMNS[:1])

@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ....terminal import markdown_table
 from .files import SpanError, changed
 from .response import Vibration, vibration
 from .span import Correlation, Method, Reading, Region, Shape, Span
@@ -113,5 +114,4 @@ def sensitivity(span: Span, progress: Callable[[str, int, int], object] = lambda
 
 def markdown(changes: list[Change]) -> str:
     """The table of docs/experiments.md."""
-    rows = [f"| {c.choice} | " + " | ".join(f"{100.0 * x:+.1f}" for x in c[1:]) + " |" for c in changes]
-    return "\n".join(("| " + " | ".join(COLUMNS) + " |", "|---" * len(COLUMNS) + "|", *rows))
+    return markdown_table([COLUMNS, *((c.choice, *(f"{100.0 * x:+.1f}" for x in c[1:])) for c in changes)])
