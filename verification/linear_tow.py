@@ -78,9 +78,12 @@ def _across(place: np.ndarray) -> np.ndarray:
 
 
 def plane_of(body: Towbody, node: int, gravity: float, density: float) -> Plane:
-    """A body of a scene in the plane, with the added mass of a spheroid."""
+    """A body of a scene in the plane; without an added mass of its own that of a spheroid."""
     assert body.inertia and body.centre_of_gravity and body.centre_of_buoyancy and body.length and body.diameter
     buoyancy, foils = body.mass * gravity - body.net_weight, []
+    added = spheroid(body.length, body.diameter, buoyancy / gravity)
+    if body.added_inertia is not None:
+        added = (body.added_mass[0], body.added_mass[2], body.added_inertia[1])
     for wing in body.wings.values():
         i, upright = np.radians(wing.incidence), abs(wing.dihedral) > 45.0
         aspect = wing.span / wing.chord
@@ -100,7 +103,7 @@ def plane_of(body: Towbody, node: int, gravity: float, density: float) -> Plane:
         _flat(body.centre_of_gravity),
         _flat(body.centre_of_buoyancy),
         _flat(body.hull_centre or body.centre_of_buoyancy),
-        spheroid(body.length, body.diameter, buoyancy / gravity),
+        added,
         0.5 * density * body.drag_area[0],
         0.5 * density * body.diameter * body.crossflow_coefficient,
         body.length,
