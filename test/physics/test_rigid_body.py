@@ -495,7 +495,15 @@ def test_the_slam_of_a_cylinder_that_falls_flat_beside_those_measured():
     force[run.q[:, -1, 2] > 0.16] = 0.0
     factor = force.max() / (0.5 * RHO * diameter * length * speed**2)
     assert factor == pytest.approx(1.5 * np.pi / 2.0, rel=0.02), "half immersed; docs/theory.md#slam has those measured"
-    assert np.trapezoid(force, run.time) == pytest.approx(added * speed, rel=0.02)
+    impulse = np.trapezoid(force, run.time)
+    assert impulse == pytest.approx(added * speed, rel=0.02)
+    under = np.linspace(0.0, 1.0, 2001)
+    measured = 0.5 * np.trapezoid(5.15 / (1.0 + 19.0 * under) + 0.55 * under, under)
+    assert measured == pytest.approx(0.544, abs=1e-3)
+    assert impulse / (RHO * diameter**2 * length * speed) / measured == pytest.approx(1.44, abs=0.03), "a miss"
+    t = 2.0 * np.pi - 1e-3  # of all of it, by the water of a cylinder in the surface
+    arcs = 2.0 / 3.0 * np.pi**3 * (1.0 - np.cos(t)) / (2.0 * np.pi - t) ** 2 + np.pi / 3.0 * (1.0 - np.cos(t))
+    assert (arcs + np.sin(t) - t) / 8.0 == pytest.approx(0.507, abs=1e-3)
 
 
 def test_a_hull_that_turns_into_the_water_shares_its_angular_momentum_with_it():
