@@ -15,6 +15,7 @@ from cable_sim_ros.sim.checks.attitude_checks import critical_speed
 from cable_sim_ros.tools.towbody.alone import Alone, least_scale
 from cable_sim_ros.tools.towbody.command import towbody
 from cable_sim_ros.tools.towbody.figures import at_speed
+from cable_sim_ros.tools.towbody.stability_map import stability_map
 
 pytestmark = pytest.mark.check
 
@@ -58,7 +59,27 @@ def test_pitch_is_lost_at_the_critical_speed(scene):
 def test_the_least_fins_are_those_of_the_formula(scene):
     """0.0968 m^2 with the tow point 0.2 m ahead of the centre and the fins 1.6 m behind."""
     fins = body((-0.2, 0.0, 0.0), (-0.2, 0.0, 0.0), area=0.1, place=(-1.6, 0.0, 0.0), dihedral=90.0)
-    assert 0.1 * least_scale(scene, fins, 0.0, 2.2) == pytest.approx(0.0968, abs=2e-4)
+    assert 0.1 * least_scale(scene, fins, 2.2) == pytest.approx(0.0968, abs=2e-4)
+
+
+def test_the_map_has_the_boundaries_of_the_theory(scene):
+    """In yaw 0.0968 m^2 with the tow point 0.2 m ahead; in pitch that which holds at 1.573 m/s, 0.06 m^2."""
+    upright = body((-0.2, 0.0, 0.0), (-0.2, 0.0, 0.0), area=0.1, place=(-1.6, 0.0, 0.0), dihedral=90.0)
+    found = stability_map(scene, upright, 2.2, points=3)
+    yaw = found["yaw"]
+    assert found["pitch"] is None, "no level tail"
+    assert yaw["own_tow_point_m"] == 0.2 and yaw["tow_point_m"] == pytest.approx([0.0, 0.45, 0.9])
+    reach = 1.4 + np.array(yaw["tow_point_m"])  # of the fins behind the tow point
+    np.testing.assert_allclose(yaw["formula_m2"], 0.0968 * 1.6 / reach, rtol=2e-3)
+    np.testing.assert_allclose(yaw["found_m2"], yaw["formula_m2"], rtol=1e-3)
+    growth = np.array(yaw["growth_per_s"])
+    assert (growth[0] > 0.0).all() and (growth[2] < 0.0).all(), "areas of 0, 0.1 and 0.2 m^2"
+
+    level = body((0.0, 0.0, -0.25), (0.0, 0.0, -LOW), area=0.06, place=(-1.4, 0.0, -0.25))
+    pitch = stability_map(scene, level, 1.573, points=3)["pitch"]
+    at_own = pitch["tow_point_m"].index(0.25)
+    assert pitch["found_m2"][at_own] == pytest.approx(0.06, rel=5e-3)
+    assert pitch["formula_m2"][at_own] == pytest.approx(0.06, rel=5e-3)
 
 
 def test_an_unstable_speed_is_a_row(scene):
@@ -69,14 +90,18 @@ def test_an_unstable_speed_is_a_row(scene):
     assert row["body"] == "towbody"
 
 
-def test_the_command_gives_its_figures():
-    answer = CliRunner().invoke(towbody, ["depressor", "--speeds", "2:2:1", "--json"])
+def test_the_command_gives_its_figures(monkeypatch, tmp_path):
+    monkeypatch.setattr("cable_sim_ros.tools.towbody.stability_map.POINTS", 3)
+    page = tmp_path / "page.png"
+    answer = CliRunner().invoke(towbody, ["depressor", "--speeds", "2:2:1", "--map", "--json", "--out", str(page)])
     assert answer.exit_code == 0, answer.output
     found = json.loads(answer.stdout)
     row = found["speeds"][0]
     assert found["body"] == "towbody"
     assert row["lift_n"] < -400.0 < 0.0 < row["drag_n"]
     assert min(row["stiffness_nm"].values()) > 0.0
+    assert found["map"]["yaw"]["found_m2"] == pytest.approx(found["map"]["yaw"]["formula_m2"], rel=0.01)
+    assert page.stat().st_size > 20_000
 
 
 def test_a_level_body_is_refused():

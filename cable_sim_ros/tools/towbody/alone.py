@@ -5,6 +5,7 @@ Every figure is of the product's own assembly. Pitch is nose up.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from math import radians
 
 import numpy as np
@@ -14,13 +15,15 @@ from scipy.spatial.transform import Rotation
 from ...physics.fluid import Fluid
 from ...physics.state import AT_REST, NOW, Change
 from ...physics.towbody import Towbody
+from ...physics.wing import Wing
 from ...sim.rig.rig import Rig, cable_of
 from ...sim.scene import Scene
 from ...sim.tables.rigid_tables import hull_centre
 
 DEPTH = 50.0  # m, far from the surface
 MOST_SCALE = 64.0  # of the area of the tail, where its least is sought
-HALVINGS = 30
+HALVINGS = 20
+ROLL, PITCH, YAW = range(3)
 
 
 class Alone:
@@ -48,15 +51,16 @@ class Alone:
         self.rig.residual(AT_REST, True)
         return np.array(self.rig.state.attitude[NOW, 0].stiffness)
 
-    def modes(self) -> np.ndarray:
-        """Eigenvalues [1/s] of small turns about the held tow point: lambda^2 M + lambda C + K, each of the tangent."""
-        parts = []
+    def modes(self, axes: Sequence[int] = (ROLL, PITCH, YAW)) -> np.ndarray:
+        """Eigenvalues [1/s] of small turns about the held tow point, of these axes, the others held: lambda^2 M +
+        lambda C + K, each of the tangent."""
+        parts, keep = [], np.ix_(axes, axes)
         for change in (Change(1.0, 1.0, 0.0, 0.0), Change(2.0, 1.0, 0.0, 0.0), Change(1.0, 2.0, 0.0, 0.0)):
             self.rig.state.attitude["turned"][:] = 0.0
             self.rig.residual(change, True)
-            parts.append(np.array(self.rig.state.attitude[NOW, 0].stiffness))
+            parts.append(np.array(self.rig.state.attitude[NOW, 0].stiffness)[keep])
         c, m = parts[1] - parts[0], parts[2] - parts[0]
-        k, zero, one = parts[0] - c - m, np.zeros((3, 3)), np.eye(3)
+        k, zero, one = parts[0] - c - m, np.zeros_like(c), np.eye(len(c))
         found = eigvals(np.block([[zero, one], [-k, -c]]), np.block([[one, zero], [zero, m]]))
         return found[np.argsort(abs(found))]
 
@@ -70,27 +74,31 @@ def oscillations(modes: np.ndarray) -> list[dict[str, float]]:
     ]
 
 
-def moved(body: Towbody, ahead: float, scale: float = 1.0) -> Towbody:
-    """The body with its tow point so far ahead [m] of where it is, and the area of what is upright behind its hull's
-    centre times ``scale``."""
-    shift = np.array([-ahead, 0.0, 0.0])
-    behind, values = hull_centre(body)[0], {}
+def of_tail(body: Towbody, wing: Wing, axis: int = YAW) -> bool:
+    """Is it behind the hull's centre, and stands so that it holds the body in yaw, or in pitch?"""
+    across = (np.sin if axis == YAW else np.cos)(radians(wing.dihedral))
+    return wing.place[0] < hull_centre(body)[0] and abs(across) > 0.5
+
+
+def moved(body: Towbody, ahead: float, up: float = 0.0, scale: float = 1.0, axis: int = YAW) -> Towbody:
+    """The body with its tow point so far ahead and up [m] of where it is, and the area of its tail times ``scale``."""
+    shift, values = np.array([-ahead, 0.0, -up]), {}
     for name in ("centre_of_gravity", "centre_of_buoyancy", "hull_centre"):
         if (place := getattr(body, name)) is not None:
             values[name] = tuple((np.array(place) + shift).tolist())
     wings = {}
     for name, wing in body.wings.items():
-        size = scale**0.5 if wing.place[0] < behind and abs(np.sin(radians(wing.dihedral))) > 0.5 else 1.0
+        size = scale**0.5 if of_tail(body, wing, axis) else 1.0
         place = tuple((np.array(wing.place) + shift).tolist())
         wings[name] = wing.model_copy(update={"place": place, "span": wing.span * size, "chord": wing.chord * size})
     return body.model_copy(update=values | {"wings": wings})
 
 
-def least_scale(scene: Scene, body: Towbody, ahead: float, speed: float) -> float | None:
-    """Least share of its upright tail that holds its heading, level, by halving; None: none up to MOST_SCALE."""
+def least_scale(scene: Scene, body: Towbody, speed: float, axis: int = YAW) -> float | None:
+    """Least share of its tail that holds the body, level, in yaw or pitch, by halving; None: none up to MOST_SCALE."""
 
     def holds(scale: float) -> bool:
-        return bool(Alone(scene, moved(body, ahead, scale), speed).stiffness()[2, 2] > 0.0)
+        return bool(Alone(scene, moved(body, 0.0, 0.0, scale, axis), speed).stiffness()[axis, axis] > 0.0)
 
     low, high = 1e-6, MOST_SCALE
     if holds(low):

@@ -39,15 +39,16 @@ class Speeds(click.ParamType):
 @click.argument("scene")
 @click.option("--body", default="towbody", metavar="NAME", help="Body: towbody, or one of bodies. Default: towbody.")
 @click.option("--speeds", type=Speeds(), default="1:4:0.5", metavar="FROM:TO:STEP", help="m/s. Default: 1:4:0.5.")
+@click.option("--map", "mapped", is_flag=True, help="Stability over tow point and tail area too, found and by formula.")
 @click.option("--out", type=click.Path(path_type=Path), metavar="PAGE.png", help="Page of pictures, PNG or SVG.")
 @answers
-def towbody(scene, body, speeds, out) -> Answer:
+def towbody(scene, body, speeds, mapped, out) -> Answer:
     """Trim, loads, stability and polar of a body with an attitude (model: rigid), pitch nose up."""
     from ...io.scenes.load import load_scene
     from .figures import figures_of
     from .picture import plot
 
-    found = figures_of(load_scene(scene), body, speeds)
+    found = figures_of(load_scene(scene), body, speeds, mapped)
     return Answer(found, lambda: _tell(found), files=drawn(lambda: plot(found, out)) if out else ())
 
 
@@ -65,6 +66,17 @@ def _tell(found: dict[str, Any]) -> None:
             say(f"at {row['speed_mps']:.3g} m/s a small turn grows with {row['fastest_growth_per_s']:.3g} 1/s")
     fins = [(f"{r['ahead_m']:.3g}", _or_none(r["found_m2"]), f"{r['formula_m2']:.3g}") for r in found["fins"]]
     print_table("Least upright fins over tow point", ("tow point ahead m", "found m^2", "by formula m^2"), fins)
+    for axis, one in (found["map"] or {}).items():
+        if one is not None:
+            _tell_map(axis, one)
+
+
+def _tell_map(axis: str, one: dict[str, Any]) -> None:
+    columns = (f"tow point {one['tow_point']} m", "found m^2", "by formula m^2")
+    lines = zip(one["tow_point_m"], one["found_m2"], one["formula_m2"], strict=True)
+    rows = [(f"{place:.3g}", _or_none(found), _or_none(formula)) for place, found, formula in lines]
+    own = f"its own {one['own_tow_point_m']:.3g} m, {one['own_area_m2']:.3g} m^2"
+    print_table(f"Least tail in {axis} at {one['speed_mps']:.3g} m/s; {own}", columns, rows)
 
 
 def _or_none(value: float | None) -> str:

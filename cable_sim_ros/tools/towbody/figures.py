@@ -18,6 +18,7 @@ from ...sim.simulator import Simulator
 from ...sim.statics.route import StartError
 from ...sim.trim import UnstableTrim, rigid_names, trim
 from .alone import Alone, least_scale, moved, oscillations
+from .stability_map import stability_map
 
 PITCHES = tuple(float(x) for x in range(-30, 31, 2))  # deg, of the polar
 AHEAD = 0.0, 0.05, 0.1, 0.2, 0.3  # of the length, from where the tow point is
@@ -76,15 +77,15 @@ def at_speed(scene: Scene, key: str, body: Towbody, speed: float) -> dict[str, A
     }
 
 
-def figures_of(scene: Scene, name: str, speeds: Sequence[float]) -> dict[str, Any]:
-    """All figures of a body of a scene."""
+def figures_of(scene: Scene, name: str, speeds: Sequence[float], mapped: bool = False) -> dict[str, Any]:
+    """All figures of a body of a scene; ``mapped``: its stability over tow point and tail too."""
     key, body = body_of(scene, name)
     rows = [at_speed(scene, key, body, speed) for speed in speeds]
     speed = scene.ship.tow_speed or speeds[len(speeds) // 2]
     length = body.length or 1.0
     fins, area = [], fin_area(body)
     for share in AHEAD:
-        scale = least_scale(scene, body, share * length, speed) if area else None
+        scale = least_scale(scene, moved(body, share * length), speed) if area else None
         fins.append(
             {
                 "ahead_m": share * length,
@@ -108,4 +109,5 @@ def figures_of(scene: Scene, name: str, speeds: Sequence[float]) -> dict[str, An
         "fins": fins,
         "polar_speed_mps": speed,
         "polar": polar,
+        "map": stability_map(scene, body, speed) if mapped else None,
     }

@@ -5,6 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from ...plots.canvas import canvas
 
 LIFT, DRAG, FORMULA = "#0b3c5d", "#c23b33", "#7f7f7f"
@@ -12,8 +14,12 @@ LIFT, DRAG, FORMULA = "#0b3c5d", "#c23b33", "#7f7f7f"
 
 def plot(found: dict[str, Any], path: Path) -> Path:
     """Draw it. RuntimeError where matplotlib is missing."""
-    with canvas(path, (12.0, 9.0), f"{found['scene']}: {found['body']}", "keys: docs/bodies.md") as figure:
-        (polar, pitch), (fins, depth) = figure.subplots(2, 2)
+    maps = {axis: one for axis, one in (found["map"] or {}).items() if one is not None}
+    size = (18.0, 9.0) if maps else (12.0, 9.0)
+    with canvas(path, size, f"{found['scene']}: {found['body']}", "keys: docs/bodies.md") as figure:
+        (polar, pitch, *upper), (fins, depth, *lower) = figure.subplots(2, 3 if maps else 2)
+        for axis, plotted in zip((*upper, *lower), ("yaw", "pitch"), strict=False):
+            _draw_map(figure, axis, plotted, maps.get(plotted))
         angles = [row["pitch_up_deg"] for row in found["polar"]]
         polar.set_title(f"Body alone at {found['polar_speed_mps']:.3g} m/s")
         polar.plot(angles, [row["lift_n"] for row in found["polar"]], color=LIFT, lw=2, label="lift")
@@ -51,3 +57,25 @@ def plot(found: dict[str, Any], path: Path) -> Path:
         fins.set_ylim(bottom=0.0)
         fins.legend(frameon=False)
     return path
+
+
+def _draw_map(figure: Any, axis: Any, name: str, one: dict[str, Any] | None) -> None:
+    """Growth of a small turn by colour, the boundary found and by formula, the body itself."""
+    if one is None:
+        axis.set_axis_off()
+        axis.text(0.5, 0.5, f"no tail holds it in {name}", ha="center")
+        return
+    places, areas, growth = one["tow_point_m"], one["tail_area_m2"], np.array(one["growth_per_s"])
+    most = float(np.abs(growth).max())
+    mesh = axis.pcolormesh(places, areas, growth, cmap="RdBu_r", vmin=-most, vmax=most, shading="gouraud")
+    figure.colorbar(mesh, ax=axis, label="growth of a small turn [1/s]")
+    wide, thin = {"color": FORMULA, "lw": 5}, {"color": "black", "ls": "--", "lw": 1.5}
+    for key, style, label in (("found_m2", wide, "boundary, found"), ("formula_m2", thin, "by formula")):
+        known = [(x, y) for x, y in zip(places, one[key], strict=True) if y is not None]
+        axis.plot([x for x, _ in known], [y for _, y in known], label=label, **style)
+    axis.plot(one["own_tow_point_m"], one["own_area_m2"], "o", color="black", mfc="white", ms=8, label="as it is")
+    axis.set_ylim(0.0, areas[-1])
+    axis.set_title(f"Stability in {name}, level at {one['speed_mps']:.3g} m/s")
+    axis.set_xlabel(f"tow point {one['tow_point']} [m]")
+    axis.set_ylabel(("upright" if name == "yaw" else "level") + " tail [m²]")
+    axis.legend(loc="upper right", frameon=True, facecolor="white", framealpha=0.9)
