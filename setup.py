@@ -104,6 +104,7 @@ COMMANDS = {  # what extensions.py finds; a package of its own adds to the same 
     "table": "sweeps.table",
     "telegrams": "telegrams.command",
     "towbody": "towbody.command",
+    "tows": "tows.command",
     "view": "view.command",
     "viv": "spans.viv_command",
 }

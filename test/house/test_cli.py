@@ -49,6 +49,7 @@ COMMANDS = {
     "make-bags",
     "telegrams",
     "towbody",
+    "tows",
     "export",
     "fmu",
     "view",

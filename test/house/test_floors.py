@@ -41,6 +41,7 @@ TOOLS = {  # a tool -> the other tools that it builds on
     "layback": {"logs"},
     "logs": {"telegrams"},
     "sweeps": {"logs", "report"},
+    "tows": {"calibrate", "logs", "sweeps"},
 }
 # they import nothing of ours but each other, all above the kernels may import them
 LEAVES = {"errors", "extensions", "files", "limits", "processes", "terminal", "version"}

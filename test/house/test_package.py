@@ -207,6 +207,7 @@ def test_every_file_in_config_is_of_one_kind():
         resources.shipped_spans(),
         resources.shipped_viv(),
         resources.shipped_mappings(),
+        resources.shipped_tows(),
     ]
     ours = [path for path in (ROOT / "config").rglob("*.yaml") if path.parent.name != "ros2_control"]  # not read here
     assert sorted(sum(kinds, [])) == sorted(path.stem for path in ours)

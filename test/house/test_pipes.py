@@ -19,13 +19,26 @@ from cable_sim_ros.io.scenes.resources import find_bag
 
 PACKAGE = Path(files.__file__).parent
 READS = {  # options that name a file or bag that is read; a new option is put here or into OTHERS
-    *("bag", "board", "controller", "faults", "file", "from", "limits", "mapping", "mapping-b", "merge", "motion"),
+    *(
+        "bag",
+        "board",
+        "controller",
+        "faults",
+        "file",
+        "from",
+        "limits",
+        "map",
+        "mapping",
+        "mapping-b",
+        "merge",
+        "motion",
+    ),
     *("page", "rao", "scene", "ship", "vehicle", "winch"),
 }
 OTHERS = {  # options of words, numbers and what is written
     *("align", "antenna", "astern", "band", "began", "bias", "body", "camera", "case", "cluster", "command"),
     *("convention", "counter-offset", "data", "every", "factor", "fidelity", "fields", "fmi", "format", "fps"),
-    *("free", "gain"),
+    *("free", "gain", "group", "folds", "design"),
     *("heading", "heave", "height", "hold-out", "host", "intervals", "junit", "key", "lag", "mapping-out", "max-lag"),
     *("name", "namespace", "only", "origin", "out", "outside", "parameter", "picture", "range", "report", "save"),
     *("scope", "search", "set", "setpoint", "signal", "size", "slope", "speed", "speeds", "step", "tables", "tension"),
@@ -48,6 +61,7 @@ BESIDES = {  # what a command, or an option of it, wants beside its first argume
     "report": "--out=x.html",
     "table": "--scope=1:2:2",
     "telegrams": "--out=x --format=tss1",
+    "tows": "--scene=bongo --map=nes_lter",
 }
 UNREACHED = {  # no run; no files; no vehicle
     *("film --scene", "layback --scene", "telegrams --scene", "view --scene", "play", "plan --vehicle", "run --vehicle")

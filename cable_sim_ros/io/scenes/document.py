@@ -27,6 +27,7 @@ FILES = {  # what a file is: the keys at its top that no other kind has, and whe
     "a scenario of faults": (("scenario",), "`cable-sim run --faults`"),
     "a mapping of a log": (("mapping", "signals"), "`cable-sim import --mapping`"),
     "a file of limits": (("limits",), "`cable-sim compare --limits`"),
+    "a map of a table of tows": (("tows",), "`cable-sim tows --map`"),
     "a sweep": (("sweep",), "`cable-sim sweep`"),
     "an ensemble": (("ensemble",), "`cable-sim ensemble --file`"),
     "a span in a wind": (("span",), "`cable-sim span` or `cable-sim viv`, in Python to load_cases"),

@@ -95,6 +95,21 @@ def find_mapping(path_or_name: str | os.PathLike) -> Path:
     return _find(path_or_name, "mapping", "config/mappings", shipped_mappings, (".yaml", ""), _no_folder)
 
 
+def shipped_tows() -> list[str]:
+    """Names of the tables of measured tows in ``bags/tows/``, each with a map in ``config/tows/``, sorted."""
+    return sorted(path.stem for path in (share_folder() / "bags" / "tows").glob("*.csv"))
+
+
+def find_tow_table(path_or_name: str | os.PathLike) -> Path:
+    """Path of a table of measured tows: a file, or the name of a shipped one with or without ``.csv``."""
+    return _find(path_or_name, "table of tows", "bags/tows", shipped_tows, (".csv", ""), _no_folder)
+
+
+def find_tow_map(path_or_name: str | os.PathLike) -> Path:
+    """Path of a map of a table of tows: a file, or the name of a shipped one with or without ``.yaml``."""
+    return _find(path_or_name, "map of tows", "config/tows", shipped_tows, (".yaml", ""), _no_folder)
+
+
 def _no_folder(path: Path) -> bool:
     """Is anything there that is no folder? Whether it can be read says the one who opens it."""
     return path.exists() and not path.is_dir()

@@ -1,7 +1,7 @@
 """Numbers of a scene that a calibration may change: key, start, range, prior; and a scene with other values of them.
 
-A key is dotted, as of ``--set``; ``[i]`` is a component of a vector, ``*`` stands for every section or body, which then
-have one value together.
+A key is dotted, as of ``--set``; ``[i]`` is a component of a vector, ``[*]`` all of them; ``*`` stands for every
+section or body. What a ``*`` stands for has one value together.
 """
 
 from __future__ import annotations
@@ -141,6 +141,12 @@ def keys_of(scene: Scene, key: str) -> list[str]:
     """The keys that a key with ``*`` stands for. Raises SceneError where there is none."""
     if "*" not in key:
         return [key]
+    if key.endswith("[*]"):
+        plain = key.removesuffix("[*]")
+        values = _get(scene, plain)
+        if not isinstance(values, list):
+            raise CalibrateError(f"--free {key}: {plain} has no components; {CONSEQUENCE}. Give {plain}")
+        return [f"{plain}[{k}]" for k in range(len(values))]
     head, _, tail = key.partition(".*.")
     block: Any = scene.model_dump(mode="json")
     for part in head.split("."):

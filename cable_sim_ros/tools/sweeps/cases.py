@@ -84,6 +84,15 @@ def cases_of(plan: SweepPlan, drawn: Sequence[dict[str, float]] | None = None) -
             number += 1
 
 
+def case_of(
+    number: int, scene: str, settings: dict[str, Any], winch: str, duration: float, figures: tuple[str, ...]
+) -> Case:
+    """A case on the mean track by its own values, for tools that make no sweep of a file."""
+    files = contents(scene, ShipMotion())
+    rest = (settings, None, ShipMotion(), str(WinchPlan.of(winch)), None, duration, "chosen", figures)
+    return Case(number, {}, scene, *rest, files, _key(files, *rest))
+
+
 def _values(one: Steps | list[Any]) -> list[Any]:
     return np.linspace(one.first, one.last, one.count).tolist() if isinstance(one, Steps) else list(one)
 

@@ -12,10 +12,14 @@ from ...runs.summary import SUMMARY
 
 RULE, BROKEN = "rule.", ".broken"  # worst value of a rule on watch; 1 where it was broken
 OWN = ("contact_resultant_min_n", "N", "least resultant of the cable on the sheave at the end of a tick")  # of sweeps
+DEEPEST = (  # of the tick in which the towbody is deepest; of sweeps
+    ("body_depth_max_m", "m", "largest depth of the towbody below the mean water surface, at the end of a tick"),
+    ("departure_angle_deepest_deg", "deg", "angle of the cable at the sheave from the downward vertical in that tick"),
+)
 NO_RULES: Mapping[str, str] = MappingProxyType({})
 OF_THE_MACHINE = ("realtime_factor", "compile_s", "start_s", "stepping_s")  # differ from run to run
-UNITS = {name: unit for name, unit, _ in (*SUMMARY, OWN, *METRICS) if name not in OF_THE_MACHINE}
-MEANINGS = {name: meaning for name, _, meaning in (*SUMMARY, OWN, *METRICS) if name in UNITS}
+UNITS = {name: unit for name, unit, _ in (*SUMMARY, OWN, *DEEPEST, *METRICS) if name not in OF_THE_MACHINE}
+MEANINGS = {name: meaning for name, _, meaning in (*SUMMARY, OWN, *DEEPEST, *METRICS) if name in UNITS}
 FIGURES = tuple(UNITS)
 NO_NUMBERS = frozenset(  # figures of a run that are texts, vectors or counts by cause: no row keeps them
     name for name, unit, _ in METRICS if not unit

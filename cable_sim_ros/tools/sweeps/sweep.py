@@ -57,11 +57,24 @@ def sweep(
     drawn: samples in place of those that the plan draws.
     Raises StoreError. What was computed stays when it is interrupted.
     """
+    begun, cases = time.monotonic(), list(cases_of(plan, drawn))
+    rows, new, number, damaged = computed(cases, out, workers=workers, make=make, progress=progress)
+    return Swept(plan, cases, rows, new, time.monotonic() - begun, number, damaged)
+
+
+def computed(
+    cases: Sequence[Case],
+    out: str | os.PathLike,
+    *,
+    workers: int | None = None,
+    make: Make | None = None,
+    progress: Progress = lambda done, total: None,
+) -> tuple[list[dict[str, Any]], int, int, list[str]]:
+    """Rows of cases, kept in a folder; how many were computed now, by how many workers; damaged parts of the store."""
     store = Store(out)
-    cases = list(cases_of(plan, drawn))
     todo = {case.key: case for case in cases if store.rows.get(case.key, {AGAIN: True}).get(AGAIN)}
     number = workers_of(workers) if make is None else max(1, workers or 1)
-    begun, total = time.monotonic(), len(cases)
+    total = len(cases)
     done = total - len(todo)
     progress(done, total)
     if todo:
@@ -73,8 +86,7 @@ def sweep(
             progress(done, total)
     finally:
         store.flush()
-    rows = store.of([case.key for case in cases])
-    return Swept(plan, cases, rows, len(todo), time.monotonic() - begun, number, store.damaged)
+    return store.of([case.key for case in cases]), len(todo), number, store.damaged
 
 
 def compiled() -> None:

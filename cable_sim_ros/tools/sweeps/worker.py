@@ -11,11 +11,13 @@ import warnings
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from ...errors import CableSimError
 from ...io.scenes.document import SceneError
 from ...sim.flag_rules import FAILED
 from .cases import Case, contents
-from .figures import OWN, RULE, numbers_of, unwatched
+from .figures import DEEPEST, OWN, RULE, numbers_of, unwatched
 from .sweep_file import seeds_of
 
 if TYPE_CHECKING:
@@ -100,6 +102,9 @@ def _run(case: Case) -> dict[str, Any]:
     )
     numbers = numbers_of(result.metrics)
     if len(result.frames):
+        deepest = result.frames[int(np.argmin(result.frames["body_position"][:, 2]))]
+        numbers[DEEPEST[0][0]] = -float(deepest["body_position"][2])
+        numbers[DEEPEST[1][0]] = float(np.degrees(deepest["departure_angle"]))
         numbers[OWN[0]] = float(after_start(result.frames, result.metrics["skip_s"])[0]["contact_resultant"].min())
     lasted = float(result.metrics.get("duration_s") or 0.0)
     if case.duration and not result.problem and case.duration - lasted > CUT * _tick(result):

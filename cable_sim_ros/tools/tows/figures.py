@@ -1,0 +1,75 @@
+"""Figures of measured tows, for the JSON: docs/json.md#tows."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from ..calibrate.free import Free
+from .tows import Judged
+
+
+def figures_of(judged: Judged, free: Sequence[Free]) -> dict[str, Any]:
+    """All of them."""
+    fitted = judged.fitted
+    deviation = np.sqrt(np.diag(fitted.covariance))
+    return {
+        "tows": judged.made.tows,
+        "used": len(judged.table.tows),
+        "left_out": judged.table.left,
+        "numbers": [
+            {"key": one.key, "unit": one.unit, "value": value, "deviation": sd, "scene": one.start}
+            for one, value, sd in zip(free, fitted.values.tolist(), deviation.tolist())
+        ],
+        "deviations": {
+            "depth_share": fitted.depth,
+            "angle_deg": float(np.degrees(fitted.angle)),
+            "speeds": fitted.speeds,
+            "true_speed_mps": fitted.deviation,
+        },
+        "true_speed_mean_mps": fitted.mean,
+        "scales": fitted.scales,
+        "interval_factor": judged.factor,
+        "ways": [one._asdict() for one in judged.ways],
+        "interpolation": {
+            "simulated": judged.between.tows,
+            "failed": len(judged.between.failed),
+            "depth_max_share": judged.between.error[0],
+            "depth_rms_share": judged.between.error[1],
+            "angle_max_deg": float(np.degrees(judged.between.error[2])),
+            "tows_max_share": judged.apart[0],
+            "tows_rms_share": judged.apart[1],
+        },
+        "rows": rows_of(judged),
+        "verdict": judged.verdict.as_dict(),
+    }
+
+
+def rows_of(judged: Judged) -> list[dict[str, Any]]:
+    """One dict a tow: measured, by the fit without its fold with 90 % interval, by the fit to all, simulated itself."""
+    return [
+        {
+            "tow": tow.name,
+            "group": tow.group,
+            "wire_m": tow.wire,
+            "angle_deg": _or_none(np.degrees(tow.angle)),
+            "depth_m": _or_none(tow.depth),
+            "left_out_depth_m": float(left[1]),
+            "left_out_low_m": float(left[0]),
+            "left_out_high_m": float(left[2]),
+            "fitted_depth_m": float(own[1]),
+            "fitted_low_m": float(own[0]),
+            "fitted_high_m": float(own[2]),
+            "true_speed_mps": float(speed),
+            "simulated_depth_m": _or_none(itself),
+        }
+        for tow, left, own, speed, itself in zip(
+            judged.table.tows, judged.left_out, judged.all_in, judged.speeds, judged.itself
+        )
+    ]
+
+
+def _or_none(value: float) -> float | None:
+    return float(value) if np.isfinite(value) else None

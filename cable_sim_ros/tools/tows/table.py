@@ -1,0 +1,301 @@
+"""A table of measured tows, a row each, and the map that says what its columns mean: YAML, checked as scenes are.
+
+A row that cannot be a tow (shorter wire than depth, an angle beyond 90 deg) is left out with its reason; the others are
+judged.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator, Sequence
+from enum import StrEnum
+from math import isfinite, nan, pi
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from ...errors import CableSimError
+from ...io.scenes.document import Document, SceneError
+from ...io.scenes.resources import find_tow_map, find_tow_table, shipped_tows
+from ...io.sources.csv_table import Line, head_of
+from ...physics.parameter import REQUIRED, Block, quantity
+from ...sim.problem import Problem
+from ..logs.mapping.units import UNITS, named, nearest
+
+CONSEQUENCE = "nothing was simulated"
+MOST = 5000  # rows
+SPEEDS = (0.05, 10.0)  # m/s, of a ship that tows a wire
+RATES = (0.005, 5.0)  # m/s, of a winch
+LONGEST_WIRE = 20_000.0  # m
+DEEPER = 1.02  # depth over wire at most: counters and recorders have errors
+NOTHING = {"", "nan", "na", "n/a", "null", "none", "-", "--"}
+
+
+class TowsError(CableSimError, ValueError):
+    """A table of tows that cannot be used: what, why, remedy."""
+
+
+class TowsMapError(SceneError):
+    """A map of a table of tows that cannot be used; every problem in one text each."""
+
+
+class WireFrom(StrEnum):
+    """Where the counter of the wire is zero."""
+
+    WATER = "water"  # with the towbody at the water surface
+    SHEAVE = "sheave"  # with the towbody at the sheave
+
+
+class Column(Block):
+    field: str | tuple[str, ...] = quantity(
+        REQUIRED, "", None, None, "column of the table, or several that measure the same: their mean counts"
+    )
+    unit: str = quantity(REQUIRED, "", None, None, "of the column, a name of docs/mapping_keys.md#units")
+    factor: float = quantity(1.0, "1", -1e9, 1e9, "on the values, in the unit; not 0")
+    over: str = quantity("", "", None, None, "column of seconds that the value is divided by: counts of a flow meter")
+    scaled: bool = quantity(False, "", None, None, "a speed whose scale is fitted too: a flow meter within a net")
+    error: float | None = quantity(
+        None, "1", 0.0, 1e6, "standard deviation of a reading, in the unit; none: found from the tows", above=0.0
+    )
+
+
+class TowsMap(Block):
+    tows: str = quantity(REQUIRED, "", None, None, "name of the map")
+    about: str = quantity("", "", None, None, "what the table is, and where its conventions come from")
+    wire_from: WireFrom = quantity(REQUIRED, "", None, None, "where the counter of the wire is zero: water or sheave")
+    name: str = quantity("", "", None, None, "column that names a tow; empty: the line of the file")
+    group: str = quantity("", "", None, None, "column of what tows have in common, a cruise; empty: none")
+    begin: float = quantity(4.0, "m", 0.5, 1000.0, "wire in the water where the simulated pay-out begins")
+    stays: float = quantity(5.0, "s", 0.0, 3600.0, "time between pay-out and haul, where no column hold is")
+    wire: Column = quantity(REQUIRED, "", None, None, "m: largest wire out")
+    rate_out: Column = quantity(REQUIRED, "", None, None, "m/s: of the pay-out")
+    rate_in: Column | None = quantity(None, "", None, None, "m/s: of the haul; none: that of the pay-out")
+    hold: Column | None = quantity(None, "", None, None, "s: time at the largest wire out")
+    speeds: dict[str, Column] = quantity(
+        REQUIRED, "", None, None, "m/s, by any name: ship or net through the water, each with an error of its own"
+    )
+    angle: Column | None = quantity(None, "", None, None, "rad: of the wire at the sheave, from the vertical")
+    depth: Column | None = quantity(None, "", None, None, "m: largest depth reached")
+    bottom: Column | None = quantity(None, "", None, None, "m: depth of the water")
+
+
+WORDS = {"wire": "m", "rate_out": "m/s", "rate_in": "m/s", "hold": "s", "angle": "rad", "depth": "m", "bottom": "m"}
+
+
+class Tow(NamedTuple):
+    """A row: name, group ("": none), wire [m] from the water surface, rates and hold [m/s, s], speeds [m/s] by name,
+    angle [rad], depth and bottom [m]; NaN where the table has nothing."""
+
+    name: str
+    group: str
+    wire: float
+    rate_out: float
+    rate_in: float
+    hold: float
+    speeds: dict[str, float]
+    angle: float
+    depth: float
+    bottom: float
+
+
+class Table(NamedTuple):
+    """Tows of a table in its order; left: rows that are none of them, a line each; notes: of readings left out."""
+
+    path: str
+    tows: list[Tow]
+    left: list[str]
+    notes: list[str]
+
+
+def _columns(made: TowsMap) -> Iterator[tuple[str, str, Column]]:
+    """(key, SI unit, column) of all columns of a map."""
+    for word, unit in WORDS.items():
+        column = getattr(made, word)
+        if column is not None:
+            yield word, unit, column
+    for name, column in made.speeds.items():
+        yield f"speeds.{name}", "m/s", column
+
+
+def _problems(made: TowsMap) -> Iterator[Problem]:
+    if not made.speeds:
+        yield Problem("speeds", "is empty: a tow without a speed cannot be simulated", "Give one, docs/tows.md")
+    for key, dimension, column in _columns(made):
+        unit = named(column.unit)
+        counted = "1" if column.over and dimension == "m/s" else dimension
+        if unit is None and column.unit != "s":
+            text = f"= {column.unit!r:.20} is no unit that is known"
+            yield Problem(f"{key}.unit", text, nearest(column.unit, dimension))
+        elif column.over and dimension != "m/s":
+            yield Problem(f"{key}.over", "divides by a time what is no speed", "Leave it out")
+        elif (column.unit if unit is None else UNITS[unit].dimension) not in {
+            dimension,
+            "m" if column.over else counted,
+        }:
+            has = "s" if unit is None else UNITS[unit].dimension
+            text = f"= {column.unit} does not fit: {key} is in {dimension}, {column.unit} in {has}"
+            yield Problem(f"{key}.unit", text, nearest(column.unit, dimension))
+        if column.factor == 0.0:
+            yield Problem(f"{key}.factor", "= 0 would make every value the same", "Give another number")
+        if column.scaled and dimension != "m/s" and key != "depth":
+            yield Problem(f"{key}.scaled", "is of speeds and the depth alone", "Leave it out")
+        if not column.field or any(not one for one in fields_of(column)):
+            yield Problem(f"{key}.field", "names no column", "Give its name in the table")
+    if made.speeds and all(column.scaled for column in made.speeds.values()):
+        text = "are all scaled: no speed says how fast the tow was"
+        yield Problem("speeds", text, "Give one without `scaled`, such as the ship's")
+    if made.hold is not None and "stays" in made.model_fields_set:
+        yield Problem("stays", "has no effect beside the column hold", "Leave one of the two out")
+
+
+def fields_of(column: Column) -> tuple[str, ...]:
+    """Names of the columns of the table that a column of a map is made of."""
+    return (column.field,) if isinstance(column.field, str) else column.field
+
+
+MAPS = Document(
+    TowsMap,
+    "a map of a table of tows",
+    "map",
+    "tows: my cruises",
+    find_tow_map,
+    shipped_tows,
+    _problems,
+    error=TowsMapError,
+)
+
+
+def factor_of(column: Column) -> float:
+    """Factor of a column to SI."""
+    unit = named(column.unit)
+    return column.factor * (1.0 if unit is None else UNITS[unit].factor)
+
+
+def error_of(column: Column) -> float | None:
+    """Standard deviation of a reading in SI; None: not stated."""
+    return None if column.error is None else column.error * abs(factor_of(column) / column.factor)
+
+
+def read_tows(path_or_name: str | os.PathLike, made: TowsMap, height: float, group: str = "") -> Table:
+    """Tows of a CSV table. height: of the sheave over the water [m]; group: column in place of that of the map.
+
+    Raises TowsError with file, column and remedy; MotionError (io/sources/csv_table.py) for a file that is no table.
+    """
+    path = find_tow_table(path_or_name)
+    names, lines = head_of(path, "tow,wire_m,rate_m_min,speed_kn,angle_deg,depth_m")
+    by = group or made.group
+    wanted = {key: [*fields_of(column), *filter(None, [column.over])] for key, _, column in _columns(made)}
+    wanted |= {key: [name] for key, name in (("name", made.name), ("group", by)) if name}
+    for key, columns in wanted.items():
+        for name in columns:
+            if names.count(name) != 1:
+                what = "stands twice" if name in names else "is none of its columns"
+                raise TowsError(
+                    f"{path}: {key} is read from {name!r:.60}, which {what}; {CONSEQUENCE}. Its columns are "
+                    f"{', '.join(names[:40])}"
+                )
+    if not lines or len(lines) > MOST:
+        raise TowsError(f"{path}: has {len(lines)} rows below its names; {CONSEQUENCE}. Give 1 to {MOST} tows")
+    table = Table(str(path), [], [], [])
+    for line in lines:
+        _take(table, made, names, line, by, height)
+    if not table.tows:
+        raise TowsError(f"{path}: none of its {len(lines)} rows is a tow ({table.left[0]}); {CONSEQUENCE}. See the map")
+    return table
+
+
+def _take(table: Table, made: TowsMap, names: Sequence[str], line: Line, by: str, height: float) -> None:
+    """Put a row into the table, or the reason why it is no tow."""
+    number, cells = line
+    if len(cells) != len(names):
+        table.left.append(f"line {number}: {len(cells)} cells under {len(names)} columns")
+        return
+    row = dict(zip(names, cells))
+    name = row[made.name].strip()[:60] if made.name else ""
+    where = f"line {number}, {name}" if name else f"line {number}"
+    values = {}
+    for key, _, column in _columns(made):
+        values[key], bad = _value(row, column)
+        if bad:
+            table.notes.append(f"{where}: {key} = {bad!r:.20} is no number, and counts as missing")
+    wire = values["wire"] - (height if made.wire_from is WireFrom.SHEAVE else 0.0)
+    tow = Tow(
+        name or f"line {number}",
+        row[by].strip()[:60] if by else "",
+        wire,
+        values["rate_out"],
+        values.get("rate_in", nan),
+        values.get("hold", nan),
+        {key.removeprefix("speeds."): value for key, value in values.items() if key.startswith("speeds.")},
+        values.get("angle", nan),
+        values.get("depth", nan),
+        values.get("bottom", nan),
+    )
+    tow = tow._replace(
+        rate_in=tow.rate_in if isfinite(tow.rate_in) else tow.rate_out,
+        hold=tow.hold if isfinite(tow.hold) else made.stays,
+    )
+    why = _no_tow(tow, made)
+    if why:
+        table.left.append(f"{where}: {why}")
+        return
+    for key, value in tow.speeds.items():
+        if made.speeds[key].scaled and not (SPEEDS[0] <= value <= SPEEDS[1] or value != value):
+            table.notes.append(f"{where}: speeds.{key} = {value:.4g} m/s is no speed of a tow, and counts as missing")
+            tow.speeds[key] = nan
+    if tow.depth > DEEPER * tow.bottom:
+        table.notes.append(f"{where}: depth = {tow.depth:.4g} m is below the ground at {tow.bottom:.4g} m")
+    table.tows.append(tow)
+
+
+def _value(row: dict[str, str], column: Column) -> tuple[float, str]:
+    """Value of a column in SI, NaN where there is none; and a cell that is no number."""
+    found = []
+    for name in (*fields_of(column), *filter(None, [column.over])):
+        cell = row[name].strip()
+        try:
+            found.append(nan if cell.lower() in NOTHING else float(cell))
+        except ValueError:
+            return nan, cell
+    if column.over:
+        seconds = found.pop()
+        found = [value / seconds if seconds > 0.0 else nan for value in found]
+    kept = [value for value in found if isfinite(value)]
+    return (factor_of(column) * float(np.mean(kept)) if kept else nan), ""
+
+
+def _no_tow(tow: Tow, made: TowsMap) -> str:
+    """Why a row cannot be simulated or judged; "" where it can."""
+    if not isfinite(tow.wire):
+        return "has no wire out"
+    if not made.begin < tow.wire <= LONGEST_WIRE:
+        return (
+            f"wire = {tow.wire:.4g} m in the water is outside ({made.begin:g}, {LONGEST_WIRE:g}] m, `begin` of the map"
+        )
+    for key, rate in (("rate_out", tow.rate_out), ("rate_in", tow.rate_in)):
+        if not RATES[0] <= rate <= RATES[1]:
+            return f"{key} = {rate:.4g} m/s is outside [{RATES[0]:g}, {RATES[1]:g}] m/s: is its unit right?"
+    known = {key: value for key, value in tow.speeds.items() if isfinite(value)}
+    if not any(not made.speeds[key].scaled for key in known):
+        return "has no speed"
+    for key, value in known.items():
+        if not made.speeds[key].scaled and not SPEEDS[0] <= value <= SPEEDS[1]:
+            return f"speeds.{key} = {value:.4g} m/s is outside [{SPEEDS[0]:g}, {SPEEDS[1]:g}] m/s: is its unit right?"
+    if isfinite(tow.hold) and not 0.0 <= tow.hold <= 86_400.0:
+        return f"hold = {tow.hold:.4g} s is outside [0, 86400] s"
+    if isfinite(tow.angle) and not 0.0 <= tow.angle < 0.5 * pi:
+        return f"angle = {np.degrees(tow.angle):.4g} deg from the vertical is outside [0, 90)"
+    if isfinite(tow.depth) and not 0.0 < tow.depth <= DEEPER * tow.wire:
+        return f"depth = {tow.depth:.4g} m is not within the {tow.wire:.4g} m of wire in the water"
+    return ""
+
+
+def load_map(path_or_name: str | os.PathLike) -> TowsMap:
+    """Map of a YAML file or of the name of a shipped one. Raises TowsMapError with every problem of the file."""
+    return MAPS.load(path_or_name)
+
+
+def folder_of(table: Table) -> str:
+    """Name of a table for a folder of runs."""
+    return Path(table.path).stem

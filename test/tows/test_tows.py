@@ -1,0 +1,223 @@
+"""Measured tows: fits to tows of a closed form, tables that are none, and a table simulated to the end."""
+
+import csv
+import re
+from math import atan, cos, degrees, radians
+
+import numpy as np
+import pytest
+
+from cable_sim_ros import load_scene
+from cable_sim_ros.errors import CableSimError
+from cable_sim_ros.sim.flag_rules import FAILED
+from cable_sim_ros.tools.calibrate.free import free_of
+from cable_sim_ros.tools.tows.fit import folds_of, widened, wider
+from cable_sim_ros.tools.tows.simulated import Setting, answered, height_of
+from cable_sim_ros.tools.tows.table import MAPS, TowsMap, TowsMapError, load_map, read_tows
+from cable_sim_ros.tools.tows.tows import judge
+
+FREE = "towbody.drag_area[*]=0.4:1.2"
+MAP = {
+    "tows": "made",
+    "wire_from": "water",
+    "name": "tow",
+    "group": "cruise",
+    "wire": {"field": "wire", "unit": "m"},
+    "rate_out": {"field": "rate", "unit": "m/min"},
+    "speeds": {"ship": {"field": "speed", "unit": "kn"}},
+    "angle": {"field": "angle", "unit": "deg"},
+    "depth": {"field": "depth", "unit": "m"},
+}
+HEAD = "tow,cruise,wire,rate,speed,angle,depth\n"
+ROW = "a,one,100,30,1.8,40,75\n"
+
+
+def incline(area, speed):
+    """Angle of a straight wire without weight: a tow of closed form."""
+    return atan(0.9 * area * speed**2)
+
+
+def row_of(case):
+    """What the run of a case would give, of the closed form."""
+    rate, lasts = (
+        map(float, re.findall(r"0 rate ([\d.e-]+), ([\d.]+) hold", case.winch)[0]) if "rate" in case.winch else (0, 0)
+    )
+    wire = case.settings["winch.scope"] - height_of(load_scene("bongo")) + rate * lasts
+    area = case.settings.get("towbody.drag_area", [0.85])[0]
+    angle = incline(area, case.settings["ship.tow_speed"])
+    figures = {"body_depth_max_m": wire * cos(angle), "departure_angle_deepest_deg": degrees(angle)}
+    return figures | {"verdict": "ok", "error": "", "reasons": ""}
+
+
+def run(cases):
+    return [row_of(case) for case in cases]
+
+
+def tows_of(count, area=0.7, seed=1, angle=3.0, speed=0.12, depth=0.03):
+    """Rows of tows with errors of these deviations [deg, m/s, share]."""
+    rng = np.random.default_rng(seed)
+    for k in range(count):
+        true, wire = rng.normal(0.9, 0.12), float(rng.choice([40, 70, 100, 150, 200]))
+        theta = incline(area, true)
+        yield (
+            f"t{k}", f"c{k % 8}", wire, 30, (true + speed * rng.normal()) * 3.6 / 1.852,
+            degrees(theta) + angle * rng.normal(), wire * cos(theta) * (1.0 + depth * rng.normal()),
+        )  # fmt: skip
+
+
+def table_of(folder, rows, head=HEAD):
+    path = folder / "tows.csv"
+    with open(path, "w", newline="", encoding="utf-8") as file:
+        file.write(head)
+        csv.writer(file).writerows(rows)
+    return path
+
+
+def judged(path, made=MAP, folds=None, free=(FREE,), run=run):
+    scene = load_scene("bongo")
+    made = MAPS.check(made, "map")
+    read = read_tows(path, made, height_of(scene))
+    setting = Setting("bongo", scene, {}, made.begin, height_of(scene), free_of(free, scene))
+    return judge(read, made, setting, (0.4, 1.5), 256, folds, run)
+
+
+@pytest.fixture(scope="module")
+def many(tmp_path_factory):
+    """160 tows of closed form in eight groups, fitted and judged."""
+    return judged(table_of(tmp_path_factory.mktemp("tows"), tows_of(160)), folds=4)
+
+
+def test_the_number_that_the_tows_were_made_with_is_found(many):
+    (value,), (sd,) = many.fitted.values, np.sqrt(np.diag(many.fitted.covariance))
+    assert abs(value - 0.7) < 3.0 * sd < 0.15
+    assert many.fitted.depth == pytest.approx(0.03, rel=0.4)
+    assert many.fitted.speeds["ship"] == pytest.approx(0.12, rel=0.3)
+    assert many.verdict.state == "ok"
+
+
+def test_intervals_hold_nine_of_ten_tows_that_were_left_out(many):
+    ways = {one.way: one for one in many.ways}
+    ours = ways["this fit"]
+    assert ours.tows == 160
+    assert 0.86 <= ours.held <= 0.94
+    assert ours.spread < ways["cosine of the angle"].spread
+    assert ways["this fit without angles"].spread < ways["wire times a ratio"].spread
+    assert many.apart[0] < 0.01  # the interpolation, beside each tow itself
+
+
+def test_a_winch_that_cannot_pay_out_as_far_is_no_tow():
+    said = "COMMAND_LIMITED for 9 s (1 % of the run): winch commands asked for more than rate or travel allow"
+    row = {"verdict": "doubtful", "error": "", "reasons": said, "body_depth_max_m": 1.0}
+    found = answered([row | {"departure_angle_deepest_deg": 1.0}])
+    assert np.isnan(found.depth[0]) and found.why == [said]
+
+
+def test_what_leaves_a_fold_out_does_not_see_its_depths(tmp_path, many):
+    rows = list(tows_of(160))
+    rows = [(*row[:-1], 0.7 * row[-1]) if row[1] == "c3" else row for row in rows]
+    other = judged(table_of(tmp_path, rows), folds=4)
+    own = many.folds == many.folds[3]
+    assert np.allclose(other.left_out[own][:, 1], many.left_out[own][:, 1], rtol=1e-9)
+    assert not np.allclose(other.left_out[~own][:, 1], many.left_out[~own][:, 1], rtol=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("row", "why"),
+    [
+        ("b,one,,30,1.8,40,75", "wire"),
+        ("b,one,3,30,1.8,40,2", "begin"),
+        ("b,one,100,3000,1.8,40,75", "rate_out"),
+        ("b,one,100,30,180,40,75", "speeds.ship"),
+        ("b,one,100,30,,40,75", "speed"),
+        ("b,one,100,30,1.8,95,75", "angle"),
+        ("b,one,100,30,1.8,40,120", "depth"),
+        ("b,one,100,30,1.8,40", "cells"),
+    ],
+)
+def test_a_row_that_is_no_tow_is_left_out_with_its_reason(tmp_path, row, why):
+    path = tmp_path / "tows.csv"
+    path.write_text(HEAD + ROW + row + "\n", encoding="utf-8")
+    table = read_tows(path, MAPS.check(MAP, "map"), 6.0)
+    assert [tow.name for tow in table.tows] == ["a"]
+    assert len(table.left) == 1 and "line 3" in table.left[0] and why in table.left[0]
+
+
+def test_a_row_without_a_depth_is_answered_and_not_scored(tmp_path):
+    rows = [*tows_of(40), ("none", "c1", 100, 30, 1.8, 40, "")]
+    found = judged(table_of(tmp_path, rows), folds=2)
+    assert np.isnan(found.table.tows[-1].depth) and found.left_out[-1, 0] < found.left_out[-1, 1] < 100.0
+    assert found.ways[0].tows == 40
+
+
+@pytest.mark.parametrize(
+    ("rows", "why"),
+    [
+        ([("a", "one", 100, 30, 1.8, 40, 75)] * 20, "the same to the last digit"),
+        (list(tows_of(5)), "needs 8"),
+        ([(row[0], "one", *row[2:]) for row in tows_of(20)], "one group"),
+    ],
+)
+def test_a_table_that_no_number_can_be_fitted_to_is_refused(tmp_path, rows, why):
+    with pytest.raises(CableSimError, match=why):
+        judged(table_of(tmp_path, rows))
+
+
+def test_a_scene_that_cannot_be_towed_so_is_refused_with_its_reason(tmp_path):
+    def broken(cases):
+        return [{"verdict": FAILED, "error": "winch.scope: too long", "reasons": ""} for _ in cases]
+
+    with pytest.raises(CableSimError, match=r"winch\.scope: too long"):
+        judged(table_of(tmp_path, tows_of(20)), run=broken)
+
+
+@pytest.mark.parametrize(
+    ("change", "key"),
+    [
+        ({"wire_from": "deck"}, "wire_from"),
+        ({"speeds": {}}, "speeds"),
+        ({"speeds": {"net": {"field": "speed", "unit": "kn", "scaled": True}}}, "speeds"),
+        ({"depth": {"field": "depth", "unit": "kn"}}, "depth.unit"),
+        ({"wire": {"field": "wire", "unit": "parsec"}}, "wire.unit"),
+        ({"wire": {"field": "wire", "unit": "m", "scaled": True}}, "wire.scaled"),
+        ({"wire": {"field": "wire", "unit": "m", "factor": 0.0}}, "wire.factor"),
+        ({"angle": {"field": "angle", "unit": "deg", "over": "wire"}}, "angle.over"),
+    ],
+)
+def test_a_map_that_does_not_fit_is_refused_by_its_key(change, key):
+    with pytest.raises(TowsMapError) as caught:
+        MAPS.check(MAP | change, "map")
+    assert any(key in text for text in caught.value.problems)
+
+
+def test_a_column_that_is_not_there_is_named_with_those_that_are(tmp_path):
+    path = table_of(tmp_path, [], "tow,cruise,wire,rate,speed,angle\n")
+    with pytest.raises(CableSimError, match="'depth'.*tow, cruise, wire"):
+        read_tows(path, MAPS.check(MAP, "map"), 6.0)
+
+
+def test_wire_from_the_sheave_is_less_in_the_water(tmp_path):
+    path = table_of(tmp_path, [("a", "one", 100, 30, 1.8, 40, 75)])
+    water, sheave = (read_tows(path, MAPS.check(MAP | {"wire_from": one}, "map"), 6.0) for one in ("water", "sheave"))
+    assert water.tows[0].wire - sheave.tows[0].wire == 6.0
+
+
+def test_counts_of_a_flow_meter_become_a_speed():
+    made = load_map("nes_lter")
+    table = read_tows("nes_lter", made, 6.0)
+    assert len(table.tows) == 98 and not table.left
+    first = table.tows[0]
+    assert first.speeds["net"] == pytest.approx(0.5 * (16790 + 18411) * 0.026873 / 606.0)
+    assert first.rate_out == pytest.approx(20 / 60) and first.angle == pytest.approx(radians(40.0))
+
+
+def test_folds_keep_groups_together_and_intervals_are_widened_by_rank():
+    groups = list("aabbbcd")
+    assert len(set(folds_of(groups, None))) == 4
+    two = folds_of(groups, 2)
+    assert all(len({fold for fold, name in zip(two, groups) if name == one}) == 1 for one in "abcd")
+    assert sorted(np.bincount(two)) == [3, 4]
+    found = np.tile([9.0, 10.0, 12.0], (9, 1))
+    depth = np.array([10.0] * 8 + [14.0])
+    assert widened(depth, found) == 2.0  # nine tows: the ninth of nine holds 90 of 100, and one more
+    assert wider(found, 2.0)[0].tolist() == [8.0, 10.0, 14.0]
+    assert isinstance(MAPS.check(MAP, "map"), TowsMap)
