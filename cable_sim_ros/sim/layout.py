@@ -7,9 +7,10 @@ Lengths are of unstretched cable, m from its inner end.
 
 from __future__ import annotations
 
-from functools import cached_property, lru_cache
+from collections.abc import Callable
+from functools import cached_property
 from math import cos, hypot, radians, sin
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 
@@ -24,7 +25,12 @@ from .statics.vehicle_shape import vehicle_shape
 from .tables.current import flow_of
 from .tables.material import arc_lengths
 
-KEPT = 32  # layouts, and shapes of one
+KEPT = 32  # layouts
+KEPT_SHAPES = 128
+# what no shape of a tow depends on: scenes that differ in it alone share their shapes
+NOT_OF_SHAPES = (
+    *("name", "air", "drive", "setpoint", "instruments", "faults", "contact", "vehicle", "rules", "accuracy", "mesh"),
+)
 # longest element on the sheave over its radius: with compensation on, ripple of the tension above 1 Hz was measured as
 # 0.03 % at 0.25, 0.05 % at 0.4, 0.15 % at 0.6, 0.36 % at 1.2 (full scale, docs/accuracy.md)
 FINE_ELEMENT = 0.4
@@ -43,7 +49,6 @@ class Layout:
 
     def __init__(self, scene: Scene):
         self.scene = scene
-        self._shape = lru_cache(KEPT)(self._static_shape)
 
     @cached_property
     def route(self) -> Route:
@@ -134,11 +139,22 @@ class Layout:
     def shape(self, scope: float | None = None, heading: float | None = None) -> TowShape:
         """Static shape with ``scope`` [m] out, None: that of the start; heading: yaw of the ship [rad], None: the
         scene's. The sheave stands at its mean place."""
-        return self._shape(self.route.scope if scope is None else scope, heading)
+        scope = self.route.scope if scope is None else scope
+        key = (self._of_shapes, scope, heading)
+        return _kept(_shapes, key, KEPT_SHAPES, lambda: self._static_shape(scope, heading))
+
+    @cached_property
+    def _of_shapes(self) -> str:
+        """What a shape is made of."""
+        driven = self.scene.towbody.model is BodyModel.VEHICLE
+        return self.scene.model_dump_json(exclude=set() if driven else {*NOT_OF_SHAPES})
 
     def _static_shape(self, scope: float, heading: float | None) -> TowShape:
-        driven = self.scene.towbody.model is BodyModel.VEHICLE
-        shape = (vehicle_shape if driven else tow_shape)(self.scene, self.route, scope, heading)
+        if self.scene.towbody.model is BodyModel.VEHICLE:
+            shape = vehicle_shape(self.scene, self.route, scope, heading)
+        else:  # whoever makes a shape of what its key leaves out, fails
+            seen = self.scene.model_copy(update=dict.fromkeys(NOT_OF_SHAPES))
+            shape = tow_shape(seen, self.route, scope, heading)
         for part in shape:
             if isinstance(part, np.ndarray):
                 _locked(part)
@@ -151,18 +167,26 @@ def _locked(array: np.ndarray) -> np.ndarray:
     return array
 
 
+K = TypeVar("K")
+V = TypeVar("V")
 _made: dict[str, Layout] = {}
+_shapes: dict[tuple[str, float, float | None], TowShape] = {}
+
+
+def _kept(made: dict[K, V], key: K, most: int, make: Callable[[], V]) -> V:
+    """What was made for the key, or is now."""
+    found = made.get(key)
+    if found is None:
+        found = make()
+        while len(made) >= most:
+            made.pop(next(iter(made)), None)
+        made[key] = found
+    return found
 
 
 def layout_of(scene: Scene) -> Layout:
     """The Layout of a scene, made once: equal scenes share it."""
-    key = scene.model_dump_json()
-    found = _made.get(key)
-    if found is None:
-        while len(_made) >= KEPT:
-            _made.pop(next(iter(_made)), None)
-        found = _made[key] = Layout(scene)
-    return found
+    return _kept(_made, scene.model_dump_json(), KEPT, lambda: Layout(scene))
 
 
 __all__ = ["FINE_ELEMENT", "Element", "Layout", "layout_of"]

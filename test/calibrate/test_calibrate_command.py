@@ -248,6 +248,10 @@ def test_a_steady_tow_and_the_scene_that_is_written(steady, tmp_path):
     result = call(*steady, "--steady", "--free", f"{DRAG}=1.5:2.5", "--intervals", "linear", "--out", out)
     assert result.exit_code in (0, 4), result.output
     assert "verdict: " in result.output and "rms, judged" in result.output
+    ends = [float(text) for text in re.search(r"\[([\d.]+), ([\d.]+)\]", result.output).groups()]
+    told = call(*steady, "--steady", "--free", f"{DRAG}=1.5:2.5", "--intervals", "linear", "--json").stdout
+    low, high = json.loads(told)["parameters"][0]["interval"]
+    assert ends[0] < ends[1] and ends[1] - ends[0] == pytest.approx(high - low, rel=0.15), "digits of the interval"
     written, text = load_scene(out), out.read_text()
     assert value_of(written, DRAG) == pytest.approx(TRUE, abs=0.03)
     assert "# 4 kn = 2.058 m/s" in text and text.startswith("# Calibrated by cable-sim calibrate on log.csv")
@@ -255,6 +259,7 @@ def test_a_steady_tow_and_the_scene_that_is_written(steady, tmp_path):
 
 
 DOUBTS = (
+    ({"late": 200.0}, (), {"HOLD_OUT"}),
     ({"payout": 5.0}, (), {"PAYOUT"}),
     ({"speed": 0.3}, (), {"SPEED"}),
     ({}, ("--signal", "tension~0.1"), {"NOISE"}),
@@ -268,12 +273,7 @@ DOUBTS = (
 
 
 @pytest.mark.parametrize(
-    "off, more, flags",
-    [
-        ({}, (), set()),
-        ({"late": 200.0}, (), {"HOLD_OUT"}),
-        *(pytest.param(*doubt, marks=pytest.mark.nightly) for doubt in DOUBTS),
-    ],
+    "off, more, flags", [({}, (), set()), *(pytest.param(*doubt, marks=pytest.mark.nightly) for doubt in DOUBTS)]
 )
 def test_a_doubt_is_told_and_leaves_with_its_code(tmp_path, shown, off, more, flags):
     """Each with its own reason; the intervals of short records have one of theirs."""
@@ -354,14 +354,6 @@ def test_a_clock_that_is_an_hour_off_is_refused(tmp_path):
     t = np.arange(3600.0, 3640.0, 0.5)
     result = call(*write(tmp_path, t, tension=600.0 + np.sin(t)), "--heave", "1,8", "--duration", "30", "--free", DRAG)
     assert result.exit_code == 2 and "s, of which none is simulated (from the start of the tow" in result.stderr
-
-
-def test_numbers_have_the_digits_of_their_interval(steady):
-    result = call(*steady, "--steady", "--free", f"{DRAG}=1.5:2.5", "--intervals", "linear", "--json")
-    low, high = json.loads(result.stdout)["parameters"][0]["interval"]
-    shown = call(*steady, "--steady", "--free", f"{DRAG}=1.5:2.5", "--intervals", "linear").output
-    ends = [float(text) for text in re.search(r"\[([\d.]+), ([\d.]+)\]", shown).groups()]
-    assert ends[0] < ends[1] and ends[1] - ends[0] == pytest.approx(high - low, rel=0.15)
 
 
 @pytest.mark.parametrize(

@@ -181,7 +181,7 @@ class Small:
     @staticmethod
     def end(process: subprocess.Popen) -> Ran:
         """What the process printed."""
-        out, err = process.communicate(timeout=300)
+        out, err = process.communicate(timeout=600)
         assert process.returncode == 0, err[-3000:]
         return Ran(**json.loads(out))
 

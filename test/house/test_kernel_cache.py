@@ -99,7 +99,13 @@ EDITS = {
 }
 
 
-@pytest.mark.parametrize("file, old, new, value, names", EDITS.values(), ids=EDITS)
+VARIANTS = ("a docstring", "lines above", "a table", "an enum", "the type of a field", "fields of a named tuple")
+
+
+@pytest.mark.parametrize(
+    "file, old, new, value, names",
+    [pytest.param(*EDITS[k], id=k, marks=[pytest.mark.nightly] if k in VARIANTS else []) for k in EDITS],
+)
 def test_an_edit_compiles_what_it_is_part_of(small, file, old, new, value, names):
     small.edit(file, old, new)
     assert small.run() == (value, names)
@@ -123,7 +129,7 @@ def test_another_processor_has_kernels_of_its_own(small):
 
 def test_a_wrong_word_on_what_it_returns_is_refused(small):
     small.edit("physics/heavy.py", "def _heavy(rows) -> float:", "def _heavy(rows) -> int:")
-    out, err = small.start().communicate(timeout=300)
+    out, err = small.start().communicate(timeout=600)
     assert not out
     assert re.search(r"small\.physics\.heavy\._heavy returns float64 and says int64: .* not published", err)
 
@@ -188,7 +194,7 @@ def test_without_a_worker_the_process_compiles_itself(tmp_path, script):
 
 def test_an_error_in_the_process_ends_the_workers(tmp_path):
     broken = "def keep(*a): raise MemoryError('here')\ncompiling.Form.keep = keep"
-    out, err = Small(tmp_path).start(f"{TWO_WORKERS}\n{broken}").communicate(timeout=120)
+    out, err = Small(tmp_path).start(f"{TWO_WORKERS}\n{broken}").communicate(timeout=600)
     assert not out and "MemoryError: here" in err
 
 
@@ -200,7 +206,7 @@ def test_a_worker_that_hangs_is_given_up(tmp_path):
     assert Small(tmp_path).run(setup) == (AS_IT_IS, ALL)
 
 
-@pytest.mark.parametrize("how", ["-c", "-"])
+@pytest.mark.parametrize("how", ["-c", pytest.param("-", marks=pytest.mark.nightly)])
 @pytest.mark.parametrize(
     "setup",
     [TWO_WORKERS, f"{TWO_WORKERS}\nsys.frozen = True", f"{TWO_WORKERS}\nsys.executable = ''"],

@@ -206,6 +206,6 @@ import runpy, launch
 description = runpy.run_path({str(FOLDER / name) + ".launch.py"!r})["generate_launch_description"]()
 print(*[action.name for action in description.get_launch_arguments()])
 """
-    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, timeout=60, cwd="/")
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, timeout=600, cwd="/")
     assert done.returncode == 0, done.stderr
     assert set(done.stdout.split()) == COMMON | OWN[name]

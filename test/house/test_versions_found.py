@@ -27,7 +27,7 @@ def distribution(folder, name, version, text=None):
 
 def run(*command, path, **environment):
     environment = os.environ | {"PYTHONPATH": os.pathsep.join([*map(str, path), str(ROOT)])} | environment
-    return subprocess.run([sys.executable, *command], env=environment, text=True, capture_output=True, timeout=60)
+    return subprocess.run([sys.executable, *command], env=environment, text=True, capture_output=True, timeout=600)
 
 
 @pytest.mark.parametrize(

@@ -17,7 +17,7 @@ SDIST = "import sys; from setuptools import build_meta; build_meta.build_sdist(s
 def run(*command, cwd):
     environment = os.environ | {"PYTHONPATH": ""}
     command = [sys.executable, *map(str, command)]
-    subprocess.run(command, cwd=cwd, env=environment, check=True, capture_output=True, timeout=180)
+    subprocess.run(command, cwd=cwd, env=environment, check=True, capture_output=True, timeout=600)
 
 
 def wheel(source, out):

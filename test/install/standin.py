@@ -137,7 +137,7 @@ class World:
         if sys.version_info >= (3, 12):  # the first wheel of numba for 3.12 is 0.59; Ubuntu has patched its own
             stubs = {"numba": wanted.pop("numba")}
         pip = [sys.executable, "-m", "pip", "install", "-q", "--only-binary=:all:", "--target", str(self.site)]
-        subprocess.run([*pip, "pip", *(f"{n}=={v}" for n, v in wanted.items())], check=True, timeout=300)
+        subprocess.run([*pip, "pip", *(f"{n}=={v}" for n, v in wanted.items())], check=True, timeout=600)
         for name, version in stubs.items():
             info = self.site / f"{name}-{version}.dist-info"
             info.mkdir()
@@ -162,7 +162,7 @@ class World:
         command.write_text(ROS2.format(python=self.python))
         command.chmod(0o755)
 
-    def shell(self, script: str, *, timeout: float = 300, said: bool = True, check: bool = False, **environment: str):
+    def shell(self, script: str, *, timeout: float = 600, said: bool = True, check: bool = False, **environment: str):
         """Run a script in a new shell that stops at the first failure; only ``/opt/ros/jazzy`` is put elsewhere."""
         there = script.replace("/opt/ros/jazzy", str(self.ros))
         clean = {name: value for name, value in os.environ.items() if name.startswith("PIP_") or name == "LANG"}

@@ -38,7 +38,7 @@ def source(tmp_path_factory):
 def build(source, tmp_path_factory):
     """Runs the Makefile's command in the copy, by an environment with the extra beside the packages of this one."""
     env = tmp_path_factory.mktemp("sphinx") / "env"
-    subprocess.run([sys.executable, "-m", "venv", str(env)], check=True, timeout=120)
+    subprocess.run([sys.executable, "-m", "venv", str(env)], check=True, timeout=600)
     subprocess.run([str(env / "bin/python"), "-m", "pip", "install", "-q", *wanted()], check=True, timeout=600)
     (site,) = (env / "lib").glob("python*/site-packages")
     (site / "dependencies.pth").write_text(sysconfig.get_path("purelib") + "\n")  # its own .pth files do not count

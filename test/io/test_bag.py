@@ -275,7 +275,7 @@ FULL_DISK = """
 
 def test_full_disk_ends_the_recording_and_nothing_else(tmp_path):
     child = run_child(FULL_DISK, tmp_path / "run")
-    out, err = child.communicate(timeout=30)
+    out, err = child.communicate(timeout=600)
     assert child.returncode == 0, err
     written, dropped, waiting, _, errors, error, *_ = out.strip().split("|")
     assert int(written) + int(dropped) == 4000 and int(waiting) == 0

@@ -509,7 +509,7 @@ def test_report_has_plain_values():
 # both bags through bytes
 
 
-@pytest.mark.parametrize("name", ["nbp1406", "lmg1903"])
+@pytest.mark.parametrize("name", ["nbp1406", pytest.param("lmg1903", marks=pytest.mark.nightly)])
 def test_imu_only_from_bytes_within_five_percent_of_the_odometry(name):
     """Required: RMS heave error <= max(5 cm, 5 % Hs) after 180 s with 1 mg of bias and 100 ug/sqrt(Hz) of noise."""
     random = np.random.default_rng(7)

@@ -54,7 +54,7 @@ def test_what_is_written_is_the_same_in_every_distribution(name):
 @pytest.mark.parametrize("name", ["jazzy", "kilted"])
 def test_bag_says_the_distribution_it_was_made_with(tmp_path, name):
     environment = os.environ | {"ROS_DISTRO": name}
-    subprocess.run([sys.executable, "-c", WRITE, str(tmp_path / "bag")], env=environment, check=True, timeout=60)
+    subprocess.run([sys.executable, "-c", WRITE, str(tmp_path / "bag")], env=environment, check=True, timeout=600)
     info = yaml.safe_load((tmp_path / "bag" / "metadata.yaml").read_text())["rosbag2_bagfile_information"]
     assert info["ros_distro"] == name
 

@@ -19,10 +19,13 @@ import numba
 import pytest
 from packed_code import KERNELS, KINDS, OF_SURFACES
 
-pytestmark = pytest.mark.skipif(
-    bool(numba.config.DISABLE_JIT) or platform.machine() not in ("x86_64", "AMD64"),
-    reason="needs compilation, and LLVM for x86-64",
-)
+pytestmark = [
+    pytest.mark.nightly,  # of the speed: no result depends on it
+    pytest.mark.skipif(
+        bool(numba.config.DISABLE_JIT) or platform.machine() not in ("x86_64", "AMD64"),
+        reason="needs compilation, and LLVM for x86-64",
+    ),
+]
 
 FIRST, SECOND = ("haswell", ""), ("skylake-avx512", "-prefer-256-bit")  # name and features for LLVM
 BESIDE = {  # scalar multiplications beyond the packed ones: what does not change in a loop stands beside it

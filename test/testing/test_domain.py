@@ -71,5 +71,5 @@ def test_it_stays_reserved_as_long_as_a_process_of_the_test_lives(few):
         ours.close()
         assert taken(ours.number)
     finally:
-        child.communicate(b"\n", timeout=20)
+        child.communicate(b"\n", timeout=600)
     assert not taken(ours.number)

@@ -139,13 +139,17 @@ def line_load(c: CableLoads, z: float, force: Row, flow: Flow) -> tuple[float, f
     return a * wx + b * ux, a * wy + b * uy, a * wz + b * uz - c.weight + c.buoyancy
 
 
-def slope(c: CableLoads, y: Row, flow: Flow) -> Row:
-    """d/ds of (x, y, z, Fx, Fy, Fz) up the cable."""
-    force = y[3:]
+def _slope(c: CableLoads, force: Row, load: Row) -> Row:
+    """d/ds of (x, y, z, Fx, Fy, Fz) up the cable under a load per length [N/m]."""
     t = sqrt(force[0] ** 2 + force[1] ** 2 + force[2] ** 2) or 1e-12
-    f = line_load(c, y[2], force, flow)
     e = (1.0 + t / c.ea) / t
-    return (e * force[0], e * force[1], e * force[2], -f[0], -f[1], -f[2])
+    return (e * force[0], e * force[1], e * force[2], -load[0], -load[1], -load[2])
+
+
+def _stage(c: CableLoads, y: Row, h: float, k: Row, flow: Flow) -> Row:
+    """The slope a step h along k from y; the loads do not depend on x and y."""
+    force = (y[3] + h * k[3], y[4] + h * k[4], y[5] + h * k[5])
+    return _slope(c, force, line_load(c, y[2] + h * k[2], force, flow))
 
 
 def joint_forces(scene: Scene, flow: Flow) -> dict[int, Joint]:
@@ -231,11 +235,19 @@ def integrate(
             h = max(h, 1e-4 * length)
             if length - done - h < 0.3 * h:
                 h = length - done
-            k1 = slope(c, y, flow)
-            k2 = slope(c, tuple(a + 0.5 * h * b for a, b in zip(y, k1, strict=True)), flow)
-            k3 = slope(c, tuple(a + 0.5 * h * b for a, b in zip(y, k2, strict=True)), flow)
-            k4 = slope(c, tuple(a + h * b for a, b in zip(y, k3, strict=True)), flow)
-            y = tuple(a + h / 6.0 * (p + 2.0 * (q + r) + w) for a, p, q, r, w in zip(y, k1, k2, k3, k4, strict=True))
+            k1 = _slope(c, y[3:], f)
+            k2 = _stage(c, y, 0.5 * h, k1, flow)
+            k3 = _stage(c, y, 0.5 * h, k2, flow)
+            k4 = _stage(c, y, h, k3, flow)
+            sixth = h / 6.0
+            y = (
+                y[0] + sixth * (k1[0] + 2.0 * (k2[0] + k3[0]) + k4[0]),
+                y[1] + sixth * (k1[1] + 2.0 * (k2[1] + k3[1]) + k4[1]),
+                y[2] + sixth * (k1[2] + 2.0 * (k2[2] + k3[2]) + k4[2]),
+                y[3] + sixth * (k1[3] + 2.0 * (k2[3] + k3[3]) + k4[3]),
+                y[4] + sixth * (k1[4] + 2.0 * (k2[4] + k3[4]) + k4[4]),
+                y[5] + sixth * (k1[5] + 2.0 * (k2[5] + k3[5]) + k4[5]),
+            )
             if y[2] < bottom:  # what would go below the ground lies on it, straight
                 y = (*y[:2], bottom, *y[3:5], max(y[5], 0.0))
             done += h

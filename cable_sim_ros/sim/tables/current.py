@@ -51,10 +51,12 @@ def flow_of(
     east, north = east - velocity[0], north - velocity[1]
     pieces = profile_table(water.current_table)
     turn += yaw if water.current_frame is CurrentFrame.HEADING else 0.0
+    east_shear, north_shear = shear
+    tabled = len(pieces) > 0
 
     def flow(z: float) -> tuple[float, float]:
-        x, y = east - shear[0] * z, north - shear[1] * z
-        if len(pieces):
+        x, y = east - east_shear * z, north - north_shear * z
+        if tabled:
             u, v = _cubics_at(pieces, z)
             c, s = factor * cos(turn), factor * sin(turn)
             x, y = x + c * u - s * v, y + s * u + c * v

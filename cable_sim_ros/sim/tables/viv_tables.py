@@ -97,6 +97,8 @@ def unbounded_factor(scene: Scene, amplitude: float) -> float:
 
 def drag_factors(scene: Scene) -> list[Callable[[float], float]]:
     """By section: drag factor of strumming for a normal speed [m/s]; without the reduction by viv.lock_in_band."""
+    if not on(scene):
+        return [lambda speed: 1.0] * len(scene.cable.sections)
 
     def factor(amplitude: Callable[[float], float]) -> Callable[[float], float]:
         return lambda speed: min(unbounded_factor(scene, amplitude(speed)), viv_amplification.MAX_FACTOR)
