@@ -121,6 +121,7 @@ BENCH_IDS, TICK_IDS = [f"P{i}" for i in range(1, 10)], ["full_scale", "side_scan
 # repeat anything, and what it answers
 STUDIES = {
     "features": ("benchmarks.features", True, "what each feature of a scene costs a step."),
+    "account": ("benchmarks.account", False, "what a step calls and copies, with each option off and on."),
     "sheave_mesh": ("sheave", False, "how fine a mesh the answers at the sheave need."),
     "mesh": ("meshes.mesh_promise", False, "is the error promised for a mesh kept?"),
     "haul": ("benchmarks.haul_cost", True, "what cable on the drum, cable out and elements cost."),

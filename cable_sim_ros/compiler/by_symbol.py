@@ -19,6 +19,8 @@ from numba.core import cgutils, types
 from numba.extending import intrinsic
 
 from .kernel_form import Kernel, WrongCall, ask
+from .kernel_reference import by_reference as _by_reference
+from .kernel_reference import handed, referred
 
 try:  # types as bytes, 300 times faster than typeof: 8 us instead of 2.3 ms for model and state
     from numba._dispatcher import compute_fingerprint as fingerprint
@@ -51,6 +53,7 @@ def _compiler(**options):
 
 inline = _compiler(forceinline=True)  # physics: scalars and tuples in and out
 driver = _compiler(nogil=True)  # arrays and lane loops
+by_reference = (lambda value: value) if numba.config.DISABLE_JIT else _by_reference
 
 
 _opaque: dict = {}  # symbol: the function that it stands for
@@ -131,7 +134,8 @@ def opaque(dispatcher):
     said = returned_by(dispatcher)
 
     def build(args):
-        types = tuple(numba.types.unliteral(a) for a in args)
+        given = tuple(numba.types.unliteral(a) for a in args)
+        types = tuple(referred(a) for a in given)
         result = said
         if result is None:
             form = _published_form(dispatcher)
@@ -145,19 +149,18 @@ def opaque(dispatcher):
             )
 
         def code(context, builder, signature, values):
-            kind = context.call_conv.get_function_type(signature.return_type, signature.args)
+            kind = context.call_conv.get_function_type(signature.return_type, types)
             cell = builder.module.globals.get(symbol)
             if cell is None:
                 cell = llvmlite.ir.GlobalVariable(builder.module, kind.as_pointer(), symbol)
             function = builder.load(cell)
-            status, value = context.call_conv.call_function(
-                builder, function, signature.return_type, signature.args, values
-            )
+            values = [handed(context, builder, a, value) for a, value in zip(given, values, strict=True)]
+            status, value = context.call_conv.call_function(builder, function, signature.return_type, types, values)
             with cgutils.if_unlikely(builder, status.is_error):
                 context.call_conv.return_status_propagate(builder, status)
             return value
 
-        return result(*types), code
+        return result(*given), code
 
     names = ", ".join(dispatcher.py_func.__code__.co_varnames[: dispatcher.py_func.__code__.co_argcount])
     namespace = {"build": build}  # an intrinsic needs its parameters by name
@@ -210,7 +213,7 @@ def link(dispatcher, *args, needed: bool = True) -> None:
     key = dispatcher, fingerprint(args)
     if key in _linked:  # not: compiled, a direct call compiles without publishing
         return
-    task = Task(dispatcher, _published_form(dispatcher), tuple(numba.typeof(a) for a in args), key)
+    task = Task(dispatcher, _published_form(dispatcher), tuple(referred(numba.typeof(a)) for a in args), key)
     tasks = getattr(_planning, "tasks", None)
     if tasks is None:
         publish(task)

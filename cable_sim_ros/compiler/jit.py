@@ -34,9 +34,21 @@ def foreign_folder() -> Path:
 numba.config.CACHE_DIR = str(foreign_folder())
 
 if PLAIN:
-    from .plain import driver, inline, link, opaque, prepare
+    from .plain import by_reference, driver, inline, link, opaque, prepare
 else:
-    from .by_symbol import driver, inline, link, opaque
+    from .by_symbol import by_reference, driver, inline, link, opaque
     from .compiling import prepare
 
-__all__ = ["LANES", "NO", "PLAIN", "YES", "driver", "foreign_folder", "inline", "link", "opaque", "prepare"]
+__all__ = [
+    "LANES",
+    "NO",
+    "PLAIN",
+    "YES",
+    "by_reference",
+    "driver",
+    "foreign_folder",
+    "inline",
+    "link",
+    "opaque",
+    "prepare",
+]

@@ -25,10 +25,12 @@ import numpy as np
 from numba.core import types
 from numba.core.dispatcher import Dispatcher
 
+from .kernel_reference import Reference, by_reference
+
 # what stands in these is of their versions, which are in every key
 LIBRARIES = {"builtins", "math", "cmath", "operator", "numpy", "numba", "llvmlite", "functools", "itertools"}
 HERE = Path(__file__).parent
-COMPILERS = ("by_symbol.py", "kernel_form.py", "kernel_key.py", "kernel_cache.py")  # what they do is part of all code
+COMPILERS = ("by_symbol.py", *(f"kernel_{name}.py" for name in ("form", "key", "cache", "reference")))  # in every key
 CONFIG = ("OPT", "LOOP_VECTORIZE", "SLP_VECTORIZE", "ENABLE_AVX", "BOUNDSCHECK", "DEBUGINFO_DEFAULT", "DEBUG_NRT")
 DOCSTRING = 0x4000000  # flag of a code object in Python 3.13: it has one
 PYTHON = "python"  # in place of options: called while compiling, not compiled
@@ -80,6 +82,8 @@ def type_text(kind: types.Type) -> str:
             fields = zip(kind.fields, kind.types, strict=True)
             inside = ", ".join(f"{name}: {type_text(part)}" for name, part in fields)
             _texts[kind] = f"{cls.__module__}.{cls.__qualname__}({inside})"
+        elif isinstance(kind, Reference):
+            _texts[kind] = f"reference {type_text(kind.tuple_type)}"
         elif isinstance(kind, types.BaseTuple):
             _texts[kind] = f"{kind}[{', '.join(type_text(part) for part in kind.types)}]"
         else:
@@ -251,6 +255,8 @@ def spell(value: Any, calls: list[_Called]) -> str:
 
 
 def _callable(value: Any, calls: list[_Called]) -> str:
+    if value is by_reference:  # COMPILERS
+        return "by reference"
     by_symbol = getattr(value, "called_by_symbol", None)
     if by_symbol is not None:
         symbol, returns, dispatcher = by_symbol

@@ -25,6 +25,12 @@ def opaque(dispatcher: Any) -> Any:
     return dispatcher
 
 
+@inline
+def by_reference(value):
+    """The value itself."""
+    return value
+
+
 def link(dispatcher: Any, *args: Any, needed: bool = True) -> None:
     """Nothing: a caller compiles what it calls."""
 

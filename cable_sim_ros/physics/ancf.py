@@ -39,7 +39,8 @@ DISPLACED = 37  # kg/m of water that it displaces
 # fit of C_N(Re) (drag_laws.py), C_T of its own: a constant, and the share of that of the Reynolds number along
 CN_FIT, CT_FIXED, CT_OF_RE = range(38, 41)
 EXTRA_ALONG = 41  # EXTRA_DRAG is the drag factor less 1 of the part across the cable, this that of the part along it
-ROWS = 42
+EXTRA_NOW = 42  # EXTRA_DRAG and what strumming adds to it: as the lengths and FLOW written anew at each gather
+ROWS = 43
 
 # rows of the 9x9 tangent's blocks; numpy integers, for a literal compiles a version of its own
 ROW_HH, ROW_HA, ROW_HB, ROW_AH, ROW_AA, ROW_AB, ROW_BH, ROW_BA, ROW_BB = np.arange(0, 81, 9)

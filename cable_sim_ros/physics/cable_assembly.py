@@ -7,20 +7,19 @@ the group is scattered once into the block-tridiagonal system. Unknowns of a nod
 from __future__ import annotations
 
 from math import sqrt
-from typing import NamedTuple
 
 import numpy as np
 
 from ..compiler.jit import LANES, driver, inline, link, opaque
 from .ancf import (
     EXTRA_DRAG,
+    EXTRA_NOW,
     FLOW_0,
     FLOW_1,
     FLOW_RATE_0,
     FLOW_RATE_1,
     LENGTH,
     PER_LENGTH,
-    ROWS,
     elastic_lanes,
     elastic_tangent_lanes,
     inertia_lanes,
@@ -59,42 +58,16 @@ N4L = np.repeat(_N4[:, :, None], LANES, 2)  # [point, 4, LANES]
 D4L = np.repeat(_D4[:, :, None], LANES, 2)
 
 
-class Part(NamedTuple):
-    """What the assembly needs of State and its Work: a call by symbol pays for every array that it is handed."""
-
-    memory: np.ndarray
-    nodes: np.ndarray
-    surfaces: np.ndarray
-    tension: np.ndarray
-    lanes: np.ndarray
-    band: np.ndarray
-    lower: np.ndarray
-    stream: np.ndarray
-    around: np.ndarray
-
-
-def handed(state):
-    """The Part of a State."""
-    work = state.work
-    memory, nodes, surfaces, tension = state.memory, state.nodes, state.surfaces, state.tension
-    return Part(memory, nodes, surfaces, tension, work.lanes, work.band, work.lower, work.stream, work.around)
-
-
-part_of = inline(handed)
-
-
 @driver
-def gather(group, elements, part):
-    """Element data of one group into lanes; the tail repeats the last element. Lengths come from the arc lengths.
+def gather(group, elements, state):
+    """Unknowns of one group into lanes; the tail repeats the last element. Lengths come from the arc lengths, and go
+    with the flow and EXTRA_NOW into the element table.
 
     Velocities and accelerations are those of the material. Returns whether it moves through the mesh.
     """
-    q, v, a, arc = part.nodes[NOW, Q], part.nodes[NOW, V], part.nodes[NOW, A], part.nodes[NOW, ARC]
-    x, p = part.lanes[0].x, part.lanes[0].p
+    q, v, a, arc = state.nodes[NOW, Q], state.nodes[NOW, V], state.nodes[NOW, A], state.nodes[NOW, ARC]
+    x, p = state.work.lanes[0].x, elements[group]
     count = arc.shape[0] - 1
-    for row in range(ROWS):
-        for lane in range(LANES):
-            p[row, lane] = elements[group, row, lane]
     flows = False
     for lane in range(LANES):
         e = min(LANES * group + lane, count - 1)
@@ -102,7 +75,7 @@ def gather(group, elements, part):
         per_length = 1.0 / length
         p[LENGTH, lane] = length
         p[PER_LENGTH, lane] = per_length
-        p[EXTRA_DRAG, lane] += part.nodes[NOW, STRUM, e, EXTRA]
+        p[EXTRA_NOW, lane] = p[EXTRA_DRAG, lane] + state.nodes[NOW, STRUM, e, EXTRA]
         p[FLOW_0, lane], p[FLOW_1, lane] = arc[e, 1] * per_length, arc[e + 1, 1] * per_length
         p[FLOW_RATE_0, lane], p[FLOW_RATE_1, lane] = arc[e, 2] * per_length, arc[e + 1, 2] * per_length
         flows = flows or arc[e, 1] != 0.0 or arc[e + 1, 1] != 0.0 or arc[e, 2] != 0.0 or arc[e + 1, 2] != 0.0
@@ -120,7 +93,7 @@ def gather(group, elements, part):
             x[30 + c, lane] = a[e + 1, c]
             x[33 + c, lane] = length * a[e + 1, 3 + c]
     if is_links(arc):
-        straighten(part.lanes[0])
+        straighten(state.work.lanes[0], p)
     if flows:
         material_lanes(x, p)
     return flows
@@ -135,10 +108,9 @@ def mean_at(nodes, n, c, fraction):
 
 
 @driver
-def gather_mean(group, part, fraction):
+def gather_mean(group, p, state, fraction):
     """Running mean of the scaled velocities into lanes, at the end of a step of which it takes up ``fraction``."""
-    tables, nodes = part.lanes[0], part.nodes
-    p, mean = tables.p, tables.mean_v
+    mean, nodes = state.work.lanes[0].mean_v, state.nodes
     count = nodes.shape[2] - 1
     for lane in range(LANES):
         e = min(LANES * group + lane, count - 1)
@@ -152,13 +124,13 @@ def gather_mean(group, part, fraction):
 
 
 @driver
-def scatter(group, part, tangent):
+def scatter(group, p, state, tangent):
     """Add one group to the system; gradient rows and columns carry the element length.
 
     Elements come in order: what the second node of an element holds is set, what the first holds is added to.
     """
-    tables, band, lower = part.lanes[0], part.band, part.lower
-    p, force, k = tables.p, tables.force, tables.k
+    tables, band, lower = state.work.lanes[0], state.work.band, state.work.lower
+    force, k = tables.force, tables.k
     count = band.shape[0] - 1
     if group == 0:
         open_end(band[0], tangent)
@@ -269,17 +241,17 @@ def power_of(x, force, count, total):
 
 
 @driver
-def _water_part(part, group, change, wet, crossing, tangent) -> None:
+def _water_part(line, state, group, change, wet, crossing, tangent) -> None:
     """Drag, added mass and buoyancy of the group in the lanes into force and k; wet, crossing: see immersion()."""
-    work = part.lanes[0]
-    x, p = work.x, work.p
+    work = state.work.lanes[0]
+    x, p = work.x, line.elements[group]
     weight, wetness = work.lane[WEIGHT], work.lane[WET]
-    streams = part.stream[group : group + 1]  # no row: a linear current is all
-    m = part.memory[NOW].current
+    streams = state.work.stream[group : group + 1]  # no row: a linear current is all
+    m = state.memory[NOW].current
     current = (m[0], m[1], m[2], m[3])
-    second, links = amplified(p), is_links(part.nodes[NOW, ARC])
+    second, links = amplified(p), is_links(state.nodes[NOW, ARC])
     if second:
-        gather_mean(group, part, change.fraction)
+        gather_mean(group, p, state, change.fraction)
     if wet:
         for g in range(4):
             for e in range(LANES):
@@ -296,30 +268,30 @@ def _water_part(part, group, change, wet, crossing, tangent) -> None:
             if streams.shape[0] > 0:
                 push_lanes(streams[0, g], p, weight, work.load[g])
         if links and streams.shape[0] == 0:
-            closed_loads(work, current, second)
+            closed_loads(work, p, current, second)
         spread_force(_N4, work.load, DRAG_POINTS, work.force)
         if tangent:
             spread_matrix(_N4, _D4, (work.by_place, work.by_slope), DRAG_POINTS, work.mixed, work.k)
     if crossing:
         for e in range(LANES):
             if wetness[e] < 0.0:
-                waterline(e, work, current, streams, change, tangent)
+                waterline(e, work, p, current, streams, change, tangent)
     if links:
-        drop_axial_lift(work, tangent)
+        drop_axial_lift(work, p, tangent)
 
 
 water_part = opaque(_water_part)
 
 
 @driver
-def _contact_part(part, change, tangent) -> bool:
+def _contact_part(line, state, group, change, tangent) -> bool:
     """Contact of the group in the lanes into force and k. Returns whether any surface is near."""
-    work = part.lanes[0]
-    x, p = work.x, work.p
+    work = state.work.lanes[0]
+    x, p = work.x, line.elements[group]
     weight, near = work.lane[WEIGHT], work.lane[NEAR]
     touched = False
-    for i in range(part.surfaces.shape[0]):
-        if near_surface(x, part.surfaces[i], near):
+    for i in range(state.surfaces.shape[0]):
+        if near_surface(x, state.surfaces[i], near):
             for g in range(CONTACT_POINTS):
                 for e in range(LANES):
                     weight[e] = p[LENGTH, e] * W5[g] * near[e]
@@ -327,13 +299,13 @@ def _contact_part(part, change, tangent) -> bool:
                 if tangent:
                     contact_tangent_lanes(
                         work.point,
-                        part.surfaces[i],
+                        state.surfaces[i],
                         change.velocity,
                         weight,
                         (work.load[g], work.by_place[g], work.by_slope[g]),
                     )
                 else:
-                    contact_lanes(work.point, part.surfaces[i], weight, work.load[g])
+                    contact_lanes(work.point, state.surfaces[i], weight, work.load[g])
             spread_force(_N5, work.load, CONTACT_POINTS, work.force)
             if tangent:
                 spread_matrix(_N5, _D5, (work.by_place, work.by_slope), CONTACT_POINTS, work.mixed, work.k)
@@ -345,22 +317,22 @@ contact_part = opaque(_contact_part)
 
 
 @driver
-def _assemble(line, part, change, tangent) -> float:
+def _assemble(line, state, change, tangent) -> float:
     """Residual R = M a + Q_int - Q_ext as -R in band[:, :, 12] and, with tangent, dR/dq.
 
-    line: a LineModel; change: see state.Change. part.tension receives the element tensions [N],
+    line: a LineModel; change: see state.Change. state.tension receives the element tensions [N],
     work.power the powers of the parts. Returns the strain energy [J].
     """
     own, lost, water, pressed = 0.0, 0.0, 0.0, 0.0
-    elements, work, tension = line.elements, part.lanes[0], part.tension
-    x, p, force, k, lane_sum = work.x, work.p, work.force, work.k, work.lane[SUM]
+    elements, work, tension = line.elements, state.work.lanes[0], state.tension
+    x, force, k, lane_sum = work.x, work.force, work.k, work.lane[SUM]
     c1, c2, sigma = change.velocity, change.acceleration, change.damping
-    count, links = tension.shape[0], is_links(part.nodes[NOW, ARC])
+    count, links = tension.shape[0], is_links(state.nodes[NOW, ARC])
     total, rise = 0.0, work.lane[RISE : RISE + 2]
     for group in range(elements.shape[0]):
-        flows = gather(group, elements, part)
+        flows, p = gather(group, elements, state), elements[group]
         if links:
-            link_lanes(work, change, tangent)
+            link_lanes(work, p, change, tangent)
         elif tangent:
             inertia_lanes(x, p, force, sigma)
             elastic_tangent_lanes(x, p, c1, force, work.lane[TENSION], work.lane[ENERGY], work.lane[LOST], work.k9, k)
@@ -377,20 +349,20 @@ def _assemble(line, part, change, tangent) -> float:
             lost += work.lane[LOST, lane]
         before = power_of(x, force, real, lane_sum)
         own += before
-        if part.stream.shape[0] > 0:
-            raise_lanes(group, part.around, rise)
+        if state.work.stream.shape[0] > 0:
+            raise_lanes(group, state.work.around, rise)
         wet, crossing = immersion(x, p, rise, work.lane[WET])
         if wet or crossing:
-            water_part(part, group, change, wet, crossing, tangent)
+            water_part(line, state, group, change, wet, crossing, tangent)
             after = power_of(x, force, real, lane_sum)
             water += before - after
             before = after
-        if part.surfaces.shape[0] > 0 and contact_part(part, change, tangent):
+        if state.surfaces.shape[0] > 0 and contact_part(line, state, group, change, tangent):
             pressed += before - power_of(x, force, real, lane_sum)
         if links:
             fold(work, tangent)
-            bend_joints(work, tangent)
-        scatter(group, part, tangent)
+            bend_joints(work, p, tangent)
+        scatter(group, p, state, tangent)
     work.power[OWN], work.power[LOST_POWER], work.power[WATER], work.power[SURFACES] = own, lost, water, pressed
     return total
 
@@ -401,7 +373,6 @@ assemble = opaque(_assemble)
 def link_assembly(line, state) -> None:
     """Compile or load the assembly and publish it; call before anything that uses it runs."""
     tangent = np.bool_(False)
-    part = handed(state)
-    link(_water_part, part, 0, AT_REST, tangent, tangent, tangent)
-    link(_contact_part, part, AT_REST, tangent)
-    link(_assemble, line, part, AT_REST, tangent)
+    link(_water_part, line, state, 0, AT_REST, tangent, tangent, tangent)
+    link(_contact_part, line, state, 0, AT_REST, tangent)
+    link(_assemble, line, state, AT_REST, tangent)

@@ -26,7 +26,7 @@ from .ancf import (
     CT_FIXED,
     CT_OF_RE,
     EXTRA_ALONG,
-    EXTRA_DRAG,
+    EXTRA_NOW,
     FLOW_0,
     FLOW_1,
     HALF_RHO_D,
@@ -296,7 +296,7 @@ def mean_load_lanes(t, p, weight, f):
         raise ValueError("lanes")
     for e in range(LANES):
         al, be, w, _, _, _, _, _ = drag_of(t, POINT_W, p, e)
-        s, st = weight[e] * p[EXTRA_DRAG, e], weight[e] * p[EXTRA_ALONG, e]
+        s, st = weight[e] * p[EXTRA_NOW, e], weight[e] * p[EXTRA_ALONG, e]
         plus3(f, 0, e, axpy(s * al, w, scale(st * be, get3(t, POINT_U, e))))
 
 
@@ -309,7 +309,7 @@ def mean_tangent_lanes(t, p, c1, weight, f, ka, kb):
     for e in range(LANES):
         u = get3(t, POINT_U, e)
         y, z, w, vt, y1, y2, z1, z2 = drag_of(t, POINT_W, p, e)
-        s, st = weight[e] * p[EXTRA_DRAG, e], weight[e] * p[EXTRA_ALONG, e]
+        s, st = weight[e] * p[EXTRA_NOW, e], weight[e] * p[EXTRA_ALONG, e]
         y, y1, y2, z, z1, z2 = s * y, s * y1, s * y2, st * z, st * z1, st * z2
         plus3(f, 0, e, axpy(y, w, scale(z, u)))
         c = (-t[POINT_SHEAR, e], -t[POINT_SHEAR + 1, e], 0.0)
@@ -330,7 +330,7 @@ def mean_tangent_lanes(t, p, c1, weight, f, ka, kb):
 def amplified(p):
     """Has any lane a drag factor other than 1? Without one the second drag evaluation is left out."""
     for e in range(LANES):
-        if p[EXTRA_DRAG, e] != 0.0 or p[EXTRA_ALONG, e] != 0.0:
+        if p[EXTRA_NOW, e] != 0.0 or p[EXTRA_ALONG, e] != 0.0:
             return True
     return False
 

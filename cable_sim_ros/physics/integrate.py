@@ -176,11 +176,17 @@ def _newton(line, state, change) -> int:
     the other and back for ever: in a step that has been halved SEARCHED times, after PATIENCE of them each is shortened
     until it makes the residual less.
     A tangent serves again where one more correction as good as its last meets the tolerance. health.tangents, those
-    that the step before needed, tells from which correction on the residual is looked at without one.
+    that the step before needed, tells from which correction on the residual is looked at without one: after a step
+    that needed none the prediction itself.
     """
     work, x, health, tolerance = state.work, state.work.step, state.memory[NOW].health, line.settings[0].tolerance
     plan = state.plan[0]
     wanted, enough = health.tangents, 0
+    if wanted == 0 and line.settings[0].step_tension <= 0.0:  # chosen steps need a tangent for their error
+        r = residual(line, state, change, NO)
+        if r <= tolerance:
+            health.residual = r
+            return 0
     tangents, r, again = 0, np.inf, False
     for i in range(line.settings[0].max_iterations):
         before = r

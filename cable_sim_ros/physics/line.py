@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..compiler.jit import driver, link, opaque
-from .cable_assembly import assemble, link_assembly, part_of
+from .cable_assembly import assemble, link_assembly
 from .contact_surface import ON_GROUND
 from .energy import fed
 from .link_element import align, is_links, without_bending
@@ -116,7 +116,7 @@ def _residual(line, state, change, tangent) -> float:
     links = is_links(arc)
     if links:
         align(line.elements, state)
-    state.memory[NOW].health.strain = assemble(line, part_of(state), change, tangent)
+    state.memory[NOW].health.strain = assemble(line, state, change, tangent)
     bodies(line, state, change, tangent)
     if line.wakes.shape[0] > 0:
         add_wake(line, state)

@@ -29,7 +29,7 @@ from .ancf import (
     EA,
     EI,
     EXTRA_ALONG,
-    EXTRA_DRAG,
+    EXTRA_NOW,
     FLOW_0,
     FLOW_1,
     FLOW_RATE_0,
@@ -57,9 +57,9 @@ _OUT = 1.0 / (X4[3] - X4[0])  # of the outer drag points, about the middle
 
 
 @driver
-def straighten(work):
+def straighten(work, p):
     """Slopes of a group of links and their first two rates [LANES], from the places of the nodes and their rates."""
-    x, p, director = work.x, work.p, work.director
+    x, director = work.x, work.director
     for c in range(3):
         for e in range(LANES):
             director[c, e], director[3 + c, e] = x[3 + c, e], x[9 + c, e]
@@ -132,10 +132,10 @@ def joint_stiffness(p, e):
 
 
 @driver
-def link_lanes(work, change, tangent):
+def link_lanes(work, p, change, tangent):
     """Inertia, weight and tension of a group of links: sets force[12, LANES], with tangent k[144, LANES], and the rows
     TENSION [N], ENERGY [J], LOST [W] of the lanes. change: see state.Change."""
-    x, p, force, k, k9, lane = work.x, work.p, work.force, work.k, work.k9, work.lane
+    x, force, k, k9, lane = work.x, work.force, work.k, work.k9, work.lane
     c1, sigma = change.velocity, change.damping
     rod_lanes(x, p, c1, k9)
     for r in range(12):
@@ -208,9 +208,9 @@ def fold(work, tangent):
 
 
 @driver
-def bend_joints(work, tangent):
+def bend_joints(work, p, tangent):
     """Add what the joints' springs do to the nodes and to their gradients, to a group that is folded."""
-    x, p, force, k, director = work.x, work.p, work.force, work.k, work.director
+    x, force, k, director = work.x, work.force, work.k, work.director
     for c in range(3):
         for e in range(LANES):
             s, h = 2.0 * joint_stiffness(p, e), x[6 + c, e] - x[c, e]
@@ -250,13 +250,13 @@ def any_of(row, value):
 
 
 @driver
-def closed_loads(work, current, second):
+def closed_loads(work, p, current, second):
     """In place of the loads of the four drag points of wet links whose law allows it, two at the outer points with the
     resultant and the first moment of the closed forms (link_loads.py). second: with the extra drag of the mean flow.
 
     Their coefficient is that of the middle. The tangent stays that of the four points.
     """
-    x, p, t, load, wet = work.x, work.p, work.point, work.load, work.lane[WET]
+    x, t, load, wet = work.x, work.point, work.load, work.lane[WET]
     if not any_of(p[CLOSED_DRAG], 1.0):
         return
     point_lanes(x, p, _N_MID, _D_MID, current, t)
@@ -286,7 +286,7 @@ def closed_loads(work, current, second):
             mean = work.mean_v
             v, turn = get3(t, POINT_W, e), scale(per_length, sub(shear, sub(get3(mean, 6, e), get3(mean, 0, e))))
             b = p[HALF_RHO_D, e] * t[POINT_R, e]
-            f1, m1 = normal_drag(v, turn, u, p[EXTRA_DRAG, e] * b, length)
+            f1, m1 = normal_drag(v, turn, u, p[EXTRA_NOW, e] * b, length)
             f, m = add(f, f1), add(m, m1)
             c = p[EXTRA_ALONG, e] * (2.0 * p[FT, e] * b + friction(dot(v, u), p, e)[0])
             f1, m1 = tangential_drag(v, turn, u, c, length)
@@ -300,9 +300,9 @@ def closed_loads(work, current, second):
 
 
 @driver
-def drop_axial_lift(work, tangent):
+def drop_axial_lift(work, p, tangent):
     """Take the buoyancy along the links off their wet part, where theirs is HK 55: into force and k."""
-    x, p, force, k, wet, rise = work.x, work.p, work.force, work.k, work.lane[WET], work.lane[RISE : RISE + 2]
+    x, force, k, wet, rise = work.x, work.force, work.k, work.lane[WET], work.lane[RISE : RISE + 2]
     for e in range(LANES):
         if p[AXIAL_LIFT, e] == 0.0 or wet[e] == 0.0:
             continue

@@ -251,8 +251,8 @@ class Strum(NamedTuple):
 
 
 class LineModel(NamedTuple):
-    """One cable with what holds it, hangs on it and pulls it; read-only but for loads and, where a winch feeds cable,
-    the element table, which follows from the arc lengths."""
+    """One cable with what holds it, hangs on it and pulls it; read-only but for loads and the element table, which
+    follows from the arc lengths."""
 
     elements: np.ndarray  # [groups, ROWS, LANES] element table
     held: np.ndarray  # [nodes, 6] 1 where q, v and a are imposed from outside

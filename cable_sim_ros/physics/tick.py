@@ -20,10 +20,10 @@ from .ship import follow, ship_ring, vehicle_ring
 from .state import FLOW, NOW, TICK, Q, V, checkpoint, restore
 from .substeps import begin, link_stepper, start, unfinished
 from .tick_output import HALVED, NEWTON_FAILED, NOT_FINITE, SETPOINT_LIMITED
-from .tow import advance_tow, end_step, impose, link_tow, place_surfaces, strum
+from .tow import end_step, impose, link_tow, place_surfaces, strum
 from .towbody import turn_into_flow
 from .winch import forget, note_command, winch_flags
-from .winch_command import command, command_between
+from .winch_command import between, command, command_between
 from .winch_drive import drive_flags
 
 observe, sense = opaque(_observe), opaque(_sense)
@@ -70,34 +70,54 @@ follow_vehicle = opaque(_follow_vehicle)
 
 
 @driver
-def _stride(model, state, inputs, output, slot, begun) -> tuple[bool, bool]:
-    """Take the next step of a tick that began at ``begun`` [ns] and whose steps are chosen: all that is looked at once
-    a tick is looked at once a step. Returns (False: no halving left, is a source blending).
-    """
-    now, plan, settings = state.memory[NOW], state.plan[0], model.settings[0]
-    done = plan.done
-    first, last = now.time.now, begun + np.int64((done + plan.fraction) * settings.tick_ns)
-    h, before = begin(model.line, state, settings.tick_ns * 1e-9), now.winch.command_rate
+def look(model, state, inputs, first, last, h, chosen):
+    """Ship, vehicle, commands and flaps at the end ``last`` [ns] of an interval of h [s], which began at ``first``: of
+    a tick, or where steps are chosen of each step."""
+    now, settings = state.memory[NOW], model.settings[0]
+    before = now.winch.command_rate
     follow(first, last, ship_ring(inputs), now.ship, now, settings.ship)
     if settings.vehicle.on != 0:
         follow_vehicle(first, last, inputs, now, settings.vehicle)
-    rate = command_between(first, last, settings.drum, inputs, now.winch)
+    if chosen:
+        command_between(first, last, settings.drum, inputs, now.winch)
+    else:
+        command(last, h, settings.drum, inputs, now.winch)
     note_command(settings.drum, now.winch, before, h)
     if state.attitude.shape[1] > 0:
         move_flaps(model.line.rigid, state, inputs, last, h)
-    blending = impose(model, state, inputs, last, h, rate)
+
+
+@driver
+def end_interval(model, state, last, h, blending):
+    """What has gone by with an interval of h [s] that was solved to its end ``last`` [ns]."""
+    now = state.memory[NOW]
+    now.time.now = last
+    turn_bodies(model.line, state, h)
+    if not blending:
+        now.ship.blend_length = 0.0
+
+
+@driver
+def step(model, state, inputs, begun, commanded, until, chosen):
+    """Take what is to be taken next of a tick that began at ``begun`` [ns]. Returns (False: no halving left, is a
+    source blending).
+
+    commanded, until: pay-out commanded at the beginning and at the end of the tick, each with its rate [m, m/s], which
+    count where steps are not chosen.
+    """
+    now, plan, tick_ns = state.memory[NOW], state.plan[0], model.settings[0].tick_ns
+    done, fraction = plan.done, plan.done + plan.fraction
+    first, last = now.time.now, begun + np.int64(fraction * tick_ns)
+    if not chosen:
+        now.winch.commanded, now.winch.command_rate = between(commanded, until, fraction, tick_ns * 1e-9)
+    h = begin(model.line, state, tick_ns * 1e-9)
+    if chosen:
+        look(model, state, inputs, first, last, h, True)
+    blending = impose(model, state, inputs, last, h)
     going_on = end_step(model, state, h)
-    if plan.done > done:
-        now.time.now = last
-        turn_bodies(model.line, state, h)
-        if not blending:
-            now.ship.blend_length = 0.0
-        if plan.done < 1.0 and by_angle(now.setpoint.algorithm):
-            observe(model, state, output, slot, 0, blending)
+    if chosen and plan.done > done:
+        end_interval(model, state, last, h, blending)
     return going_on, blending
-
-
-stride = opaque(_stride)
 
 
 @driver
@@ -120,31 +140,23 @@ def _tick(model, state, inputs, output, slot) -> int:
     begun, commanded, blending = now.time.now, (now.winch.commanded, now.winch.command_rate), False
     chosen = model.line.settings[0].step_tension > 0.0
     if not chosen:
-        follow(begun, end, ship_ring(inputs), now.ship, now, settings.ship)
-        if settings.vehicle.on != 0:
-            follow_vehicle(begun, end, inputs, now, settings.vehicle)
-        command(end, h, settings.drum, inputs, now.winch)
-        note_command(settings.drum, now.winch, commanded[1], h)
-        if state.attitude.shape[1] > 0:
-            move_flaps(model.line.rigid, state, inputs, end, h)
+        look(model, state, inputs, begun, end, h, False)
     until = now.winch.commanded, now.winch.command_rate
     start(state)
     while unfinished(state):
-        if chosen:
-            going_on, blending = stride(model, state, inputs, output, slot, begun)
-        else:
-            going_on, blending = advance_tow(model, state, inputs, commanded, until)
+        going_on, blending = step(model, state, inputs, begun, commanded, until, chosen)
         if not going_on:
             return halt(model, state, output, slot, NEWTON_FAILED | HALVED)
         if state.plan[0].taken != 0 and unfinished(state):
+            if chosen and by_angle(now.setpoint.algorithm):
+                observe(model, state, output, slot, 0, blending)
             glance(model, state, output.contact[slot])
     if state.plan[0].halved != 0 and not chosen:
         flags |= HALVED
     if not (finite(state.nodes[NOW, Q]) and finite(state.nodes[NOW, V])):
         return halt(model, state, output, slot, NOT_FINITE | flags)
     if not chosen:
-        turn_bodies(model.line, state, h)
-    now.time.now = end
+        end_interval(model, state, end, h, blending)
     now.time.ticks += 1
     fade(model.line, state, h, now.time.ticks)
     if model.line.strum.sections.shape[0] > 0:
@@ -152,8 +164,6 @@ def _tick(model, state, inputs, output, slot) -> int:
     flags |= winch_flags(now.winch, h) | drive_flags(now.drive, now.winch)
     if now.setpoint.limited != 0:
         flags |= SETPOINT_LIMITED
-    if not blending:
-        now.ship.blend_length = 0.0
     flags = observe(model, state, output, slot, flags, blending)
     if model.sensors.rules.shape[0] > 0:
         sense(model, state, output.frame[slot])
@@ -169,9 +179,8 @@ def link_tick(model, state, inputs, output) -> None:
     link_tow(model, state, inputs)
     link_flaps(model.line.rigid, state, inputs)
     link(_observe, model, state, output, 0, 0, False)
-    chosen, vehicle = model.line.settings[0].step_tension > 0.0, model.settings[0].vehicle
+    vehicle = model.settings[0].vehicle
     link(_follow_vehicle, 0, 0, inputs, state.memory[NOW], vehicle, needed=vehicle.on != 0)
     link(_fill_vehicle, vehicle, state, output.frame[0], needed=vehicle.on != 0)
-    link(_stride, model, state, inputs, output, 0, 0, needed=chosen)
     link(_sense, model, state, output.frame[0], needed=len(model.sensors.rules) > 0)
     link(_tick, model, state, inputs, output, 0)

@@ -21,13 +21,12 @@ from .sensor_models import FROZEN, NOISE
 from .sensors import pin_tension
 from .ship import evaluate, hull_point, rotate, ship_ring, spin, vehicle_ring
 from .state import ARC, NOW, STEP, A, Q, V
-from .substeps import begin, finish
+from .substeps import finish
 from .swivel import hinge, rolled, swing, swung_to
 from .vec import at3, axpy
 from .vehicle import end_of
 from .viv_amplification import aim, approach
 from .winch import WOUND, clip, drum_point, drum_turning, servo, wind
-from .winch_command import between
 from .winch_drive import BRAKE, MEETINGS, MOTOR, RATE_LOOP, SERVO, balance, begin_turn, count_work
 from .workspace import FED
 
@@ -135,7 +134,7 @@ move_vehicle = opaque(_move_vehicle)
 
 
 @driver
-def _impose(model, state, inputs, t, h, command_rate) -> bool:
+def _impose(model, state, inputs, t, h) -> bool:
     """Ship, surfaces, set-point, winch and cable end at the end t [ns] of a step of h [s]. Is a source blending?"""
     now, settings = state.memory[NOW], model.settings[0]
     blending = evaluate(t, ship_ring(inputs), now.ship, now, settings.ship.stale_decay)
@@ -155,7 +154,7 @@ def _impose(model, state, inputs, t, h, command_rate) -> bool:
     length, rate = set_point(now.setpoint, sheave, departure, h, tension, paid)
     now.drive.law = length
     length += now.winch.commanded
-    rate += command_rate
+    rate += now.winch.command_rate
     turn(model, state, h, length, rate)
     flow_of(h, coefficients(h, model.line.settings[0].rho_inf), state.memory[STEP].winch, now.winch)
     hold_end(model, state)
@@ -284,20 +283,6 @@ solve_driven = opaque(_solve_driven)
 
 
 @driver
-def advance_tow(model, state, inputs, commanded, until):
-    """Take what is to be taken next of a tick. Returns (False: no halving left, is a source blending).
-
-    commanded, until: pay-out commanded at the beginning and at the end of the tick, each with its rate [m, m/s].
-    """
-    now, plan, tick_ns = state.memory[NOW], state.plan[0], model.settings[0].tick_ns
-    fraction = plan.done + plan.fraction
-    now.winch.commanded, now.winch.command_rate = between(commanded, until, fraction, tick_ns * 1e-9)
-    h = begin(model.line, state, tick_ns * 1e-9)
-    blending = impose(model, state, inputs, now.time.now + int(fraction * tick_ns), h, now.winch.command_rate)
-    return end_step(model, state, h), blending
-
-
-@driver
 def end_step(model, state, h):
     """Solve the step of h [s] that was imposed, and wind what ran off or onto the drum. False: no halving left."""
     if model.line.settings[0].amplified != 0:
@@ -341,7 +326,7 @@ def link_tow(model, state, inputs) -> None:
     motor, vehicle = model.settings[0].drive.model == MOTOR, model.settings[0].vehicle
     link(_hold_far_end, model, state, needed=vehicle.on != 0)
     link(_move_vehicle, 0, inputs, state.memory[NOW], vehicle, needed=vehicle.on != 0)
-    link(_impose, model, state, inputs, 0, 0.0, 0.0)
+    link(_impose, model, state, inputs, 0, 0.0)
     link(_turn_motor, model, state, 0.0, 0.0, 0.0, needed=motor)
     link(_solve_driven, model, state, 0.0, needed=motor)
     link(_strum, model, state, 0.0, np.int64(0), needed=len(model.line.strum.sections) > 0)

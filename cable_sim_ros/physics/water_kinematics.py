@@ -121,8 +121,6 @@ def _stir(line, state, h) -> None:
     """The water at the end of a step of h [s] that has just been predicted; h = 0: of now; STILL: of now, without waves
     and turbulence."""
     sea, work = line.sea, state.work
-    if work.stream.shape[0] == 0:
-        return
     pass_time(sea, state, h)
     now, gusts, place = state.memory[NOW].sea, work.gusts, work.lanes[0].point
     gust(sea.eddies, now, gusts)
@@ -150,5 +148,5 @@ stir = opaque(_stir)
 
 
 def link_stir(line, state) -> None:
-    """Compile or load stir() and publish it; call before anything that uses it runs."""
-    link(_stir, line, state, 0.0)
+    """Compile or load stir() and publish it, where there is more than a linear current."""
+    link(_stir, line, state, 0.0, needed=len(state.work.stream) > 0)

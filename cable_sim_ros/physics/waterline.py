@@ -109,11 +109,11 @@ def immersion(x, p, rise, wet):
 
 
 @driver
-def waterline(e, work, current, streams, change, tangent):
+def waterline(e, work, rows, current, streams, change, tangent):
     """Load of the partly wet element in lane e of a group, subtracted from force[12, e] and k[144, e] of the work.
 
-    One Gauss point a lane of the work tables; the last lanes hold the moving bounds. streams: of the group [0 or 1, 4,
-    STREAM_ROWS, LANES], see sea.py.
+    One Gauss point a lane of the work tables; the last lanes hold the moving bounds. rows: element table of the group
+    [ROWS, LANES]; streams: of the group [0 or 1, 4, STREAM_ROWS, LANES], see sea.py.
     """
     x, p, n, d, t, force, k = work.cut_x, work.cut_p, work.cut_n, work.cut_d, work.point, work.force, work.k
     weight, at, ends, bounds = work.cut[0], work.cut[1], work.cut[2], work.cut[3]
@@ -126,13 +126,13 @@ def waterline(e, work, current, streams, change, tangent):
         for row in range(x.shape[0]):
             x[row, lane] = work.x[row, e]
         for row in range(p.shape[0]):
-            p[row, lane] = work.p[row, e]
+            p[row, lane] = rows[row, e]
         for row in range(work.mean_v.shape[0]):
             work.cut_mean[row, lane] = work.mean_v[row, e]
         weight[lane] = 0.0
         at[lane] = 0.0
         ends[lane] = 0.0
-    length = work.p[LENGTH, e]
+    length = rows[LENGTH, e]
     lane = 0
     for i in range(count):
         low, high = bounds[2 * i], bounds[2 * i + 1]

@@ -124,7 +124,8 @@ blow = opaque(_blow)
 @driver
 def wash(line, state, h):
     """Water and wind at the present shape, of a step of h [s] as stir() takes it."""
-    stir(line, state, h)
+    if state.work.stream.shape[0] > 0:
+        stir(line, state, h)
     if line.settings[0].air[BODIES] > 0.0:
         blow(line, state)
 

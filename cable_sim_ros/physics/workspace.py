@@ -30,7 +30,6 @@ LANE_TABLES = np.dtype(
     [
         ("x", "f8", (UNKNOWNS, LANES)),  # scaled unknowns, velocities, accelerations
         ("mean_v", "f8", (MEAN_UNKNOWNS, LANES)),  # running mean of the scaled velocities; "mean" is one of numpy's own
-        ("p", "f8", (ROWS, LANES)),  # element table
         ("force", "f8", (12, LANES)),
         ("k", "f8", (144, LANES)),
         ("k9", "f8", (K9_ROWS, LANES)),

@@ -20,7 +20,7 @@ import sys
 import numpy as np
 from numba import types
 
-from ..compiler.jit import driver, prepare
+from ..compiler.jit import by_reference, driver, prepare
 from ..physics.output import no_peaks
 from ..physics.state import NOW
 from ..physics.tick import link_tick, observe, sense, tick
@@ -188,6 +188,7 @@ def _drive(model, state, inputs, output, what, count, control, stats, heads):
     LIVE: the real-time loop on the control words and stats rows; returns its tick count. heads: a ring that it fills.
     With a ``count`` above 0 as many ticks, each at once, into the same rings: lockstep.
     """
+    model, state, inputs, output = by_reference(model), by_reference(state), by_reference(inputs), by_reference(output)
     if what == 0:
         steps, iterations, left = rest(model, state, MASS_DAMPING, count, LONGEST_STEP)
         if steps >= 0 or left < CREEPING:

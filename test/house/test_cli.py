@@ -157,7 +157,7 @@ def test_every_command_helps(command):
         (("bench", "P1", "--features"), "--haul, --ticks, --lockstep, --water and --sweep each stand alone"),
         (
             ("bench", "--features", "--sheave-mesh"),
-            "--features, --sheave-mesh, --mesh, --haul, --ticks, --lockstep, --water and --sweep each stand alone",
+            "--features, --account, --sheave-mesh, --mesh, --haul, --ticks, --lockstep, --water and --sweep each stand",
         ),
         (("bench", "--sheave-mesh", "--repeats", "2"), "--sheave-mesh repeats nothing"),
         (("bench", "--mesh", "--repeats", "2"), "--mesh repeats nothing"),

@@ -7,7 +7,7 @@ import pytest
 
 from cable_sim_ros.compiler.jit import LANES, NO, YES
 from cable_sim_ros.physics import ancf
-from cable_sim_ros.physics.cable_assembly import Cable, Section, _assemble, handed, link_assembly
+from cable_sim_ros.physics.cable_assembly import Cable, Section, _assemble, link_assembly
 from cable_sim_ros.physics.contact_surface import SURFACE, floor_row, surface_row
 from cable_sim_ros.physics.drag_laws import CHOO_CASARELLA, LAWS, DragLaw, element_rows
 from cable_sim_ros.physics.state import ARC, LINE_SETTINGS, MEAN, NOW, A, Change, Q, V, make_state
@@ -128,7 +128,7 @@ class Bench:
         """The system into work.band and work.lower; returns the strain energy [J]."""
         line = build_line(self.elements, np.zeros((self.n + 1, 6)), np.zeros(0, BODY), [], np.zeros(1, LINE_SETTINGS))
         link_assembly(line, self.state)
-        return _assemble(line, handed(self.state), change, tangent)
+        return _assemble(line, self.state, change, tangent)
 
     def residual(self, sigma=0.0) -> np.ndarray:
         """R [nodes, 6]."""

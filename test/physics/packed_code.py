@@ -22,31 +22,31 @@ from cable_sim_ros.physics.contact_surface import DRUM, FLOOR, GROOVE, SURFACE, 
 from cable_sim_ros.physics.drag import POINT_V
 from cable_sim_ros.physics.workspace import make_work
 
-W = make_work(4).lanes[0]
+W, P = make_work(4).lanes[0], np.zeros((ancf.ROWS, 16))
 LANE, TABLE, ROW = W.lane[0], np.zeros((4, 16)), np.zeros(1, SURFACE)[0]
 CURRENT, STREAM = (0.0, 0.0, 0.0, 0.0), np.zeros((11, 16))
 OUT = (W.load[0], W.by_place[0], W.by_slope[0])
 BOTH = (W.by_place, W.by_slope)
 KERNELS = {
-    ancf.inertia_lanes: (W.x, W.p, W.force, 0.0),
-    ancf.inertia_tangent_lanes: (W.p, 1.0, W.k),
-    ancf.elastic_lanes: (W.x, W.p, W.force, LANE, W.lane[1], W.lane[2]),
-    ancf.elastic_tangent_lanes: (W.x, W.p, 1.0, W.force, LANE, W.lane[1], W.lane[2], W.k9, W.k),
+    ancf.inertia_lanes: (W.x, P, W.force, 0.0),
+    ancf.inertia_tangent_lanes: (P, 1.0, W.k),
+    ancf.elastic_lanes: (W.x, P, W.force, LANE, W.lane[1], W.lane[2]),
+    ancf.elastic_tangent_lanes: (W.x, P, 1.0, W.force, LANE, W.lane[1], W.lane[2], W.k9, W.k),
     cable_assembly.power_of: (W.x, W.force, 16, LANE),
     cable_assembly.near_surface: (W.x, ROW, LANE),
-    drag.point_lanes: (W.x, W.p, TABLE, TABLE, CURRENT, W.point),
+    drag.point_lanes: (W.x, P, TABLE, TABLE, CURRENT, W.point),
     drag.mean_lanes: (W.mean_v, TABLE, W.point),
-    drag.coefficient_lanes: (W.p, W.point, POINT_V),
-    drag.load_lanes: (W.point, W.p, LANE, W.load[0]),
-    drag.load_tangent_lanes: (W.point, W.p, 1.0, 1.0, LANE, *OUT),
-    drag.mean_load_lanes: (W.point, W.p, LANE, W.load[0]),
-    drag.mean_tangent_lanes: (W.point, W.p, 1.0, LANE, *OUT),
+    drag.coefficient_lanes: (P, W.point, POINT_V),
+    drag.load_lanes: (W.point, P, LANE, W.load[0]),
+    drag.load_tangent_lanes: (W.point, P, 1.0, 1.0, LANE, *OUT),
+    drag.mean_load_lanes: (W.point, P, LANE, W.load[0]),
+    drag.mean_tangent_lanes: (W.point, P, 1.0, LANE, *OUT),
     drag.spread_force: (np.zeros((5, 4)), W.load, CONTACT_POINTS, W.force),
     drag.spread_matrix: (np.zeros((5, 4)), np.zeros((5, 4)), BOTH, CONTACT_POINTS, W.mixed, W.k),
     sea.wave_lanes: (np.zeros((1, 8)), np.zeros((1, 3)), np.zeros(2), 0.0, W.point, STREAM),
     sea.stream_lanes: (STREAM, W.x, TABLE, W.point),
-    sea.push_lanes: (STREAM, W.p, LANE, W.load[0]),
-    contact.contact_point_lanes: (W.x, W.p, TABLE[0], W.point),
+    sea.push_lanes: (STREAM, P, LANE, W.load[0]),
+    contact.contact_point_lanes: (W.x, P, TABLE[0], W.point),
     contact.contact_lanes: (W.point, ROW, LANE, W.load[0]),
     contact.contact_tangent_lanes: (W.point, ROW, 1.0, LANE, OUT),
 }

@@ -1,12 +1,14 @@
 """Calls by symbol: a symbol is one function and one version; what is compiled belongs to one processor."""
 
 import inspect
+from typing import NamedTuple
 
 import numba
 import numpy as np
 import pytest
 
-from cable_sim_ros.compiler.by_symbol import driver, link, opaque, returned_by, symbol_of
+from cable_sim_ros.compiler.by_symbol import by_reference, driver, link, opaque, returned_by, symbol_of
+from cable_sim_ros.compiler.kernel_form import asked
 from cable_sim_ros.physics import contact
 
 pytestmark = pytest.mark.check
@@ -126,6 +128,39 @@ def test_what_no_caller_can_take_is_refused():
     exec("def _f(x) -> list:\n    return x", namespace)
     with pytest.raises(TypeError, match=r"seven\._f .* says that it returns list, known are float, int, bool, None"):
         opaque(driver(namespace["_f"]))
+
+
+class Inner(NamedTuple):
+    row: np.ndarray
+    factor: float
+
+
+class Outer(NamedTuple):
+    count: int
+    table: np.ndarray
+    inner: Inner
+
+
+@compiled
+def test_a_named_tuple_of_arrays_is_handed_over_as_one_word():
+    namespace = {"__name__": "eight"}
+    source = "def {}(x, i) -> float:\n    x.inner.row[i] += 1.0\n    return x.count * x.table[1, i] + {}"
+    exec(source.format("_inside", "x.inner.factor * x.inner.row[i]"), namespace)
+    exec(source.format("_outside", "x.table.shape[0] + inside(x, i)"), namespace)
+    kernels = [numba.njit(_nrt=False)(namespace[name]) for name in ("_inside", "_outside")]
+    namespace["inside"], outside = map(opaque, kernels)
+
+    @numba.njit(_nrt=False)
+    def entry(x, i):
+        y = by_reference(x)
+        return outside(x, i) + outside(y, i) + y.inner.row[i]
+
+    given = Outer(3, np.arange(8.0).reshape(2, 4), Inner(np.array([5.0, 7.0]), 0.5))
+    for kernel in kernels:
+        link(kernel, given, 0)
+        assert [str(kind).partition("(")[0] for kind in asked[symbol_of(kernel)][0]] == ["reference", "int64"]
+    first, second = (15.0 + 2.0 + 15.0 + 0.5 * row for row in (9.0, 11.0))
+    assert entry(given, 1) == first + second + 11.0 and list(given.inner.row) == [5.0, 11.0]
 
 
 def test_kernels_are_compiled_without_leave_to_reorder():

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...compiler.jit import NO, YES, driver
+from ...compiler.jit import NO, YES, by_reference, driver
 from ...physics.block_tridiagonal import solve
 from ...physics.contact_detection import detect_contact
 from ...physics.integrate import advance, settle
@@ -40,6 +40,7 @@ class Samples(NamedTuple):
 def accelerate(line, state):
     """Accelerations that balance the present q and v; returns the residual left [N]."""
     big = 1e14  # inertia over stiffness: the solution is an acceleration, the shape stays
+    line, state = by_reference(line), by_reference(state)
     a, x, tolerance = state.nodes[NOW, A], state.nodes[NOW, X], line.settings[0].tolerance
     wash(line, state, 0.0)
     worst = residual(line, state, AT_REST, NO)
@@ -99,6 +100,7 @@ def move(state, moved, i, length):
 @driver
 def take(line, state, moved, i, length):
     """Take what is to be taken next of step i of ``length`` [s]. Returns its own length, negative: not solved."""
+    line, state = by_reference(line), by_reference(state)
     h = begin(line, state, length)
     move(state, moved, i, length)
     before = state.plan[0].done
@@ -110,6 +112,7 @@ def take(line, state, moved, i, length):
 @driver
 def integrate(line, state, h, every, moved, out):
     """Steps of h [s], as many as ``moved`` has, into the Samples out. Returns the steps done, the iterations."""
+    line, state = by_reference(line), by_reference(state)
     steps, used = moved.table.shape[0] - 1, 0
     for i in range(steps):
         start(state)
@@ -156,5 +159,6 @@ def look(state):
 @driver
 def weigh_up(line, state, change, tangent):
     """line.residual as an entry of its own, in the water of now."""
+    line, state = by_reference(line), by_reference(state)
     wash(line, state, 0.0)
     return residual(line, state, change, tangent)
