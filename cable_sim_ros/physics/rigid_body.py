@@ -200,7 +200,7 @@ def _rigid_load(rigid, i, state, change, tangent) -> float:
     if tangent:
         rises(t, inert, twist, slope, tilt)
     force, moment = axpy(wetness, inert, force), axpy(wetness, twist, moment)
-    attitude.slam = 0.0
+    attitude.wet, attitude.slam = wetness, 0.0
     if slope != 0.0:
         blow, whirl = enter(body, (u, omega, p, h), (scale(slope, up), tilt), t, tangent)
         force, moment, attitude.slam = add(force, blow), add(moment, whirl), norm(blow)
