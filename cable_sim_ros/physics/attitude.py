@@ -31,7 +31,9 @@ ATTITUDE = np.dtype(
         ("moment", "f8", 3),  # N m that are not balanced, about the tow point
         ("correction", "f8", 3),  # rad, Newton's last
         ("attack", "f8"),  # largest angle of attack of a wing that bears something, over its angle of stall
+        ("wet", "f8"),  # share of the hull
         ("slam", "f8"),  # N, of water entry
+        ("blown", "f8"),  # W, of the wind
         ("ground", "f8"),  # N, of the seabed
         # see flaps.py
         ("flap", "f8", MAX_WINGS),  # rad, trailing edge down

@@ -96,12 +96,14 @@ def bodies(line, state, change, tangent):
 
 @driver
 def push_by_wind(state):
-    """Add the load of the wind on every node; returns its power [W]."""
+    """Add the load of the wind on every node; returns its power [W], with that on rigid bodies."""
     band, around, v, power = state.work.band, state.work.around, state.nodes[NOW, V], 0.0
     for n in range(around.shape[0]):
         for k in range(6):
             band[n, k, 12] += around[n, WIND + k]
             power += around[n, WIND + k] * v[n, k]
+    for i in range(state.attitude.shape[1]):
+        power += state.attitude[NOW, i].blown
     return power
 
 

@@ -44,7 +44,7 @@ from .tick_output import (
     VEHICLE_STALE,
 )
 from .towbody import TURNING, heading, heading_held, slam
-from .vec import at3, cross, dot, norm, scale
+from .vec import add, at3, cross, dot, norm, row3, scale
 from .viv_amplification import show, sum_up
 from .winch import ACCELERATION, COMMAND, RAMP, RATE, TRAVEL, cell
 
@@ -309,10 +309,15 @@ def fill_slam(line, state, f, h, first):
     f.slam, f.slam_estimate = 0.0, 0.0
     for i in range(first, line.bodies.shape[0]):
         n, row = line.body_nodes[i], line.bodies[i].rigid
-        force, left_out = slam(line.bodies[i], q[n], v[n], state.work.around[n], h)
-        if force >= 0.0:
+        place, wet, own = row3(q, n), 0.0, 0.0
+        if row >= 0:  # of the middle of its hull
+            attitude = state.attitude[NOW, row]
+            place = add(place, to_world(axes(attitude.quaternion), at3(line.rigid.bodies[row].hull_centre, 0)))
+            wet, own = attitude.wet, attitude.slam
+        force, left_out = slam(line.bodies[i], place, v[n], state.work.around[n], h)
+        if force >= 0.0 or 0.0 < wet < 1.0:
             crossed = SURFACE_CROSSED
-            f.slam = max(f.slam, state.attitude[NOW, row].slam if row >= 0 else force)
+            f.slam = max(f.slam, own if row >= 0 else force)
             f.slam_estimate = max(f.slam_estimate, left_out)
     return crossed
 

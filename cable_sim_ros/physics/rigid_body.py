@@ -23,6 +23,8 @@ from .rigid_loads import (
     BY_RATE,
     BY_SPEED,
     BY_TURN,
+    _air_load,
+    air_load,
     between,
     block,
     enter,
@@ -183,6 +185,11 @@ def _rigid_load(rigid, i, state, change, tangent) -> float:
     force, moment, lever, wetness, slope, tilt = hull_load(body, rigid.strips, (u, omega), up, height, t, tangent)
     lift, turn, attitude.attack = wing_loads(body, rigid.wings, attitude.flap, (u, omega), up, height, t, tangent)
     force, moment = add(force, lift), add(moment, turn)
+    blown, twisted = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
+    if body.air > 0.0:
+        x, y, z, mx, my, mz = air_load(rigid, i, state, u, height, tangent)
+        blown, twisted = (x, y, z), (mx, my, mz)
+        attitude.blown = dot(blown, to_body(r, v)) + dot(twisted, omega)
     p = add(times(body.added, 0, 0, u), times(body.added, 0, 3, omega))
     h = add(times(body.added, 3, 0, u), times(body.added, 3, 3, omega))
     gain = sub(through, cross(omega, u))
@@ -193,11 +200,12 @@ def _rigid_load(rigid, i, state, change, tangent) -> float:
     if tangent:
         rises(t, inert, twist, slope, tilt)
     force, moment = axpy(wetness, inert, force), axpy(wetness, twist, moment)
-    attitude.slam = 0.0
+    attitude.wet, attitude.slam = wetness, 0.0
     if slope != 0.0:
         blow, whirl = enter(body, (u, omega, p, h), (scale(slope, up), tilt), t, tangent)
         force, moment, attitude.slam = add(force, blow), add(moment, whirl), norm(blow)
     power = dot(force, to_body(r, v)) + dot(moment, omega)
+    force, moment = add(force, blown), add(moment, twisted)
     m, g, turned = body.mass, at3(body.gravity_centre, 0), axpy(change.damping, omega, alpha)
     whirl = add(cross(turned, g), cross(omega, cross(omega, g)))
     left = sub(scale(m, add(axpy(body.gravity, up, own), whirl)), force)
@@ -362,6 +370,8 @@ head_bodies, rigid_energies = opaque(_head_bodies), opaque(_rigid_energies)
 def link_rigid(line, state) -> None:
     """Compile or load what computes rigid bodies and publish it, where there is one; call before what uses it runs."""
     rule, there = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0), len(line.rigid.bodies) > 0
+    windy, still = there and bool(line.rigid.bodies["air"].max() > 0.0), (0.0, 0.0, 0.0)
+    link(_air_load, line.rigid, 0, state, still, 0.0, np.bool_(False), needed=windy)
     link(_rigid_load, line.rigid, 0, state, AT_REST, np.bool_(False), needed=there)
     for kernel in (_condense, _follow_nodes, _rigid_energies, _head_bodies):
         link(kernel, line, state, needed=there)

@@ -1,4 +1,4 @@
-"""What water and ground do to a rigid body: loads of hull and wings, water entry, seabed; with their derivatives.
+"""What water, wind and ground do to a rigid body: loads of hull and wings, water entry, seabed; with derivatives.
 
 Loads are in body axes about the tow point P, see rigid_body.py; tables of derivatives are rows of Work.body.
 """
@@ -7,12 +7,13 @@ from __future__ import annotations
 
 from math import sqrt
 
-from ..compiler.jit import driver, inline
-from .attitude import jacobian, to_body, to_world
+from ..compiler.jit import driver, inline, opaque
+from .attitude import axes, jacobian, to_body, to_world
 from .contact_surface import ON_GROUND
 from .drag_laws import smooth
+from .state import NOW, V
 from .towbody import ground_load
-from .vec import add, at3, axpy, cross, dot, scale
+from .vec import add, at3, axpy, cross, dot, row3, scale, sub
 from .wing import wing_force
 
 SPEED_FLOOR = 1e-3  # m/s
@@ -223,6 +224,47 @@ def wing_loads(body, wings, flaps, motion, up, height, t, tangent):
             spread(t, d, place, wet)
             rises(t, f, m, slope, turn)
     return force, moment, attack
+
+
+@driver
+def _air_load(rigid, i, state, u, height, tangent) -> tuple[float, float, float, float, float, float]:
+    """Force and moment of the wind on the dry share of strips and wings, with the coefficients they have in water; u:
+    velocity through the water, body axes, to which t has the derivatives; height: of P over the water."""
+    body, attitude, t, c = rigid.bodies[i], state.attitude[NOW, i], state.work.body, at3(rigid.bodies[i].hull_centre, 0)
+    r, omega, w = axes(attitude.quaternion), at3(attitude.rate, 0), state.memory[NOW].wind
+    own = to_body(r, sub(row3(state.nodes[NOW, V], body.node), (w[0], w[1], 0.0)))
+    off, force, moment = hat_rows(sub(own, u)), NONE, NONE
+    strips = body.strips[1] - body.strips[0]
+    for k in range(strips + body.wings[1] - body.wings[0]):
+        if k < strips:
+            s = rigid.strips[body.strips[0] + k]
+            place, kx, ky, kz = (c[0] + s.along, c[1], c[2]), body.drag * s.share, s.across[0], s.across[1]
+            wet, slope, turn = wet_share(place, r[2], height, s.half_height)
+            x, y, z = scale(-1.0, add(own, cross(omega, place)))
+            speed = sqrt(y * y + z * z + SPEED_FLOOR * SPEED_FLOOR)
+            f = (kx * abs(x) * x, ky * speed * y, kz * speed * z)
+            d = (
+                (2.0 * kx * abs(x), 0.0, 0.0),
+                (0.0, ky * (speed + y * y / speed), ky * y * z / speed),
+                (0.0, kz * y * z / speed, kz * (speed + z * z / speed)),
+            )
+        else:
+            wing, flap = rigid.wings[body.wings[0] + k - strips], attitude.flap[k - strips]
+            place = at3(wing.place, 0)
+            wet, slope, turn = wet_share(place, r[2], height, wing.half_height)
+            f, d, _, _ = wing_force(wing, flap, scale(-1.0, add(own, cross(omega, place))), tangent)
+        dry, f, d = 1.0 - wet, scale(body.air, f), scaled(body.air, d)
+        m = cross(place, f)
+        force, moment = axpy(dry, f, force), axpy(dry, m, moment)
+        if tangent and dry > 0.0:
+            spread(t, d, place, dry)
+            rises(t, f, m, -slope, scale(-1.0, turn))
+            plus_rows(t[BY_TURN], 0, dry, between(d, off))
+            plus_rows(t[BY_TURN], 3, dry, hat_times(place, between(d, off)))
+    return force[0], force[1], force[2], moment[0], moment[1], moment[2]
+
+
+air_load = opaque(_air_load)  # compiled where there is wind
 
 
 @driver

@@ -19,6 +19,7 @@ RIGID = np.dtype(  # of one body; places in body axes from the tow point
         ("inertia", "f8", (3, 3)),  # kg m^2 about the tow point
         ("added", "f8", (6, 6)),  # kg, kg m, kg m^2 about the tow point
         ("drag", "f8"),  # kg/m along x: rho/2 A C_D
+        ("air", "f8"),  # density of the air over that of the water; 0: no wind
         ("floor_stiffness", "f8"),  # N/m^1.5 of a floor under each end of its hull
         ("radius", "f8"),  # m, of these ends
         ("length", "f8"),  # m, over which an unbalanced moment counts as a force

@@ -129,6 +129,18 @@ class Towbody(Block):
         1e9,
         "rigid: added inertia about the hull's centre; none: that of a spheroid of length and diameter",
     )
+    added_matrix: tuple[float, ...] | None = quantity(
+        None,
+        "kg, kg m, kg m^2",
+        -1e9,
+        1e9,
+        "rigid: in place of added_mass and added_inertia, six rows of six: forces along x, y, z and moments about them "
+        "by accelerations along and about them, symmetric; or the name of a file of them",
+        "Newman 1977, 4.13",
+    )
+    added_matrix_point: tuple[float, float, float] | None = quantity(
+        None, "m", -100.0, 100.0, "rigid: point it is about, from the tow point; none: hull_centre"
+    )
     crossflow_coefficient: float = quantity(
         1.1,
         "1",
@@ -144,6 +156,15 @@ class Towbody(Block):
     def _vehicle_is_not_weighed(cls, data: Any) -> Any:
         if isinstance(data, dict) and data.get("model") == BodyModel.VEHICLE:
             return UNWEIGHED | data
+        return data
+
+    @before_checks
+    @classmethod
+    def _rows_are_one_row(cls, data: Any) -> Any:
+        rows = data.get("added_matrix") if isinstance(data, dict) else None
+        if isinstance(rows, (list, tuple)) and rows and all(isinstance(row, (list, tuple)) for row in rows):
+            if all(len(row) == len(rows) for row in rows):
+                return data | {"added_matrix": [number for row in rows for number in row]}
         return data
 
     @property

@@ -1,7 +1,8 @@
 """Wind on what is above the water: crossflow drag of the cable and drag of level bodies, held in a step.
 
 It is evaluated once a step, for its end, at the predicted shape, and stands in columns WIND of State.work.around; of an
-element that crosses the surface on the dry intervals alone, see waterline.py.
+element that crosses the surface on the dry intervals alone, see waterline.py. On a body with an attitude of its own it
+is part of the balance, see rigid_loads.py.
 """
 
 from __future__ import annotations

@@ -387,7 +387,7 @@ def judged(
     if scene is not None and not result.problem:
         others = [*others, *still_growing(scene, result.metrics, before)]
     judged_as = verdict.judge(counted, scene, [*others, *doubts_of_steps(result.metrics)], result.problem)
-    result.verdict = judged_as._replace(notes=notes_of(result.metrics, scene))
+    result.verdict = judged_as._replace(notes=notes_of(result.metrics, scene) + verdict.began(result.frames, scene))
     if result.problem:
         result.metrics["problem"] = result.problem
     result.metrics["verdict"] = result.verdict.as_dict()

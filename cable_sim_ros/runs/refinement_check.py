@@ -29,7 +29,7 @@ from .summary import summarize
 if TYPE_CHECKING:
     from .result import Run
 
-SETTLED = ("SLACK", "RINGING_DAMPED", "RENDER_PLACE")  # doubtful because of mesh and step alone
+SETTLED = ("SLACK", "SNAP_STEP", "RINGING_DAMPED", "RENDER_PLACE")  # doubtful because of mesh and step alone
 AGREED = 0.02  # of the largest tension, and of the deviation
 ORDER = 4.0  # half the step is a quarter of the error: chosen steps are asked for that
 

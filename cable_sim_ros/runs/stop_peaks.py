@@ -1,9 +1,14 @@
-"""The peak after a drum came to rest under way, by brake, friction or an end stop: what the step may miss of it; and
-where a drum goes that its motor renders.
+"""The peak after a drum came to rest under way, by brake, friction or an end stop, and that of a snap as slack cable
+comes tight: what the step may miss of it; and where a drum goes that its motor renders.
 
-Two parts. A drum that comes to rest with the deceleration a has a kink in its speed, and a step h cannot tell more of
-when it came than h: its speed is known to a h, and with it the tension to Z a h, Z = sqrt(EA mu) (wave theory). And the
-time t in which it stops is t/h steps long: measured, 2 (h/t)^2 of the rise of the tension. The larger counts.
+A stop has two parts. A drum that comes to rest with the deceleration a has a kink in its speed, and a step h cannot
+tell more of when it came than h: its speed is known to a h, and with it the tension to Z a h, Z = sqrt(EA mu) (wave
+theory). And the time t in which it stops is t/h steps long: measured, 2 (h/t)^2 of the rise of the tension. The larger
+counts.
+
+So has a snap. As a quarter of a sine of the peak P, the tension rises by at most D = P w h in a step: P (w h)^2, which
+is D^2/P; measured, 0.3 to 0.7 of it. And the step cannot tell more of when the cable came tight than h, of the time t
+in which what hangs on it gained its speed: P h/t.
 """
 
 from __future__ import annotations
@@ -16,6 +21,7 @@ from ..physics.winch_drive import AT_REST, RENDER, DriveModel
 from ..sim.scene import Scene
 from ..sim.tables.material import extreme
 from ..sim.verdict import Reason, check
+from .passage import SNAPS
 from .summary import tick_length
 
 MAY_MISS = 0.02  # of the peak, as two runs of --check may differ
@@ -64,6 +70,33 @@ def stop_missed(frames: np.recarray, scene: Scene) -> tuple[Reason, ...]:
             f"start, and steps of {1e3 * step:.3g} ms may miss {missed:.3g} N of the peak of {peak:.4g} N at the drum, "
             f"{100.0 * missed / peak:.2g} % (limit {100.0 * MAY_MISS:g} %). Steps of {good:g} s keep it: --step fixed "
             f"--every {good:g}, or solver.tick: {good:g}",
+        ),
+    )
+
+
+def snap_missed(frames: np.recarray) -> tuple[Reason, ...]:
+    """Reason where the largest tension of a run is that of a snap and the steps may miss more of it than MAY_MISS."""
+    tick, high = tick_length(frames), np.fmax(frames["tension"], frames["tension_tick_max"])
+    most = int(np.argmax(high))
+    peak, slack = float(high[most]), np.flatnonzero(frames["tension_least"][: most + 1] < 0.0)
+    if not tick or not len(slack) or (most - slack[-1]) * tick > SNAPS:
+        return ()
+    tight, loose = int(slack[-1]), frames["tension_least"][: int(slack[-1]) + 1] < MAY_MISS * peak
+    began = 0 if loose.all() else len(loose) - int(np.argmin(loose[::-1]))
+    step = tick / max(int(frames["substeps"][most]), 1)
+    rise = float(np.diff(frames["tension"][tight : most + 1]).max(initial=0.0)) * step / tick
+    by_rise, by_start = rise**2 / peak, peak * step / max((tight + 1 - began) * tick, step)
+    if max(by_rise, by_start) <= MAY_MISS * peak:
+        return ()
+    good = nice_step(step * min(sqrt(MAY_MISS * peak / max(by_rise, 1e-300)), MAY_MISS * peak / by_start))
+    return (
+        check(
+            "SNAP_STEP",
+            f"the largest tension, {peak:.4g} N {1e-9 * float(frames['time'][most] - frames['time'][0]) + tick:.4g} s "
+            f"after the start, is that of a snap, and steps of {1e3 * step:.3g} ms may miss "
+            f"{max(by_rise, by_start):.3g} N of it, {100.0 * max(by_rise, by_start) / peak:.2g} % (limit "
+            f"{100.0 * MAY_MISS:g} %). Steps of {good:g} s keep it: --step fixed --every {good:g}, or solver.tick: "
+            f"{good:g}",
         ),
     )
 

@@ -15,6 +15,7 @@ from scipy.stats import chi2
 from ..physics.tick_output import Flag
 from ..sim.checks.deviation_checks import SKIP
 from ..sim.tables.elementary import principal, product
+from .passage import events
 from .travel import HAUL_OVER, HAULED, TURNED, haul_of, turned, turns
 from .travel import since_first as since_first
 from .travel import tick_length as tick_length
@@ -27,6 +28,12 @@ FLAT = 1e-6  # m; an ellipsoid whose least standard deviation is below this has 
 NOTHING = 1e-9  # of the mean, or deg: what is below this is round-off
 AT_REST = 0.05  # m/s; a slower ship has no track, its heading is taken instead
 
+PASSAGE = {  # figure of the JSON: event
+    "slam_max_n": "slam",
+    "splash_tension_min_n": "splash_tension_least",
+    "splash_tension_max_n": "splash_tension",
+    "landing_speed_m_s": "landing_speed",
+}
 EXTREMES = (  # of a haul: name, meaning
     ("body_depth", "depth of the towbody"),
     ("payout", "pay-out: unstretched cable off the drum"),
@@ -317,16 +324,8 @@ def attitude(frames: np.recarray) -> dict[str, float | None]:
 
 def passage(frames: np.recarray) -> dict[str, float | None]:
     """What the water surface and the seabed did to the bodies, whole run."""
-    through, aground = frames["status"] & Flag.SURFACE_CROSSED != 0, frames["status"] & Flag.SEABED != 0
-    low = np.fmin(frames["tension"], frames["tension_tick_min"])[through]
-    high = np.fmax(frames["tension"], frames["tension_tick_max"])[through]
-    landed = np.flatnonzero(aground[1:] & ~aground[:-1])  # ticks before
-    return {
-        "slam_max_n": _or_none(np.max(frames["slam"][through])) if through.any() else None,
-        "splash_tension_min_n": low.min() if through.any() else None,
-        "splash_tension_max_n": high.max() if through.any() else None,
-        "landing_speed_m_s": -frames["body_velocity"][landed[0], 2] if len(landed) else None,
-    }
+    found = events(frames)
+    return {key: found[name].value if name in found else None for key, name in PASSAGE.items()}
 
 
 def strumming(frames: np.recarray) -> dict[str, float | None]:

@@ -15,7 +15,7 @@ from ..sim.layout import layout_of
 from ..sim.scene import Scene
 from ..sim.statics.route import DRUM_RESERVE
 from ..sim.verdict import Reason, Verdict, check, judge_counts, overload, strength, verdict_of
-from .stop_peaks import nice_step, rendered, stop_missed
+from .stop_peaks import nice_step, rendered, snap_missed, stop_missed
 from .summary import after_start, tick_length
 
 if TYPE_CHECKING:
@@ -40,7 +40,7 @@ def judge(frames: np.recarray, scene: Scene | None = None, others: Iterable[Reas
         over += hauled_into_waves(scene, float(frames["scope"].min()))
         if (frames["command_age"] < 0.0).all():
             over += drifting(scene, len(frames) * tick, frames["payout"])
-        over += stop_missed(frames, scene) + rendered(frames, scene)
+        over += stop_missed(frames, scene) + snap_missed(frames) + rendered(frames, scene)
         over += in_part(scene, float(np.mean(np.abs(frames["payout_rate"]) < slow(scene))))
     found = judge_counts(
         dict(zip(map(int, status), map(int, counts))),
@@ -54,6 +54,26 @@ def judge(frames: np.recarray, scene: Scene | None = None, others: Iterable[Reas
     if not any(reason.flag == "RINGING_DAMPED" for reason in found.reasons):
         found = verdict_of([*found.reasons, *_deviation_damped(frames)])
     return found._replace(reasons=tuple(_with_numbers(reason, frames, scene) for reason in found.reasons))
+
+
+def began(frames: np.recarray, scene: Scene | None) -> tuple[str, ...]:
+    """Notes on a run that began with something on the seabed, or in the water surface."""
+    if scene is None or not len(frames):
+        return ()
+    first, found = frames[0], list[str]()
+    height = float(first["body_position"][2])
+    if first["status"] & Flag.SEABED and scene.seabed.depth is not None:
+        found.append(
+            f"the run began on the seabed, with {first['seabed_length']:.3g} m of cable on it and the towbody "
+            f"{scene.seabed.depth + height:.3g} m over seabed.depth = {scene.seabed.depth:g} m"
+        )
+    if first["status"] & Flag.SURFACE_CROSSED:
+        found.append(
+            f"the run began with a body in the water surface, the towbody {abs(height):.3g} m "
+            f"{'over' if height > 0.0 else 'under'} its mean: what it weighs there, and so the tension, hangs on "
+            f"winch.scope = {scene.winch.scope:g} m to the centimetre"
+        )
+    return tuple(found)
 
 
 def played(frames: np.recarray) -> np.recarray:

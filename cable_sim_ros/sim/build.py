@@ -404,6 +404,7 @@ def build_model(layout: Layout, mesh: FeedMesh | None = None) -> Model:
     line["amplified"] |= len(strum[1]) > 0
     at = body_nodes(scene, mesh)
     bodies, rigid = with_attitudes(body_table(scene), hung(scene), at, scene.gravity, scene.water.density)
+    rigid.bodies["air"] = air_of(scene)[1]
     return Model(
         line=build_line(
             elements,

@@ -406,7 +406,7 @@ CHECKS = (
         (*PEAKS, *BODY, *WINCH),
         "`run --check`: with half the step and twice the elements a peak or the deviation of the tension differs by "
         "more than 2 %, or towbody or pay-out by more than accuracy.position; where they agree, `SLACK`, "
-        "`RINGING_DAMPED` and `RENDER_PLACE` are taken back",
+        "`SNAP_STEP`, `RINGING_DAMPED` and `RENDER_PLACE` are taken back",
     ),
     (
         "STEP_CONTROL",
@@ -416,6 +416,12 @@ CHECKS = (
         "were taken back: for their error, or without a solution",
     ),
     ("STOP_STEP", DOUBTFUL, PEAKS, "the peak came within 5 s of a stop of the drum: the steps may miss 2 % of it"),
+    (
+        "SNAP_STEP",
+        DOUBTFUL,
+        PEAKS,
+        "the peak is that of a snap as slack cable came tight: the steps may miss 2 % of it",
+    ),
     (
         "RENDER_PLACE",
         DOUBTFUL,

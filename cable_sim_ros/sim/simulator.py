@@ -28,7 +28,7 @@ from .rebase import start_problem
 from .saved import savefile
 from .saved.savefile import SaveError
 from .scene import Scene
-from .static_equilibrium import out_of_reach, settle, tension_slope, turn_bodies
+from .static_equilibrium import out_of_reach, settle, sunk, tension_slope, turn_bodies
 from .statics.route import StartError
 from .statics.vehicle_shape import declare_vehicle
 from .tables.current import declare_water
@@ -113,9 +113,12 @@ class Simulator:
             raise StartError(f"{scene.name}: {problem}; nothing was started", 0.0)
         shape = self.layout.shape(float(drum.payout_0 - drum.inboard), yaw)
         turn_bodies(self, shape, yaw)
-        self.start_report = settle(self, shape, yaw)
-        for error in unstable(self):
-            raise error
+        try:
+            self.start_report = settle(self, shape, yaw)
+            for error in unstable(self):
+                raise error
+        except StartError as error:
+            raise sunk(self, error) or error from None
         now.health.iterations = now.health.substeps = 0
         take_rest(now, scene)
         if self._algorithm == CONSTANT_TENSION:

@@ -14,14 +14,14 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
-from ..physics.contact_surface import FLOOR, GROOVE, SHEAVE_ROW
+from ..physics.contact_surface import FLOOR, GROOVE, SHEAVE_ROW, Seabed
 from ..physics.flaps import clear_attitudes
 from ..physics.section import material_of
 from ..physics.state import FLOW, NOW, Model, State
 from ..physics.swivel import leads, rolled
 from ..physics.tick_output import Flag
 from ..physics.towbody import BodyModel
-from .layout import Layout
+from .layout import Layout, layout_of
 from .scene import Scene
 from .statics.route import MAX_PUSH, MAX_STEPS, Route, StartError, first_angle, first_strain, laid_angle
 from .statics.static_shape import TowShape
@@ -328,6 +328,23 @@ def no_equilibrium(sim: Tow, departure: Departure, tried: int, iterations: int, 
         f"{left:.3g} N, allowed {sim.tolerance:.3g} N, with {sim.stiffness}{aside}; nothing was started. "
         f"Remedy: {helps}" + ("" if scene.seabed.depth is None else ground),
         left,
+    )
+
+
+def sunk(sim: Tow, error: StartError) -> StartError | None:
+    """The error of a start that found no rest because its towbody, with an attitude, would begin in the seabed."""
+    scene, bed = sim.scene, sim.scene.seabed.depth
+    if bed is None or scene.towbody.model is not BodyModel.RIGID:
+        return None
+    depth = -float(layout_of(scene.model_copy(update={"seabed": Seabed()})).shape().place[0, 2])
+    if depth <= bed:
+        return None
+    return StartError(
+        f"{scene.name}: towbody, of model rigid, would begin {depth:.4g} m deep, {depth - bed:.3g} m in the seabed of "
+        f"seabed.depth = {bed:g} m, and finds no rest on it; nothing was started. Remedy: begin with less cable "
+        f"(winch.scope = {scene.winch.scope:g} m) or faster (ship.tow_speed = {scene.ship.tow_speed:g} m/s) and lower "
+        "it onto the ground, or model: level, which begins there",
+        error.residual,
     )
 
 

@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from .static_equilibrium import Tow
 
 AXES = "roll", "pitch", "yaw"
+FREE = 1e-3  # of what SLACK gives: less about the vertical is none at all, as of a body in the air
 SLACK = 1e-3  # of the weight times the length: a stiffness below that is none
 
 
@@ -66,9 +67,10 @@ def unstable(sim: Tow) -> Iterator[UnstableTrim]:
         d = np.array(sim.state.attitude[NOW, i].stiffness)
         speed = hypot(*sim.state.nodes[NOW, FLOW, row.node, :2].tolist())
         least = SLACK * row.mass * row.gravity * row.length
-        if speed < sim.model.line.bodies["min_flow"][sim.model.line.bodies["rigid"] == i][0]:
-            up = np.array(axes(sim.state.attitude[NOW, i].quaternion)[2])
-            d = d + least * up[:, None] * up[None, :]  # nothing holds a heading in still water, nor need it
+        up = np.array(axes(sim.state.attitude[NOW, i].quaternion)[2])
+        slow = speed < sim.model.line.bodies["min_flow"][sim.model.line.bodies["rigid"] == i][0]
+        if slow or abs(float((up[:, None] * d * up[None, :]).sum())) < FREE * least:
+            d = d + least * up[:, None] * up[None, :]  # nothing holds a heading in still water or in air, nor need it
         (a, b, c), (e, f, g), (h, j, k) = d
         minors = a * f - b * e + a * k - c * h + f * k - g * j
         whole = a * (f * k - g * j) - b * (e * k - g * h) + c * (e * j - f * h)

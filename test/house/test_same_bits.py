@@ -20,6 +20,7 @@ CHOSEN = {
 SCIPY = {"make_smoothing_spline", "make_interp_spline", "savgol_filter", "solve_ivp", "linalg"}  # by LAPACK and BLAS
 BESIDE = {  # no number of a run comes from them: what they are for
     "sim/checks/viv_checks.py": "texts of cautions",
+    "sim/checks/added_mass_checks.py": "texts of refusals",
     "sim/checks/scene_warnings.py": "texts of cautions",
     "sim/rig/rig.py": "a line of one's own, not a run",
     "io/plausibility/regression.py": "sources of motion against bounds: convicted or not",

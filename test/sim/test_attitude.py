@@ -12,7 +12,8 @@ from cable_sim_ros.io.recordings.recorded_run import load_run
 from cable_sim_ros.io.scenes.load import SceneError, SceneWarning, load_scene, override, scene_from_dict
 from cable_sim_ros.physics.tick_output import BODY_COLUMNS, Flag
 from cable_sim_ros.runs.offline import run
-from cable_sim_ros.sim.checks.attitude_checks import critical_speed, semidefinite
+from cable_sim_ros.sim.checks.added_mass_checks import semidefinite
+from cable_sim_ros.sim.checks.attitude_checks import critical_speed
 from cable_sim_ros.sim.static_equilibrium import Departure, no_equilibrium
 from cable_sim_ros.sim.static_gradients import StaticGradients
 from cable_sim_ros.sim.statics.route import StartError
@@ -113,7 +114,6 @@ def test_a_fish_that_meets_the_ground_is_borne_and_lifted_again():
         ({"towbody.centre_of_gravity": [-0.1, 0.0, 0.3]}, ("hangs", "upside down", "sign of z")),
         ({"towbody.length": None}, ("towbody.length", "ten times as long", "Give both")),
         ({"towbody.wings.fin.span": 0.05}, ("upright", "Munk's moment", "fins")),
-        ({"air.wind": [0.0, 15.0]}, ("air.wind", "towbody", "134 N", "model: level")),
     ],
 )
 def test_what_would_surprise_is_said(changes, parts):

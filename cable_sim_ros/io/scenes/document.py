@@ -54,6 +54,17 @@ class SceneWarning(UserWarning):
     """A scene that can be run, with a number that will show in the results."""
 
 
+class FileOfKey(Exception):
+    """A file that a value names and that cannot be used. path: of the key, set where it is known; what, remedy: see
+    Problem."""
+
+    path: tuple[str, ...] = ()
+
+    def __init__(self, what: str, remedy: str) -> None:
+        super().__init__(what)
+        self.what, self.remedy = what, remedy
+
+
 @dataclass(frozen=True)
 class Document(Generic[B]):
     """A kind of file. Its methods raise ``error`` with every problem, and warn with SceneWarning."""
@@ -67,6 +78,7 @@ class Document(Generic[B]):
     problems: Callable[[B], Iterable[Problem]]
     warnings: Callable[[B], Iterable[Problem]] = lambda _: ()
     error: type[SceneError] = SceneError
+    read_files: Callable[[Mapping[str, Any], str], Mapping[str, Any]] = lambda data, _: data  # that its values name
 
     def load(self, path_or_name: str | os.PathLike) -> B:
         """Of a file, or of the name of a shipped one."""
@@ -103,6 +115,11 @@ class Document(Generic[B]):
         if what != self.what:
             why = f"{key} stands at the top: this is {what}, not {self.what}"
             raise self._refused(place(origin, lines.get((key,), 0)), why, f"Give it to {FILES[what][1]}. Or begin")
+        try:
+            data = self.read_files(data, origin)
+        except FileOfKey as named:
+            where = place(origin, line_of(lines, named.path))
+            raise self.error([Told.of(where, ".".join(named.path), named.what, named.remedy)]) from None
         try:
             block = self.block.model_validate(data)
         except ValidationError as error:

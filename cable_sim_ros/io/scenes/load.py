@@ -14,6 +14,7 @@ from ...sim.checks import checks
 from ...sim.problem import Problem
 from ...sim.scene import Scene
 from . import resources, yaml12
+from .added_mass_file import with_matrices
 from .document import Document, SceneError
 from .document import SceneWarning as SceneWarning
 from .scene_errors import ASKED, unknown_key
@@ -27,6 +28,7 @@ SCENES = Document(
     resources.shipped_scenes,
     checks.problems,
     lambda scene: [*checks.warnings(scene), *_borrowed(scene)],
+    read_files=with_matrices,
 )
 
 

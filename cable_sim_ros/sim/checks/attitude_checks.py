@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from math import cos, hypot, inf, radians, sin, sqrt
+from math import cos, inf, radians, sin, sqrt
 
 import numpy as np
 
@@ -13,12 +13,21 @@ from ...physics.wing import Wing, flap_effect
 from ..problem import Problem
 from ..scene import Scene
 from ..tables.rigid_tables import SLOPE_OF_A_TAIL, added_of, extent, hull_centre, inertia_of, wings_of
+from .added_mass_checks import added_mass_problems, added_mass_warnings, semidefinite
 from .section_checks import name_problems
 
 NEEDED = "inertia", "centre_of_gravity", "centre_of_buoyancy"
-OF_RIGID = (*NEEDED, "products_of_inertia", "hull_centre", "added_inertia", "crossflow_coefficient", "wings")
+OF_RIGID = (
+    *NEEDED,
+    "products_of_inertia",
+    "hull_centre",
+    "added_inertia",
+    "added_matrix",
+    "added_matrix_point",
+    "crossflow_coefficient",
+    "wings",
+)
 FLAP = "flap", "flap_range", "flap_rate", "flap_timeout", "flap_neutral"
-ROUND_OFF = 1e-9  # of the trace
 AT_CENTRE = 1e-3  # of the length: a tow point closer to both centres is at them
 
 
@@ -26,20 +35,6 @@ def keyed(scene: Scene) -> Iterator[tuple[str, Towbody]]:
     """Every body with its key."""
     yield "towbody", scene.towbody
     yield from ((f"bodies.{name}", body) for name, body in scene.bodies.items())
-
-
-def semidefinite(matrix: np.ndarray) -> bool:
-    """Has a symmetric matrix no negative eigenvalue, but for round-off? By elimination, in the same order anywhere."""
-    m, least = matrix.astype(float), -ROUND_OFF * float(np.trace(matrix))
-    for i in range(len(m)):
-        if m[i, i] < least:
-            return False
-        if m[i, i] <= -least:
-            if np.any(np.abs(m[i, i + 1 :]) > -2.0 * least):
-                return False
-            continue
-        m[i + 1 :] -= m[i + 1 :, i : i + 1] * m[i] / m[i, i]
-    return True
 
 
 def attitude_problems(scene: Scene) -> Iterator[Problem]:
@@ -74,6 +69,7 @@ def _rigid_problems(scene: Scene, key: str, body: Towbody) -> Iterator[Problem]:
             "is that of no body: each principal moment is at most the sum of the two others",
             "Check both, and the signs of the products: they are the integrals of xy, xz and yz themselves",
         )
+    yield from added_mass_problems(scene, key, body)
     length, _ = extent(body, scene.gravity, scene.water.density)
     centres = np.array([body.centre_of_gravity, body.centre_of_buoyancy], float)
     if np.abs(centres).max() < AT_CENTRE * length:
@@ -120,21 +116,13 @@ def _flap_problems(place: str, wing: Wing) -> Iterator[Problem]:
 
 
 def attitude_warnings(scene: Scene, speed: float) -> Iterator[Problem]:
-    """Bodies that would hang upside down, turn away from their way through the water, or feel no wind; speed past them
-    [m/s]."""
+    """Bodies that would hang upside down or turn away from their way through the water; speed past them [m/s]."""
     for key, body in keyed(scene):
         if body.model is not BodyModel.RIGID or None in (body.centre_of_gravity, body.centre_of_buoyancy):
             continue
         assert body.centre_of_gravity is not None and body.centre_of_buoyancy is not None
+        yield from added_mass_warnings(key, body)
         length, diameter = extent(body, scene.gravity, scene.water.density)
-        if any(scene.air.wind):
-            across = 0.5 * scene.air.density * body.crossflow_coefficient * length * diameter
-            yield Problem(
-                "air.wind",
-                f"has no part in {key}, of model rigid: while that is above the water, up to "
-                f"{across * hypot(*scene.air.wind) ** 2:.3g} N across its hull are left out",
-                "Give it model: level where it hangs in the air",
-            )
         if None in (body.length, body.diameter):
             yield Problem(
                 f"{key}.length",

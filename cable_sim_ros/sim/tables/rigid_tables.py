@@ -71,8 +71,16 @@ def hull_centre(body: Towbody) -> tuple[float, float, float]:
     return body.centre_of_buoyancy if body.hull_centre is None else body.hull_centre
 
 
+def added_point(body: Towbody) -> tuple[float, float, float]:
+    """Point about which added_of() is [m]."""
+    return hull_centre(body) if body.added_matrix_point is None else body.added_matrix_point
+
+
 def added_of(body: Towbody, gravity: float, density: float) -> np.ndarray:
-    """Added mass at the hull's centre [6, 6]: that of the scene, else that of a spheroid."""
+    """Added mass [6, 6] about added_point(): that of the scene, its matrix made symmetric, else that of a spheroid."""
+    if body.added_matrix is not None:
+        matrix = np.array(body.added_matrix, float).reshape(6, 6)
+        return 0.5 * (matrix + matrix.T)
     length, diameter = extent(body, gravity, density)
     water = displaced_volume(body, gravity, density) * density
     along, across, turned = spheroid(length, diameter)
@@ -108,6 +116,13 @@ def flaps_of(scene: Scene) -> dict[str, int]:
     return {one.joint: row for row, one in enumerate(wings_of(scene)) if one.wing.flap_share > 0.0}
 
 
+def moved(matrix: np.ndarray, point: Sequence[float] | np.ndarray) -> np.ndarray:
+    """A matrix of inertia [6, 6] about a point, about the origin: H^T M H, H of the velocities there."""
+    move = np.eye(6)
+    move[:3, 3:] = -hat(point)
+    return product(move.T, product(matrix, move))
+
+
 def rigid_tables(bodies: Sequence[tuple[int, Towbody]], gravity: float, density: float) -> Rigid:
     """The bodies with an attitude of their own, each with its node: see Rigid."""
     rows = np.zeros(len(bodies), RIGID)
@@ -119,10 +134,9 @@ def rigid_tables(bodies: Sequence[tuple[int, Towbody]], gravity: float, density:
         row["displaced"] = displaced_volume(body, gravity, density) * density
         row["gravity_centre"], row["buoyancy_centre"] = body.centre_of_gravity, body.centre_of_buoyancy
         row["hull_centre"] = hull_centre(body)
-        about, move = hat(body.centre_of_gravity), np.eye(6)
+        about = hat(body.centre_of_gravity)
         row["inertia"] = inertia_of(body) - body.mass * product(about, about)
-        move[:3, 3:] = -hat(row["hull_centre"])
-        row["added"] = product(move.T, product(added_of(body, gravity, density), move))
+        row["added"] = moved(added_of(body, gravity, density), added_point(body))
         row["drag"] = 0.5 * density * body.drag_area[0]
         row["length"], diameter = extent(body, gravity, density)
         row["radius"] = 0.5 * min(diameter, row["length"])

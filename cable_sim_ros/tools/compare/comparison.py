@@ -29,6 +29,7 @@ from .waves import ellipsoid, inside
 SCORED = (  # quantities of a comparison, in this order; the motion of the ship is what both are given
     *("tension", "tension_drum", "payout", "payout_rate", "departure_angle"),
     *("body_x", "body_y", "body_depth", "body_depth_rate", "layback"),
+    *("body_pitch", "body_roll", "body_yaw"),
 )
 MOTION = ("z", "heave", "roll", "pitch", "yaw", "speed")  # scored too, where both have them
 LATE = 30.0  # deg of a lag that nobody applied: it alone makes an rms of half the deviation

@@ -19,7 +19,7 @@ CLOSE = 0.1  # of the median interval: two values so near each other are one
 MIN_SAMPLES = 8
 LARGEST = 1e12  # in SI units: no quantity reaches it, and its powers are numbers
 MAX_GRID = 5_000_000  # times on the grid: 14 h at 100 Hz
-TURNS = {"yaw", "course", "longitude", "body_longitude"}  # one turn more is the same
+TURNS = {"yaw", "body_yaw", "course", "longitude", "body_longitude"}  # one turn more is the same
 LINES = {"x", "y", "latitude", "longitude", "body_x", "body_y", "body_latitude", "body_longitude"}  # they travel
 
 

@@ -84,7 +84,7 @@ def _assumed(about: str) -> dict[str, list[str]]:
 
 
 def signals_of_frames(frames: np.recarray, source: str) -> list[Signal]:
-    """Every quantity that the tick outputs simulate, and the attitude of the ship."""
+    """Every quantity that the tick outputs simulate, and the attitude of the ship and of a towbody that has one."""
     time = np.asarray(frames["time"], np.int64)
     kept = later_only(time)
     values = {}
@@ -93,9 +93,11 @@ def signals_of_frames(frames: np.recarray, source: str) -> list[Signal]:
             value = np.asarray(frames[one.output], float)
             values[name] = one.factor * (value if one.component < 0 else value[:, one.component])
     values["departure_angle"] = 0.5 * np.pi - np.asarray(frames["departure_angle"], float)
-    turns = np.array([angles_of(*row) for row in np.asarray(frames["ship_quaternion"], float)]).reshape(-1, 3)
-    for k, name in enumerate(("roll", "pitch", "yaw")):
-        values[name] = np.unwrap(turns[:, k]) if len(turns) else turns[:, k]
+    level = not np.nan_to_num(frames["body_quaternion"])[:, :2].any()  # such a towbody has no roll, pitch and heading
+    for prefix, of in (("", "ship"), *([] if level else [("body_", "body")])):
+        turns = np.array([angles_of(*row) for row in np.asarray(frames[f"{of}_quaternion"], float)]).reshape(-1, 3)
+        for k, name in enumerate(("roll", "pitch", "yaw")):
+            values[prefix + name] = np.unwrap(turns[:, k]) if len(turns) else turns[:, k]
     values["speed"] = np.hypot(*np.asarray(frames["ship_velocity"], float)[:, :2].T)
     out = []
     for name, value in values.items():

@@ -58,6 +58,9 @@ QUANTITIES: dict[str, Quantity] = {
     "body_latitude": Quantity("rad", "north positive, WGS 84"),
     "body_longitude": Quantity("rad", "east positive, WGS 84"),
     "body_depth_rate": Quantity("m/s", "going down positive", "body_velocity", 2, -1.0),
+    "body_roll": Quantity("rad", "of the towbody, port side up positive"),
+    "body_pitch": Quantity("rad", "of the towbody, nose down positive"),
+    "body_yaw": Quantity("rad", "of its nose, from east to north"),
     "layback": Quantity("m", "horizontal distance from the sheave to the towbody", "layback"),
 }
 

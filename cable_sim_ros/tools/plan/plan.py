@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ...physics.winch_drive import DriveModel
+from ...runs.passage import EVENTS, events
 from ...runs.summary import since_first, tick_length
 from ...sim.layout import layout_of
 from ...sim.rules.watch import breaking_load, working_load
@@ -26,13 +27,17 @@ class Need(NamedTuple):
     has: float | None
     meaning: str
     held: float = 0.0
+    floor: bool = False  # has is the least that may be, not the largest
 
     @property
     def short(self) -> str:
         """Why the winch does not suffice here, "" where it does."""
         if self.name == "least_tension":
             return "least_tension: the cable goes slack" if self.needed <= 0.0 else ""
-        if self.has is not None and self.needed > self.has:
+        if self.floor and self.has is not None and self.needed < self.has:
+            what = f"{self.name} {self.needed:.4g} {self.unit} at {self.at_s:.5g} s"
+            return f"{what}, below {self.has:.4g} {self.unit}: it may go slack in another wave"
+        if not self.floor and self.has is not None and self.needed > self.has:
             off = 100.0 * (self.has - self.needed) / self.has if self.has else -100.0
             what = f"{self.name} {self.needed:.4g} {self.unit} needed at {self.at_s:.5g} s"
             return f"{what}, has {self.has:.4g} ({off:.2g} %)"
@@ -42,7 +47,7 @@ class Need(NamedTuple):
 
     def as_dict(self) -> dict[str, Any]:
         """For the JSON."""
-        margin = None if self.has is None else self.has - self.needed
+        margin = None if self.has is None else (self.has - self.needed) * (-1.0 if self.floor else 1.0)
         return {
             "need": self.name,
             "unit": self.unit,
@@ -56,6 +61,8 @@ class Need(NamedTuple):
         }
 
 
+STAYS = 0.1  # of the weight in water: DNV-RP-H103 (2011) 4.4.4, the sea takes 0.9 of the least static weight at most
+LIMITS = {"splash_tension_least": "; has, at least: a tenth of the net weight of the towbody, DNV-RP-H103 4.4.4"}
 # name, unit, meaning; docs/json.md has the same table
 NEEDS = (
     ("rate", "m/s", "largest speed of the cable, either way; has: winch.max_rate"),
@@ -69,6 +76,7 @@ NEEDS = (
     ("working_load", "N", "largest tension along the cable; has: the working load of rules"),
     ("breaking_load", "N", "the same; has: the breaking load"),
     ("least_tension", "N", "least tension along the cable, which must not be slack"),
+    *((name, unit, meaning + LIMITS.get(name, "")) for name, unit, meaning in EVENTS),
 )
 MEANING = {name: (unit, meaning) for name, unit, meaning in NEEDS}
 SERVO_NOTE = (
@@ -154,6 +162,11 @@ def needs_of(frames: np.recarray, scene: Scene) -> list[Need]:
     rows.append(peaks.need("breaking_load", frames["tension_most"], breaking_load(scene)))
     least = peaks.need("least_tension", -frames["tension_least"])
     rows.append(None if least is None else least._replace(needed=-least.needed + 0.0))
+    for event in events(frames).values():
+        floor = event.name == "splash_tension_least"
+        has = STAYS * scene.towbody.net_weight if floor and scene.towbody.net_weight > 0.0 else None
+        unit, meaning = MEANING[event.name]
+        rows.append(Need(event.name, unit, event.value, event.at_s, has, meaning, floor=floor))
     return [row for row in rows if row is not None]
 
 

@@ -7,11 +7,13 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ...physics.tick_output import Flag
 from ...physics.winch_drive import MODES, DriveModel
 from ...plots.heading import force_unit
 from ...plots.run import contact, contact_bands
 from ...plots.strips import WIDTH, Line, Strip, strips
 from ...plots.vector import svg
+from ...runs.passage import events
 from ...runs.summary import WINCH_LIMITS, WINCH_PEAKS, pitch_and_roll
 from .parts import Figure, Section, Table, Text, number, unit
 from .subject import Subject
@@ -81,6 +83,43 @@ def contacts(subject: Subject) -> Section:
     )
     found.parts.append(Figure(svg("contact", (WIDTH, 3.2), draw), caption, words))
     return found
+
+
+def passage(subject: Subject) -> Section | None:
+    """Slam, splash zone, slack, snap and landing, where there was one of them."""
+    found, frames = events(subject.frames), subject.frames
+    slack = float(np.sum(frames["status"] & Flag.SLACK != 0)) * subject.tick
+    if not found and not slack:
+        return None
+    rows = [
+        (event.name, number(event.value, 4), event.unit, number(event.at_s, 5), event.meaning)
+        for event in found.values()
+    ]
+    if slack:
+        at = int(np.nanargmin(frames["tension_least"]))
+        least = number(float(frames["tension_least"][at]), 4)
+        rows.append(
+            (
+                "slack",
+                number(slack, 3),
+                "s",
+                number(float(subject.time[at]), 5),
+                f"cable without tension; the least was {least} N",
+            )
+        )
+    words = []
+    if "splash_tension_least" in found:
+        low, high = found["splash_tension_least"].value, found["splash_tension"].value
+        words.append(
+            f"While a body was in the water surface the tension went from {number(low, 4)} to {number(high, 4)} N."
+        )
+        words.append("The first blow of a slam and water that drains are not modelled: see the verdict.")
+    if "snap" in found:
+        words.append(f"Cable went slack, and came tight with {number(found['snap'].value, 4)} N.")
+    if "landing_speed" in found:
+        words.append(f"The towbody landed with {number(found['landing_speed'].value, 3)} m/s.")
+    table = Table("Peaks, each with its time", ("what", "value", "unit", "at [s]", "meaning"), rows, right=(1, 3))
+    return Section("passage", "Surface, slack and seabed", [Text(words or ["Cable was slack."]), table])
 
 
 def drive(subject: Subject) -> Section | None:

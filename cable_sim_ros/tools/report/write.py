@@ -196,6 +196,7 @@ def sections(subject: Subject) -> list[Section]:
         compared.scores(subject),
         *early,
         outcome.series(subject),
+        outcome.passage(subject),
         spectrum.section(subject),
         outcome.contacts(subject),
         outcome.drive(subject),

@@ -281,7 +281,7 @@ def _scalar(word: str, mapping: Mapping, time, value) -> Made:
         more.append(
             f"{known.quantity}: from pressure with {mapping.density:g} kg/m^3 and {mapping.gravity:g} m/s^2, constant"
         )
-    if QUANTITIES[known.quantity].unit == "rad" and known.quantity in ("yaw", "course"):
+    if QUANTITIES[known.quantity].unit == "rad" and known.quantity in ("yaw", "body_yaw", "course"):
         value = np.unwrap(value)
     return known.quantity, time, value + 0.0, more
 

@@ -49,6 +49,9 @@ WORDS: dict[str, Word] = {
     "acceleration_starboard": Word("acceleration_y", "m/s^2", -1.0, 0.0, "specific force to starboard"),
     "acceleration_down": Word("acceleration_z", "m/s^2", -1.0, 0.0, "specific force down, -9.8 at rest"),
     "hauling_rate": Word("payout_rate", "m/s", -1.0, 0.0, "hauling in positive"),
+    "body_pitch_nose_up": Word("body_pitch", "rad", -1.0, 0.0, "of the towbody, nose up positive"),
+    "body_roll_starboard_up": Word("body_roll", "rad", -1.0, 0.0, "of the towbody, starboard side up positive"),
+    "body_heading": Word("body_yaw", "rad", -1.0, 0.5 * pi, "of the nose of the towbody, clockwise from north"),
     "body_height": Word("body_depth", "m", -1.0, 0.0, "above the mean water surface"),
     "pressure": Word("body_depth", "Pa", 1.0, 0.0, "of the water at the towbody, without the atmosphere", True),
     "pressure_absolute": Word(
