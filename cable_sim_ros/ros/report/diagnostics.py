@@ -10,6 +10,7 @@ import time
 from collections import Counter, deque
 from math import isnan
 
+from ...compiler.packaged import packaged
 from ...io.messages.messages import CAUSES, Command
 from ...physics.tick_output import Flag, Source
 from ...sim.drive_mode import mode_in_force
@@ -144,6 +145,7 @@ class Watch:
             "lag_ms": _text(session.lag() * 1e3),
             "real_time_factor": _text(pace.factor),
             "scheduler": loop.scheduler,
+            "kernels": packaged.told(),
             "publisher_skipped": str(publisher.skipped),
             **{key: str(value) for key, value in counters.items()},
         }
