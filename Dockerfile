@@ -15,10 +15,17 @@ RUN source /opt/ros/jazzy/setup.bash && \
 ENTRYPOINT ["/bin/bash", "-c", "source /opt/ros/jazzy/setup.bash && source ~/tow_ws/install/setup.bash && exec \"$@\"", "bash"]
 CMD ["ros2", "run", "cable_sim_ros", "node", "--ros-args", "-p", "scene:=full_scale"]
 
+# a wheel with compiled kernels, as make wheel makes it
+FROM python:3.12-slim AS kernels
+COPY . /tmp/cable_sim_ros
+WORKDIR /tmp/cable_sim_ros
+RUN python3 -m venv /tmp/made && /tmp/made/bin/python -m pip install --no-cache-dir . && \
+    /tmp/made/bin/python -m verification.wheel /tmp/dist
+
 # wheels only
 FROM python:3.12-slim AS wheels
-COPY . /tmp/cable_sim_ros
-RUN python3 -m venv /opt/tow && /opt/tow/bin/python -m pip install --no-cache-dir '/tmp/cable_sim_ros[ros,viz]'
+COPY --from=kernels /tmp/dist /tmp/dist
+RUN python3 -m venv /opt/tow && /opt/tow/bin/python -m pip install --no-cache-dir "$(echo /tmp/dist/*.whl)[ros,viz]"
 ENV PATH=/opt/tow/bin:$PATH
 WORKDIR /work
 CMD ["cable-sim", "live", "nbp1406"]

@@ -8,12 +8,13 @@
 # make soak  what the clock judges: tests, then the real node under load, faults and neighbours (two hours, idle machine)
 # make stress  stability N1 to N28, bags and recordings I and S at full size (half an hour or more), into runs/
 # make nightly  stress, validate and bench one after the other, the longest tests, run times beside AGAINST
+# make wheel  a wheel that brings compiled kernels for processors with x86-64-v3, into dist/ (minutes the first time)
 # make docs  the pages of docs/ and the Python API as a site, build/docs/index.html; a broken link is an error
 SHELL := bash
 .SHELLFLAGS := -eu -o pipefail -c
 .DELETE_ON_ERROR:
 .DEFAULT_GOAL := help
-.PHONY: help run check test test-rest install-check coverage lint bench validate stress soak nightly docs clean
+.PHONY: help run check test test-rest install-check coverage lint bench validate stress soak nightly wheel docs clean
 
 VENV ?= .venv
 BIN := $(VENV)/bin
@@ -82,12 +83,15 @@ validate: $(VENV)/.test
 	$(BIN)/cable-sim validate --out runs/validate
 	$(BIN)/cable-sim bench --mesh --out runs/validate
 
+wheel: $(VENV)/.run
+	$(BIN)/python -m verification.wheel dist
+
 docs: $(VENV)/.docs
 	$(BIN)/sphinx-build -q -W --keep-going -c docs -d build/doctrees . build/docs
 	@echo "site: build/docs/index.html"
 
 clean:
-	rm -rf $(VENV) build install log *.egg-info
+	rm -rf $(VENV) build dist install log *.egg-info
 
 # The first python3 that is new enough, not newer than the wheels, and able to make an environment.
 $(BIN)/python:

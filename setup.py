@@ -82,6 +82,13 @@ TEST = [
     "setuptools<80",  # colcon-core: `setup.py develop` and `install` as they were before 80
 ]
 
+KERNELS = "compiler/kernels"  # there in what `make wheel` builds from: verification/wheel.py
+OF_LEVEL = {  # which Python and processors the wheel is for; with others it works too, and compiles
+    "python_tag": f"cp{sys.version_info[0]}{sys.version_info[1]}",
+    "plat_name": "manylinux_2_28_x86_64",  # that of numba's wheels
+    "build_number": "1x86_64_v3",  # pip knows no tag for a level of processors
+}
+
 IN_PLACE = bool({"editable_wheel", "develop"} & set(sys.argv))
 COMMANDS = {  # what extensions.py finds; a package of its own adds to the same groups
     "ahc": "ahc.command",
@@ -146,7 +153,8 @@ setup(
     maintainer_email="maintainers@cable-sim.org",
     license="MIT",
     packages=find_packages(include=[NAME, NAME + ".*", *(["verification", "verification.*"] if IN_PLACE else [])]),
-    package_data={NAME: ["py.typed", "requirements.txt", "**/*.html", "**/*.c", "**/*.js", "**/*.css"]},
+    package_data={NAME: ["py.typed", "requirements.txt", "**/*.html", "**/*.c", "**/*.js", "**/*.css", f"{KERNELS}/*"]},
+    options={"bdist_wheel": OF_LEVEL} if (HERE / NAME / KERNELS).is_dir() else {},
     data_files=[
         ("share/ament_index/resource_index/packages", ["resource/" + NAME]),
         ("share/" + NAME, ["package.xml"]),

@@ -18,6 +18,7 @@ from .errors import CODE_INPUT, NEEDS_ROS, CableSimError
 from .terminal import say
 
 COMPILER, WAY = "CABLE_SIM_COMPILER", "numba"  # given, any newer numba will do: compiler/jit.py
+KERNELS, HOST = "CABLE_SIM_KERNELS", "host"  # given, those of the package are left aside: compiler/packaged.py
 REQUIREMENTS = Path(__file__).with_name("requirements.txt")
 
 
@@ -87,6 +88,11 @@ def check() -> None:
         raise NotInstalledError(
             f"{COMPILER} = {way!r} is no way to compile; nothing was started. Give {WAY}, for compilation by "
             f"numba.njit alone, or leave it out"
+        )
+    if (where := os.environ.get(KERNELS, "")) not in ("", HOST):
+        raise NotInstalledError(
+            f"{KERNELS} = {where!r} names no kernels; nothing was started. Give {HOST}, to leave aside those that came "
+            f"with the package, or leave it out"
         )
     wrong = faults()
     if wrong:

@@ -21,7 +21,7 @@ KERNELS = "kernels"  # its folder below that of the project
 MAX_BYTES = 400_000_000
 UNUSED = 30 * 86400.0  # s
 TOUCHED = 86400.0  # s; a file that is used is marked so once a day
-_CHECK = 32  # bytes of the checksum before the content
+CHECK = 32  # bytes of the checksum before the content
 _swept: set[str] = set()
 
 
@@ -79,7 +79,7 @@ class KernelFiles:
         with contextlib.suppress(OSError):  # not ours to mark
             if time.time() - path.stat().st_mtime > TOUCHED:
                 os.utime(path)
-        check, content = data[:_CHECK], data[_CHECK:]
+        check, content = data[:CHECK], data[CHECK:]
         return content if hashlib.sha256(content).digest() == check else None
 
     def first(self) -> Path:

@@ -13,6 +13,7 @@ import hashlib
 import pickle
 import warnings
 from functools import cached_property, partial
+from pathlib import Path
 from typing import Any
 
 import llvmlite.binding
@@ -27,6 +28,7 @@ from numba.core.typing.templates import Signature
 from . import kernel_key
 from .kernel_cache import KernelFiles, files
 from .kernel_key import UnknownContent, changed, content_of, type_text
+from .packaged import COMPILED, DISK, PACKAGE, Packaged, origins, packaged
 
 ENTRY, PUBLISHED, CALLED = "entry", "published", "called"
 _in_use: dict[str, Form] = {}  # name of a code: whose it is in this process
@@ -44,14 +46,19 @@ class KeptCode:
 
     cache_path = property(lambda self: str(self.files.folders[0]))
 
-    def __init__(self, form: Form, where: KernelFiles = files):
-        self.form, self.files = form, where
+    def __init__(self, form: Form, where: KernelFiles = files, shipped: Packaged = packaged):
+        self.form, self.files, self.shipped = form, where, shipped
         self.names: dict[tuple, str | None] = {}
+        self.lacked: set[str] = set()  # keys that were not on disk when they were looked for
 
     def key(self, args: tuple, returns: Any = None) -> str | None:
         """Hash of the content, types, program versions and processor; None: content that cannot be told."""
+        return self._keys(args, returns)[0]
+
+    def _keys(self, args: tuple, returns: Any = None) -> tuple[str | None, str | None]:
+        """The key, and that of the same kernel in the package; None for the second: it has none for this process."""
         if not _versions:
-            _versions.append(kernel_key.versions())
+            _versions.append(repr(kernel_key.versions()))
         try:
             content, _ = content_of(self.form)
         except UnknownContent as unknown:
@@ -59,36 +66,65 @@ class KeptCode:
                 _unknown.add(self.form.title)
                 text = f"{self.form.title} is not kept on disk but compiled in each process: no content is known of"
                 warnings.warn(f"{text} {unknown}", NumbaWarning, 3)
-            return None
-        parts = [_versions[0], self.form.kind, content, *(type_text(kind) for kind in args), repr(returns)]
-        parts.append(repr(self.form.targetctx.codegen().magic_tuple()))
-        return hashlib.sha256("\0".join(parts).encode()).hexdigest()[:40]
+            return None, None
+        parts = [_versions[0], self.form.kind, content, *(type_text(kind) for kind in args), repr(returns), ""]
+        made = hashlib.sha256("\0".join(parts).encode())
+        of_package = made.copy()
+        made.update(repr(self.form.targetctx.codegen().magic_tuple()).encode())
+        if self.form.kind == CALLED or not self.shipped.any():
+            return made.hexdigest()[:40], None
+        of_package.update(self.shipped.target.encode())
+        return made.hexdigest()[:40], of_package.hexdigest()[:40]
 
     def _file(self, key: str) -> str:
         return f"{self.form.title[:150]}-{key}.{self.form.kind}"
 
     def lacks(self, args: tuple) -> bool:
         """Is the version for these types one to be kept, and not on disk?"""
-        key = self.key(args)
-        return key is not None and self.files.find(self._file(key)) is None
+        key, shipped = self._keys(args)
+        if key is None or self.files.find(self._file(key)) is not None:
+            return False
+        if shipped is not None and self.shipped.read(self._file(shipped)) is not None:
+            return False
+        self.lacked.add(key)
+        return True
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
         """The compiled version for these types, None: it must be compiled."""
         target_context.refresh()
         args, returns = _parts(sig)
-        key = self.key(args, returns)
+        key, shipped = self._keys(args, returns)
         if key is not None and _in_use.setdefault(key, self.form) is not self.form:
             key = None  # another dispatcher of the same content: the names in its code are taken
         self.names[args] = key
         if self.form.apart:
             return None  # written by another process a moment ago; loaded, it would look for what it calls by symbol
         content = self.files.read(self._file(key)) if key is not None else None
-        if content is None:
-            return None
-        calls, payload = pickle.loads(content)
+        if content is not None:
+            calls, payload = pickle.loads(content)
+            found, origin = self.form.rebuilt(target_context, payload), COMPILED if key in self.lacked else DISK
+        elif key is not None and shipped is not None and (loaded := self._shipped(target_context, shipped)):
+            (calls, found), origin = loaded, PACKAGE
+        else:
+            calls, found, origin = {}, None, COMPILED
         for symbol, types_and_result in calls.items():
             ask(symbol, *types_and_result)
-        return self.form.rebuilt(target_context, payload)
+        if self.form.kind != CALLED and key is not None:
+            origins[self._file(key)] = origin
+        return found
+
+    def _shipped(self, target_context: Any, key: str) -> tuple[dict, Any] | None:
+        """Calls by symbol and the compiled version of the package, None: it has none that can be loaded."""
+        name = self._file(key)
+        content = self.shipped.read(name)
+        if content is None:
+            return None
+        try:
+            calls, payload = pickle.loads(content)
+            return calls, self.form.rebuilt(target_context, payload)
+        except Exception:  # of whatever kind: it is compiled here
+            self.shipped.damaged.add(name)
+            return None
 
     def save_overload(self, sig: Any, cres: Any) -> None:
         """Keep a version that was compiled from what the function refers to now."""
@@ -120,6 +156,11 @@ def ask(symbol: str, args: tuple, result: Any) -> None:
             f"{asked[symbol][1]}: by symbol there is one version, so the second caller was refused. "
             f"Coerce the arguments where they are made"
         )
+
+
+def _in_package(function: Any) -> str:
+    """The file of a function from its package on: where it lies is no part of the code, which errors name it in."""
+    return "/".join(Path(function.__code__.co_filename).parts[-1 - function.__module__.count(".") :])
 
 
 class _LinkedCode(JITCodeLibrary):
@@ -157,6 +198,7 @@ class _Named(compiler.Compiler):
         if key is not None:
             state.func_id.unique_id = key[:20]
             state.func_id.unique_name = f"{state.func_id.func_qualname}${key[:20]}"
+            state.func_id.filename = _in_package(self.form.py_func)
         state.flags.no_compile = True
         code = _LinkedCode if self.form.kind == CALLED else _ApartCode
         state.library = code(state.targetctx.codegen(), state.func_id.func_qualname)

@@ -64,14 +64,24 @@ _changed: set[int] = set()
 _texts: dict[types.Type, str] = {}
 
 
-def versions() -> str:
-    """All that every key depends on beside the function: programs, their options, and the sources that compile."""
+def versions() -> dict[str, str]:
+    """All that every key depends on beside the function: programs, their options, and the sources that compile.
+
+    Of Python the minor version and its build's kind, which bytecode and wrappers depend on; of numpy the minor one,
+    which numba asks for.
+    """
     digest = hashlib.sha256()
     for name in COMPILERS:
         digest.update((HERE / name).read_bytes())
-    parts = [numba.__version__, llvmlite.__version__, np.__version__, sys.version, platform.machine()]
-    parts += [f"{name}={getattr(numba.config, name, None)}" for name in CONFIG]
-    return "\n".join([*parts, digest.hexdigest()])
+    return {
+        "numba": numba.__version__,
+        "llvmlite": llvmlite.__version__,
+        "numpy": ".".join(np.__version__.split(".")[:2]),
+        "Python": f"{sys.implementation.cache_tag}{sys.abiflags}",
+        "machine": platform.machine(),
+        **{name: str(getattr(numba.config, name, None)) for name in CONFIG},
+        "sources of the compiler": digest.hexdigest(),
+    }
 
 
 def type_text(kind: types.Type) -> str:

@@ -18,6 +18,7 @@ from typing import Any
 
 import numpy as np
 
+from ..compiler.packaged import packaged
 from ..io.messages.messages import SHIPS, VEHICLES, Event
 from ..io.motion.arrival_order import Intake, Took
 from ..io.motion.clock import DataClock
@@ -110,7 +111,7 @@ class Session:
     def configure(self) -> None:
         """Build the model, compile, check the static start. Raises StartError."""
         begun = time.monotonic()
-        self.log("info", "compiling (about a minute the first time, then from the cache)")
+        self.log("info", packaged.ahead())
         self.sim = Simulator(self.scene)
         self._static_start(0, (0.0, 0.0), None)
         self.period = round(self.scene.solver.tick * SECOND)
@@ -126,6 +127,7 @@ class Session:
         )
         self.loop.warm_up()
         self._rehearse()
+        self.log("warn" if packaged.complaint() else "info", f"kernels: {packaged.told()}")
         self.log(
             "info", f"static start solved in {self.start_cost:.2f} s; configured after {time.monotonic() - begun:.1f} s"
         )

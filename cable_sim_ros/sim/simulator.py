@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import os
 import time
+import warnings
 from collections.abc import Callable
 from math import cos, radians, sin
 
 import numpy as np
 
+from ..compiler.packaged import packaged
 from ..errors import RunError
 from ..physics.flaps import clear_attitudes
 from ..physics.heave_compensation import CONSTANT_TENSION, LAWS, SetpointLaw
@@ -75,13 +77,18 @@ class Simulator:
         self._begun = False
 
     def warm_up(self, progress: Callable[[str], None] | None = None) -> float:
-        """Compile every kernel, or load it from the cache. Returns the seconds it took."""
+        """Compile every kernel, or load it from package or cache. Returns the seconds it took.
+
+        Warns where the package brings kernels that cannot be used.
+        """
         begin = time.perf_counter()
         if progress:
-            progress("compiling the kernels (a minute the first time, kept on disk)")
+            progress(packaged.ahead())
         twin = Simulator(self.scene, self._mesh)
         twin.start()
         twin.run(1)
+        if complaint := packaged.complaint():
+            warnings.warn(complaint, RuntimeWarning, 2)
         return time.perf_counter() - begin
 
     def start(

@@ -19,7 +19,7 @@ CORE = {  # room of the core: what it may import of the others; none knows a too
     "io": {"physics", "sim"},
     "runs": {"physics", "sim", "io"},
     "plots": {"physics", "sim", "io", "runs"},  # every picture of a run, in one style
-    "ros": {"physics", "sim", "io"},
+    "ros": {"compiler", "physics", "sim", "io"},
     "testing": {"physics", "sim", "io", "runs", "ros"},  # for users' tests
     "api": {"physics", "sim", "io"},
     "cli": {"physics", "sim", "io", "runs", "plots", "ros", "start"},

@@ -38,7 +38,7 @@ def test_every_file_of_the_steps_is_there():
 
 def test_dockerfile_takes_the_steps_of_the_page():
     """So that what the stand-in runs is what the image does; the sources are copied instead of put there."""
-    docker = [step for block in re.findall(r"^RUN (.*)$", DOCKER.split("AS wheels")[0], re.M) for step in steps(block)]
+    docker = [step for block in re.findall(r"^RUN (.*)$", DOCKER.split("AS kernels")[0], re.M) for step in steps(block)]
     page = [step for step in steps(ONCE) if not step.startswith(("mkdir", "cd"))]
     assert [step for step in docker if not step.startswith(("apt-get", "rm"))] == page
     entry = re.search(r'^ENTRYPOINT \["/bin/bash", "-c", "(.*) && exec', DOCKER, re.M).group(1)

@@ -181,6 +181,7 @@ OWN = {  # module: calls that open what the program made or brought itself, or w
     "compiler/jit.py": 1,
     "compiler/kernel_cache.py": 2,
     "compiler/kernel_key.py": 1,
+    "compiler/packaged.py": 5,
     "plots/foxglove_view.py": 1,
     "plots/saved.py": 1,
     "ros/child.py": 2,

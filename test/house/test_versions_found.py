@@ -110,3 +110,9 @@ def test_a_newer_numba_is_let_in_where_the_kernels_are_compiled_by_it_alone(tmp_
     done = run("-c", command, path=[], CABLE_SIM_COMPILER="Numba")
     assert done.returncode == 2 and done.stderr.startswith("error: CABLE_SIM_COMPILER = 'Numba' is no way to compile")
     assert len(done.stderr.splitlines()) == 1
+
+
+def test_kernels_that_are_none_are_refused():
+    done = run("-c", "from cable_sim_ros.start import cable_sim; exit(cable_sim())", path=[], CABLE_SIM_KERNELS="mine")
+    assert done.returncode == 2 and done.stderr.startswith("error: CABLE_SIM_KERNELS = 'mine' names no kernels")
+    assert len(done.stderr.splitlines()) == 1

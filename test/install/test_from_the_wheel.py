@@ -1,5 +1,9 @@
-"""The wheel in an environment of its own with an empty home: a run from scenes and bags that came with it."""
+"""The wheel in an environment of its own with an empty home: a run from scenes and bags that came with it.
 
+It is that of `make wheel`, with the kernels of one scene: no other run compiles.
+"""
+
+import hashlib
 import json
 import os
 import subprocess
@@ -8,11 +12,17 @@ import sysconfig
 from pathlib import Path
 
 import pytest
-from standin import ROOT, copied
-
-from cable_sim_ros.compiler.kernel_cache import roots
+from standin import ROOT
 
 pytestmark = pytest.mark.install
+SCENE = "full_scale"
+FRAMES = """
+import hashlib, sys
+from cable_sim_ros.compiler.packaged import packaged
+from cable_sim_ros.runs import offline
+frames = offline.run(sys.argv[1], motion="nbp1406", duration=2.0).frames
+print(hashlib.sha256(b"".join(frames[name].tobytes() for name in frames.dtype.names)).hexdigest(), packaged.told())
+"""
 
 
 @pytest.fixture(scope="module")
@@ -21,15 +31,13 @@ def installed(tmp_path_factory):
     folder = tmp_path_factory.mktemp("installed")
     bin_ = folder / "env" / "bin"
     subprocess.run([sys.executable, "-m", "venv", str(folder / "env")], check=True, timeout=600)
-    source = copied(folder / "source")
     pip = [str(bin_ / "python"), "-m", "pip"]
     environment = {k: v for k, v in os.environ.items() if k not in ("PYTHONPATH", "XDG_CACHE_HOME", "NUMBA_CACHE_DIR")}
-    # kernels are named by what they are made of: those of this checkout are those of the wheel, compiled once
-    environment |= {"HOME": str(folder / "home"), "NUMBA_CACHE_DIR": str(roots()[0].parent)}
+    environment |= {"HOME": str(folder / "home")}
     (folder / "home").mkdir()
-    build = [*pip, "wheel", "-q", "--no-deps", "-w", str(folder), str(source)]
-    subprocess.run(build, check=True, env=environment, timeout=600)
-    (wheel,) = folder.glob("*.whl")
+    build = [sys.executable, "-m", "verification.wheel", str(folder), SCENE]
+    subprocess.run(build, check=True, cwd=ROOT, timeout=1500)
+    (wheel,) = folder.glob("*-1x86_64_v3-*-none-manylinux_2_28_x86_64.whl")
     subprocess.run([*pip, "install", "-q", "--no-deps", str(wheel)], check=True, env=environment, timeout=600)
     site = next((folder / "env" / "lib").glob("python*/site-packages"))
     (site / "dependencies.pth").write_text(sysconfig.get_path("purelib") + "\n")  # its own .pth files do not count
@@ -51,6 +59,30 @@ def test_code_and_data_are_those_of_the_wheel(installed):
     assert Path(code).is_relative_to(environment) and Path(fraction) == environment / "share" / "cable_sim_ros"
     expected = {path.stem for path in (ROOT / "config").glob("*.yaml")} | {"nbp1406", "lmg1903"}
     assert set(names) | {"span_in_wind"} == expected
+
+
+def files(folder):
+    return {path: hashlib.sha256(path.read_bytes()).hexdigest() for path in folder.rglob("*") if path.is_file()}
+
+
+def test_its_kernels_are_used_as_they_came(installed):
+    """With nothing in the home, and nothing there afterwards."""
+    (folder,) = installed[0].parent.rglob("compiler/kernels")
+    before = files(folder)
+    done = call(installed, "python", "-c", FRAMES, SCENE, timeout=600)
+    digest, told = done.stdout.split(maxsplit=1)
+    assert told.endswith(" from the package (x86-64-v3)\n") and "compiled" not in told, told
+    assert not list(Path(installed[1]["HOME"]).rglob("kernels/*")) and files(folder) == before
+
+
+def test_kernels_compiled_here_give_the_same_bits(installed):
+    """The first compiles, for this processor: most of its minute or two."""
+    bin_, environment, here = installed
+    own = bin_, environment | {"CABLE_SIM_KERNELS": "host"}, here
+    theirs = call(installed, "python", "-c", FRAMES, SCENE, timeout=600).stdout.split(maxsplit=1)
+    ours = call(own, "python", "-c", FRAMES, SCENE, timeout=1500).stdout.split(maxsplit=1)
+    assert "compiled now" in ours[1] and "compiled" not in theirs[1]
+    assert ours[0] == theirs[0]
 
 
 def test_a_run_with_a_shipped_scene_and_bag(installed):

@@ -14,6 +14,7 @@ from collections.abc import Callable
 from contextlib import nullcontext
 from pathlib import Path
 
+from ...compiler.packaged import packaged
 from ...errors import CODE_INPUT, RunError
 from ...io.scenes.resources import RUN_BAG
 from ...terminal import plain_console, say
@@ -102,7 +103,7 @@ def live(
                 metrics,
                 ("waiting",),
                 READY_WITHIN,
-                lambda waited: report("compiling and solving the start", waited, None),
+                lambda waited: report(f"{packaged.ahead()}; solving the start", waited, None),
             )
             play = [sys.executable, "-m", "cable_sim_ros.cli", "play", str(bag), "--duration", str(duration)]
             play += ["--imu-only"] * imu_only + ([] if speed is None else ["--speed", str(speed)])

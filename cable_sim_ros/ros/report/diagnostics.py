@@ -12,6 +12,7 @@ from collections.abc import Mapping
 from math import isnan
 from typing import Any
 
+from ...compiler.packaged import packaged
 from ...io.messages.messages import CAUSES, Command
 from ...physics.tick_output import Flag, Source
 from ...sim.checks.deviation_checks import hauled_into_waves
@@ -148,6 +149,7 @@ class Watch:
             "lag_ms": _text(session.lag() * 1e3),
             "real_time_factor": _text(pace.factor),
             "scheduler": loop.scheduler,
+            "kernels": packaged.told(),
             "publisher_skipped": str(publisher.skipped),
             **{key: str(value) for key, value in counters.items()},
         }
