@@ -69,8 +69,7 @@ class Session:
         self.clock = DataClock()
         self.journal: Journal | None = None  # of a recording
         self.live: dict[str, Any] = {}  # parameters changed since the node began
-        self.timetable = settings.faults
-        self.unshown: deque[str] = deque()  # parameters that it has set, and the node does not show yet
+        self.timetable, self.unshown = settings.faults, deque[str]()  # unshown: set by it, not yet shown by the node
         self.skips_ahead = self.resets = 0
         self.pace = Pace(round(self.scene.solver.tick * SECOND))
         self.start_cost = 0.3  # s, of the last static start
@@ -128,9 +127,8 @@ class Session:
         self.loop.warm_up()
         self._rehearse()
         self.log("warn" if packaged.complaint() else "info", f"kernels: {packaged.told()}")
-        self.log(
-            "info", f"static start solved in {self.start_cost:.2f} s; configured after {time.monotonic() - begun:.1f} s"
-        )
+        took = time.monotonic() - begun
+        self.log("info", f"static start solved in {self.start_cost:.2f} s; configured after {took:.1f} s")
         drum, frame = self.sim.model.settings[0].drum, self.node.frame
         self.intake = Intake(
             self.sim.inputs,

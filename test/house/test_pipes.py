@@ -82,7 +82,7 @@ def lines(pipe, bag):
             yield name, [name, *[pipe] * len(given), *besides]
         for one in command.params:
             option = one.opts[0].removeprefix("--")
-            if isinstance(one, click.Option) and option in READS and not isinstance(one.type, Number):
+            if isinstance(one, click.Option) and option in READS and not (one.is_flag or isinstance(one.type, Number)):
                 first = [bag if name in BAGS else "flume"] * (0 if name in WORDS else len(given))
                 what = f"{name} --{option}"
                 more = [*besides, *BESIDES.get(what, "").split()]
@@ -173,6 +173,7 @@ OWN = {  # module: calls that open what the program made or brought itself, or w
     "tools/fmu/tow.py": 4,
     "io/bags/bag.py": 2,
     "io/bags/bag_writer.py": 2,
+    "io/scenes/added_mass_file.py": 1,
     "tools/logs/containers/bag_files.py": 1,
     "tools/logs/containers/bounded.py": 4,
     "tools/logs/containers/netcdf.py": 2,
@@ -188,6 +189,7 @@ OWN = {  # module: calls that open what the program made or brought itself, or w
     "ros/node.py": 1,
     "ros/play/live.py": 1,
     "ros/statistics.py": 1,
+    "runs/problem_manual.py": 1,
     "sim/saved/npz_bytes.py": 2,
     "start.py": 1,
     "tools/sweeps/cases.py": 1,
