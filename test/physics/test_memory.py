@@ -11,12 +11,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cable_sim_ros.io.scenes.load import load_scene
+from cable_sim_ros.physics import ancf
 from cable_sim_ros.physics.inputs import push_motion
 from cable_sim_ros.physics.state import MEMORY, NOW, SLOTS, STEP, TICK, checkpoint, make_state, restore
 from cable_sim_ros.physics.tick_output import Flag
 from cable_sim_ros.sim.simulator import Simulator, SolverError
 
 ROOT = Path(__file__).parents[2]
+WRITTEN = [ancf.LENGTH, ancf.PER_LENGTH, ancf.EXTRA_NOW, *range(ancf.FLOW_0, ancf.FLOW_RATE_1 + 1)]  # by gather()
 pytestmark = [pytest.mark.check, pytest.mark.filterwarnings("ignore::cable_sim_ros.io.scenes.load.SceneWarning")]
 
 
@@ -126,11 +128,18 @@ def digest(model) -> str:
     return found.hexdigest()
 
 
+def kept(model) -> str:
+    """Digest of a Model but for the rows of its elements that every assembly writes first."""
+    elements = model.line.elements.copy()
+    elements[:, WRITTEN] = 0.0
+    return digest(model._replace(line=model.line._replace(elements=elements)))
+
+
 def test_a_run_leaves_the_model_as_it_was(sim):
-    before = digest(sim.model)
+    before = kept(sim.model)
     heave(sim, 1.0, jump=1.0)
     sim.run(30)
-    assert digest(sim.model) == before
+    assert kept(sim.model) == before
     other = sim.model.line.settings.copy()
     other["tolerance"] *= 2.0
     assert digest(sim.model._replace(line=sim.model.line._replace(settings=other))) != before
