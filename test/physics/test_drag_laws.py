@@ -54,8 +54,7 @@ def tables(rows: dict[int, float], flow, along=(1.0, 0.0, 0.0)) -> tuple[np.ndar
 
 def force(rows: dict[int, float], flow, along=(1.0, 0.0, 0.0), steady=False) -> np.ndarray:
     """Drag [N/m] of the product's own kernels, [lanes, 3]; steady: the flow is its own mean, which is amplified."""
-    extra = rows.get(ancf.EXTRA_DRAG, 0.0)  # nothing strums
-    p, t = tables(rows | {ancf.BUOYANCY: 0.0, ancf.ADDED_MASS: 0.0, ancf.EXTRA_NOW: extra}, flow, along)
+    p, t = tables(rows | {ancf.BUOYANCY: 0.0, ancf.ADDED_MASS: 0.0}, flow, along)
     t[drag.POINT_W : drag.POINT_W + 3] = t[drag.POINT_V : drag.POINT_V + 3]
     out = np.zeros((3, LANES))
     drag.water_load(t, p, np.ones(LANES), np.bool_(steady), out)
