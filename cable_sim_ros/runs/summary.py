@@ -305,7 +305,7 @@ def of_bodies(names: Iterable[str], rows: np.ndarray, frames: np.recarray) -> di
     return found
 
 
-def pitch_and_roll(frames: np.recarray) -> tuple[np.ndarray, np.ndarray]:
+def pitch_and_roll(frames: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Pitch of the towbody, nose up, and roll, port side up, at every tick [deg]."""
     x, y, z, w = frames["body_quaternion"].T
     pitch = -np.degrees(np.arcsin(np.clip(2.0 * (w * y - z * x), -1.0, 1.0)))

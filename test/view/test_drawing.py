@@ -9,6 +9,7 @@ import pytest
 from click.testing import CliRunner
 from recorded import scene_with
 
+from cable_sim_ros import load_scene
 from cable_sim_ros.cli import commands
 from cable_sim_ros.errors import CODE_FAILED, CODE_INPUT
 from cable_sim_ros.io.bags.bag import BagReader
@@ -93,6 +94,14 @@ def test_charts_have_the_numbers_of_the_tick_outputs(run):
     tension, depth, payout, height = (strip.of(f) for strip in strips)
     assert np.array_equal(tension, f["tension"] / 1000) and np.array_equal(depth, -f["body_position"][:, 2])
     assert np.array_equal(payout, f["payout"]) and np.array_equal(height, f["sheave_position"][:, 2])
+
+
+def test_a_rigid_towbody_has_a_chart_of_its_pitch():
+    scene = load_scene("side_scan_fish")
+    strip = strips_of(scene, colour_scale(scene, None))[-1]
+    up = np.radians(-5.0)  # half of 10 deg about y, which points to port: negative is nose up
+    frame = {"body_quaternion": np.array([0.0, np.sin(up), 0.0, np.cos(up)])}
+    assert "pitch" in strip.title and strip.of(frame) == pytest.approx(10.0)
 
 
 @pytest.mark.parametrize("name", CAMERAS)

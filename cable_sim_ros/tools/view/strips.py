@@ -8,6 +8,8 @@ from typing import NamedTuple
 import numpy as np
 
 from ...io.messages.markers import Colours
+from ...physics.towbody import BodyModel
+from ...runs.summary import pitch_and_roll
 from ...sim.scene import Scene
 
 POINTS = 240  # pieces of a chart, of which least and largest are kept
@@ -26,12 +28,15 @@ def strips_of(scene: Scene, forces: Colours) -> tuple[Strip, ...]:
     """The charts of a scene; forces: their unit. A scale spans at least a thousandth of the cable, or so of tension."""
     least = 1e-3 * sum(section.length for section in scene.cable.sections.values())
     swing = 4e-3 * scene.contact.working_tension / forces.divisor
-    return (
+    charts = (
         Strip(f"tension at the sheave [{forces.unit}]", "#1f6fb2", lambda f: f["tension"] / forces.divisor, swing),
         Strip("depth of the towbody [m]", "#d4651b", lambda f: -f["body_position"][..., 2], least),
         Strip("pay-out [m]", "#6a4c9c", lambda f: f["payout"], least),
         Strip("height of the sheave above mean water [m]", "#2a8a5e", lambda f: f["sheave_position"][..., 2], least),
     )
+    if scene.towbody.model is not BodyModel.RIGID:
+        return charts
+    return (*charts, Strip("pitch of the towbody, nose up [deg]", "#c23b33", lambda f: pitch_and_roll(f)[0], 0.5))
 
 
 def scale(value: np.ndarray, least: float) -> tuple[float, float]:
