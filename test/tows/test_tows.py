@@ -1,14 +1,18 @@
 """Measured tows: fits to tows of a closed form, tables that are none, and a table simulated to the end."""
 
 import csv
+import json
 import re
 from math import atan, cos, degrees, radians
 
 import numpy as np
 import pytest
+from click.testing import CliRunner
 
-from cable_sim_ros import load_scene
-from cable_sim_ros.errors import CableSimError
+from cable_sim_ros import load_scene, override
+from cable_sim_ros.cli.commands import main
+from cable_sim_ros.errors import CODE_DOUBTFUL, CableSimError
+from cable_sim_ros.runs import offline
 from cable_sim_ros.sim.flag_rules import FAILED
 from cable_sim_ros.tools.calibrate.free import free_of
 from cable_sim_ros.tools.tows.fit import folds_of, widened, wider
@@ -77,7 +81,7 @@ def judged(path, made=MAP, folds=None, free=(FREE,), run=run):
     scene = load_scene("bongo")
     made = MAPS.check(made, "map")
     read = read_tows(path, made, height_of(scene))
-    setting = Setting("bongo", scene, {}, made.begin, height_of(scene), free_of(free, scene))
+    setting = Setting("bongo", scene, {}, made.begin, height_of(scene), free_of(free, scene) if free else [])
     return judge(read, made, setting, (0.4, 1.5), 256, folds, run)
 
 
@@ -90,8 +94,8 @@ def many(tmp_path_factory):
 def test_the_number_that_the_tows_were_made_with_is_found(many):
     (value,), (sd,) = many.fitted.values, np.sqrt(np.diag(many.fitted.covariance))
     assert abs(value - 0.7) < 3.0 * sd < 0.15
-    assert many.fitted.depth == pytest.approx(0.03, rel=0.4)
-    assert many.fitted.speeds["ship"] == pytest.approx(0.12, rel=0.3)
+    assert many.fitted.at.depth == pytest.approx(0.03, rel=0.4)
+    assert many.fitted.at.speeds["ship"] == pytest.approx(0.12, rel=0.3)
     assert many.verdict.state == "ok"
 
 
@@ -162,6 +166,69 @@ def test_a_table_that_no_number_can_be_fitted_to_is_refused(tmp_path, rows, why)
         judged(table_of(tmp_path, rows))
 
 
+def flags(found):
+    return {reason.flag: reason.text for reason in found.verdict.reasons}
+
+
+def test_what_makes_depths_doubtful_is_said(tmp_path):
+    def faulty(cases):
+        rows = run(cases)
+        for case, row in zip(cases, rows):
+            row["body_depth_max_m"] *= 1.0 + 0.05 * np.sin(1e4 * case.settings["ship.tow_speed"])  # rough
+            row |= {"verdict": "doubtful", "reasons": "RINGING_DAMPED for 1 s (1 % of the run): the steps"}
+            if len(cases) < 64 and case.number == 0:
+                row |= {"verdict": FAILED, "error": "winch.scope: too long"}
+        return rows
+
+    odd = [
+        ("deep", "c1", 100, 30, 1.8, 40, 120),
+        ("fast", "c1", 100, 30, 6.0, 40, 75),
+        ("off", "c2", 200, 30, 1.8, 30, 9),
+    ]
+    said = flags(judged(table_of(tmp_path, [*tows_of(25), *odd]), run=faulty, folds=4))
+    wanted = {"ROUGH", "DOUBTFUL_TOWS", "FAILED_TOWS", "LEFT_OUT", "SPEEDS", "OUTLIERS", "FEW_TOWS"}
+    assert wanted <= set(said)
+    assert "fast (3.09 m/s)" in said["SPEEDS"] and "off (9 for" in said["OUTLIERS"]
+    assert "RINGING_DAMPED in 26" in said["DOUBTFUL_TOWS"] and "too long" in said["FAILED_TOWS"]
+
+
+def test_a_fit_behind_the_cosine_and_intervals_that_do_not_hold_are_said(tmp_path):
+    exact = list(tows_of(40, angle=0.0, depth=0.0))
+    assert "BEHIND" in flags(judged(table_of(tmp_path, exact), folds=2))
+    apart = [(*row[:-1], row[-1] * (0.6 if row[1] in ("c0", "c2", "c4", "c6") else 1.0)) for row in tows_of(40)]
+    halves = [(row[0], "even" if row[1] in ("c0", "c2", "c4", "c6") else "odd", *row[2:]) for row in apart]
+    assert "COVERAGE" in flags(judged(table_of(tmp_path, halves)))
+
+
+def test_numbers_that_the_tows_cannot_tell_are_said(tmp_path):
+    less = judged(table_of(tmp_path, tows_of(25, area=0.1)), free=("towbody.drag_area[*]=0.8:1.2",), folds=2)
+    assert "drag_area" in flags(less)["AT_BOUND"]
+    found = judged(
+        table_of(tmp_path, tows_of(30)), free=(FREE, "cable.sections.wire.drag_amplification=0.7:2.5"), folds=2
+    )
+    assert "drag_amplification" in flags(found)["UNKNOWN"]
+
+    def both(cases):
+        for case in cases:
+            amplification = case.settings.get("cable.sections.wire.drag_amplification", 1.0)
+            area = amplification * case.settings.get("towbody.drag_area", [0.85])[0]
+            case.settings["towbody.drag_area"] = [area]
+        return run(cases)
+
+    found = judged(
+        table_of(tmp_path, tows_of(30)),
+        free=(FREE, "cable.sections.wire.drag_amplification=0.7:1.4"),
+        folds=2,
+        run=both,
+    )
+    assert {"NOT_APART", "UNKNOWN"} & set(flags(found))
+
+
+def test_without_a_free_number_errors_are_found_all_the_same(tmp_path):
+    found = judged(table_of(tmp_path, tows_of(40, area=0.85)), free=(), folds=2)
+    assert found.fitted.values.size == 0 and found.fitted.at.depth == pytest.approx(0.03, rel=0.5)
+
+
 def test_a_scene_that_cannot_be_towed_so_is_refused_with_its_reason(tmp_path):
     def broken(cases):
         return [{"verdict": FAILED, "error": "winch.scope: too long", "reasons": ""} for _ in cases]
@@ -181,6 +248,10 @@ def test_a_scene_that_cannot_be_towed_so_is_refused_with_its_reason(tmp_path):
         ({"wire": {"field": "wire", "unit": "m", "scaled": True}}, "wire.scaled"),
         ({"wire": {"field": "wire", "unit": "m", "factor": 0.0}}, "wire.factor"),
         ({"angle": {"field": "angle", "unit": "deg", "over": "wire"}}, "angle.over"),
+        ({"angle": {"field": "angle", "unit": "deg", "error": 3.0}}, "angle.error"),
+        ({"depth": {"field": "", "unit": "m"}}, "depth.field"),
+        ({"hold": {"field": "hold", "unit": "m"}}, "hold.unit"),
+        ({"hold": {"field": "hold", "unit": "s"}, "stays": 3.0}, "stays"),
     ],
 )
 def test_a_map_that_does_not_fit_is_refused_by_its_key(change, key):
@@ -221,3 +292,49 @@ def test_folds_keep_groups_together_and_intervals_are_widened_by_rank():
     assert widened(depth, found) == 2.0  # nine tows: the ninth of nine holds 90 of 100, and one more
     assert wider(found, 2.0)[0].tolist() == [8.0, 10.0, 14.0]
     assert isinstance(MAPS.check(MAP, "map"), TowsMap)
+
+
+def command(*arguments):
+    return CliRunner().invoke(main, ["tows", *map(str, arguments)])
+
+
+def test_a_table_is_simulated_to_its_end(tmp_path):
+    """Ten short tows, the design and each of them in processes; one beside the same run in this one."""
+    rows = [(f"t{k}", "ab"[k % 2], 8 + 0.2 * k, 30, 1.6 + 0.04 * k, 30 + k, 6.6 + 0.1 * k) for k in range(10)]
+    (tmp_path / "map.yaml").write_text(json.dumps(MAP), encoding="utf-8")
+    given = table_of(tmp_path, rows), "--scene", "bongo", "--map", tmp_path / "map.yaml", "--design", 64
+    done = command(*given, "--free", "towbody.drag_area[0]=0.5:1.5", "--out", tmp_path / "out", "--json")
+    assert done.exit_code == CODE_DOUBTFUL, done.output
+    figures = json.loads(done.stdout)
+    assert "FEW_TOWS" in {reason["flag"] for reason in figures["verdict"]["reasons"]}
+    assert {path.name for path in (tmp_path / "out").iterdir()} == {"rows", "tows.csv", "tows.json", "tows.png"}
+    row, value = figures["rows"][0], figures["numbers"][0]["value"]
+    scene = override(
+        load_scene("bongo"),
+        {"ship.tow_speed": row["true_speed_mps"], "winch.scope": 10.0, "towbody.drag_area": [value, 0.85, 0.85]},
+    )
+    frames = offline.run(scene, duration=23.0, winch="0 rate 0.5, 8 hold, 13.001 rate -0.5", step="chosen").frames
+    assert -frames["body_position"][:, 2].min() == row["simulated_depth_m"]
+
+
+@pytest.mark.parametrize(
+    ("more", "why"),
+    [
+        (("--set", "ship.tow_speed=1"), "ship.tow_speed is given"),
+        (("--free", "winch.scope=8:20"), "winch.scope is given"),
+        (("--free", "towbody.mass", "--free", "towbody.net_weight", "--free", "cable.diameter"), "3 numbers"),
+        (("--group", "nothing"), "'nothing'"),
+    ],
+)
+def test_options_that_contradict_the_table_are_refused_in_one_line(tmp_path, more, why):
+    (tmp_path / "map.yaml").write_text(json.dumps(MAP), encoding="utf-8")
+    done = command(table_of(tmp_path, tows_of(20)), "--scene", "bongo", "--map", tmp_path / "map.yaml", *more)
+    assert done.exit_code == 2 and why in " ".join(done.output.split()), done.output
+
+
+@pytest.mark.parametrize(
+    ("rows", "why"), [([], "has 0 rows"), ([("a", "one", 3, 30, 1.8, 40, 2)], "none of its 1 rows")]
+)
+def test_a_table_without_tows_is_refused(tmp_path, rows, why):
+    with pytest.raises(CableSimError, match=why):
+        read_tows(table_of(tmp_path, rows), MAPS.check(MAP, "map"), 6.0)

@@ -90,7 +90,7 @@ def _free(text: str, scene: Scene) -> Free:
         had = f"{start:g} {unit}".strip()
         raise CalibrateError(
             f"{of}: the scene has {key} = {had}, outside its range [{low:g}, {high:g}]; {CONSEQUENCE}. "
-            f"Widen the range, or begin elsewhere with --set {key}=VALUE"
+            f"Widen the range, or begin elsewhere with --set {key.partition('[')[0]}=VALUE"
         )
     mean = sd = None
     if "~" in text:

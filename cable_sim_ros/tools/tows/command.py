@@ -54,8 +54,8 @@ def tows(table, scene, map_, free, group, folds, design, settings, out, workers)
     from ..calibrate.free import free_of
     from ..sweeps.sweep import computed
     from .figures import figures_of
-    from .simulated import Setting, height_of, speeds_around
-    from .table import load_map, read_tows
+    from .simulated import OWN, Setting, height_of, speeds_around
+    from .table import TowsError, load_map, read_tows
     from .tows import judge
 
     base = apply_to_scene(load_scene(scene), given := settings_of(settings))
@@ -64,8 +64,12 @@ def tows(table, scene, map_, free, group, folds, design, settings, out, workers)
     made = load_map(map_)
     height = height_of(base)
     read = read_tows(table, made, height, group)
+    numbers = free_of(free, base) if free else []
+    for key in (*given, *(one.key for one in numbers)):
+        if key in OWN:
+            raise TowsError(f"{key} is given, and each tow has it from {table}; nothing was simulated. Leave it out")
     place = str(Path(scene)) if Path(scene).is_file() else scene
-    setting = Setting(place, base, given, made.begin, height, free_of(free, base) if free else [])
+    setting = Setting(place, base, given, made.begin, height, numbers)
     speeds = speeds_around(read.tows, frozenset(name for name, one in made.speeds.items() if one.scaled))
     with (
         stoppable(out),
@@ -98,7 +102,10 @@ def tell(judged: Judged, figures: dict[str, Any]) -> None:
     """Print the numbers and the ways."""
     for one in figures["numbers"]:
         unit = f" {one['unit']}".rstrip()
-        say(f"{one['key']} = {one['value']:.4g} +- {one['deviation']:.2g}{unit} (scene: {one['scene']:.4g})")
+        spread = "" if one["deviation"] is None else f" +- {one['deviation']:.2g}"
+        say(f"{one['key']} = {one['value']:.4g}{spread}{unit} (scene: {one['scene']:.4g})")
+    for name, scale in figures["scales"].items():
+        say(f"scale of {name}: {scale:.3g}")
     rows = [
         (
             one.way,

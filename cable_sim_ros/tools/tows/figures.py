@@ -13,24 +13,24 @@ from .tows import Judged
 
 def figures_of(judged: Judged, free: Sequence[Free]) -> dict[str, Any]:
     """All of them."""
-    fitted = judged.fitted
+    fitted, at = judged.fitted, judged.fitted.at
     deviation = np.sqrt(np.diag(fitted.covariance))
     return {
         "tows": judged.made.tows,
         "used": len(judged.table.tows),
         "left_out": judged.table.left,
         "numbers": [
-            {"key": one.key, "unit": one.unit, "value": value, "deviation": sd, "scene": one.start}
+            {"key": one.key, "unit": one.unit, "value": value, "deviation": _or_none(sd), "scene": one.start}
             for one, value, sd in zip(free, fitted.values.tolist(), deviation.tolist())
         ],
         "deviations": {
-            "depth_share": fitted.depth,
-            "angle_deg": float(np.degrees(fitted.angle)),
-            "speeds": fitted.speeds,
-            "true_speed_mps": fitted.deviation,
+            "depth_share": at.depth,
+            "angle_deg": float(np.degrees(at.angle)),
+            "speeds": at.speeds,
+            "true_speed_mps": at.deviation,
         },
-        "true_speed_mean_mps": fitted.mean,
-        "scales": fitted.scales,
+        "true_speed_mean_mps": at.mean,
+        "scales": at.scales,
         "interval_factor": judged.factor,
         "ways": [one._asdict() for one in judged.ways],
         "interpolation": {

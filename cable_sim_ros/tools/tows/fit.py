@@ -16,6 +16,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Sequence
+from itertools import product
 from math import ceil, log
 from typing import NamedTuple
 
@@ -29,7 +30,7 @@ from .table import Tow, TowsMap, error_of
 
 FREEDOM = 4.0  # degrees of Student's t
 NODES = 5  # values of a free number at which depths are tabled
-SPEEDS = 31  # values of the true speed
+SPEEDS, MOST_SPEEDS = 31, 301  # values of the true speed
 HELD = 0.9  # share of the tows that the intervals are to hold
 TAILS = np.array([0.5 - 0.5 * HELD, 0.5, 0.5 + 0.5 * HELD])
 DEPTH = "depth"  # of the scales
@@ -40,10 +41,12 @@ LEVELS = 301  # depths at which the distribution of one is taken
 # (share), true speeds of all tows. Choices
 PRIOR = {"depth": 0.06, "angle": np.radians(4.0), "speed": 0.15, "scaled": 0.25, "true": 0.15}
 WIDE = 0.5
+FLOOR = 0.1  # of these, below which no deviation is looked for: the true speeds that are tried lie as far apart
 
 
 class Parameters(NamedTuple):
-    """A point of the search: places of the free numbers, deviations, scales, mean and deviation of the true speeds."""
+    """Places of the free numbers in their ranges, deviations of depth (logarithm), angle [rad] and speeds by name (m/s;
+    logarithm of scaled ones), scales by name, mean and deviation of the true speeds [m/s]."""
 
     unit: np.ndarray
     depth: float
@@ -55,21 +58,13 @@ class Parameters(NamedTuple):
 
 
 class Fitted(NamedTuple):
-    """Numbers of the largest posterior: values of the free numbers, deviations of depth (share) and angle [rad], of
-    speeds by name ([m/s]; share of scaled ones), scales by name, mean and deviation of the true speeds [m/s].
-    at_bound: keys at an end of their range; at: the point of the search; covariance: of the free numbers, from the
-    curvature of the posterior, NaN where it has none."""
+    """The largest posterior: values of the free numbers, at: the point of the search, at_bound: keys at an end of their
+    range, covariance: of the free numbers, from the curvature of the posterior, NaN where it has none."""
 
     values: np.ndarray
-    depth: float
-    angle: float
-    speeds: dict[str, float]
-    scales: dict[str, float]
-    mean: float
-    deviation: float
+    at: Parameters
     at_bound: list[str]
     converged: bool
-    at: Parameters
     covariance: np.ndarray
 
 
@@ -85,14 +80,15 @@ class Tows:
         self.readings = {name: np.array([tow.speeds[name] for tow in tows]) for name in made.speeds}
         self.scaled = [name for name, column in made.speeds.items() if column.scaled]
         self.scaled += [DEPTH] * (made.depth is not None and made.depth.scaled)
-        self.stated = {name: error_of(column) for name, column in made.speeds.items() if error_of(column) is not None}
-        self.true = np.linspace(*speeds, SPEEDS)
-        units = np.stack(np.meshgrid(*[np.linspace(0.0, 1.0, NODES)] * len(free), indexing="ij"), -1)
-        units = units.reshape(-1, len(free)) if free else np.zeros((1, 0))
+        errors = {name: error_of(column) for name, column in made.speeds.items()}
+        self.stated = {name: error for name, error in errors.items() if error is not None}
+        fine = ceil(2.0 * (speeds[1] - speeds[0]) / min(self.stated.values(), default=np.inf)) + 1
+        self.true = np.linspace(*speeds, min(max(SPEEDS, fine), MOST_SPEEDS))
+        units = [np.array(unit) for unit in product(np.linspace(0.0, 1.0, NODES), repeat=len(free))]
         low, high = (np.array([getattr(one, end) for one in free]) for end in ("low", "high"))
         grid = [Made(t.wire, t.rate_out, t.rate_in, t.hold, float(s)) for t in tows for s in self.true]
         tables = [between(grid, np.tile(low + (high - low) * unit, (len(grid), 1))) for unit in units]
-        shape = (len(tows), SPEEDS, *[NODES] * len(free))
+        shape = (len(tows), len(self.true), *[NODES] * len(free))
         self._tables = [np.stack([table[k] for table in tables], -1).reshape(shape) for k in (0, 1)]
 
     def __len__(self) -> int:
@@ -131,13 +127,14 @@ def _begin(tows: Tows, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray, list[t
     own = ["scaled" if name in tows.scaled else "speed" for name in tows.readings if name not in tows.stated]
     start = [*(one.place(one.start) for one in tows.free), *(log(PRIOR[w]) for w in ("depth", "angle", "true")), mean]
     wide = [*[np.inf] * len(tows.free), *[WIDE] * 3, np.inf]
-    bounds = [*[(0.0, 1.0)] * len(tows.free), *[(-12.0, 2.0)] * 3, (float(tows.true[0]), float(tows.true[-1]))]
+    found = [(log(FLOOR * PRIOR[one]), 2.0) for one in ("depth", "angle", "true", *own)]
+    bounds = [*[(0.0, 1.0)] * len(tows.free), *found[:3], (float(tows.true[0]), float(tows.true[-1])), *found[3:]]
     start += [log(PRIOR[one]) for one in own]
     for name in tows.scaled:
         ratio = 1.0 if name == DEPTH else np.nanmedian(tows.readings[name][rows]) / mean
         start.append(log(ratio) if np.isfinite(ratio) else 0.0)
     wide += [*[WIDE] * len(own), *(SCALE if name == DEPTH else np.inf for name in tows.scaled)]
-    bounds += [*[(-12.0, 2.0)] * len(own), *[(v - 1.0, v + 1.0) for v in start[len(bounds) + len(own) :]]]
+    bounds += [(v - 1.0, v + 1.0) for v in start[len(bounds) :]]
     for k, one in enumerate(tows.free):
         if one.sd is not None and one.mean is not None:
             start[k], wide[k] = one.place(one.mean), one.sd / (one.high - one.low)
@@ -191,7 +188,7 @@ def fit(tows: Tows, rows: np.ndarray, angle: bool, curved: bool = False) -> Fitt
         if np.all(np.linalg.eigvalsh(bent) > 0.0):
             covariance = np.linalg.inv(bent)[:count, :count] * np.outer(spans, spans)
     bound = [one.key for one, u in zip(tows.free, at.unit) if min(u, 1.0 - u) < 1e-3]
-    return Fitted(tows.values(at.unit), *at[1:], bound, bool(best.success), at, covariance)
+    return Fitted(tows.values(at.unit), at, bound, bool(best.success), covariance)
 
 
 def _curvature(cost: Callable[[np.ndarray], float], x: np.ndarray) -> np.ndarray:

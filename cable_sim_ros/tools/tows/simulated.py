@@ -20,7 +20,7 @@ from ...sim.scene import Scene
 from ..calibrate.free import Free, flat
 from ..sweeps.cases import RNG, Case, case_of
 from ..sweeps.figures import DEEPEST
-from .table import Tow, TowsError
+from .table import SHORTEST, Tow, TowsError
 
 MARGIN = 0.05  # of the range of the tows, by which the design is wider
 SLOWER, FASTER = 0.6, 1.3  # times the speeds that 5 and 95 of 100 tows are faster than: those of the design
@@ -28,6 +28,7 @@ STEEPEST, FLATTEST = 0.01, 1.55  # rad, of chord and cable in the interpolation
 LEAST = 64  # tows of a design
 APART = 8  # one in so many of a design is not fitted but compared with
 LIMITED = "COMMAND_LIMITED"  # the winch did less than it was told: another tow
+OWN = ("ship.tow_speed", "winch.scope")  # keys that the table gives
 STATIC = 1.0  # s of a static tow
 HAUL = 10.0  # s of the haul: a tow is deepest before
 ENOUGH = 0.8  # of a design must be simulated
@@ -84,8 +85,7 @@ def _case(setting: Setting, number: int, tow: Made, values: list[float]) -> Case
     settings = {
         **setting.settings,
         **flat(setting.scene, {one.key: value for one, value in zip(setting.free, values)}),
-        "ship.tow_speed": tow.speed,
-        "winch.scope": setting.height + setting.begin,
+        **dict(zip(OWN, (tow.speed, setting.height + setting.begin))),
         "winch.max_rate": max(setting.scene.winch.max_rate, 1.01 * rate),
     }
     end = lasts + tow.hold
@@ -99,7 +99,7 @@ def static_cases(setting: Setting, tows: Sequence[Made]) -> list[Case]:
         case_of(
             k,
             setting.name,
-            {**setting.settings, "ship.tow_speed": tow.speed, "winch.scope": setting.height + tow.wire},
+            {**setting.settings, **dict(zip(OWN, (tow.speed, setting.height + tow.wire)))},
             "0 hold",
             STATIC,
             tuple(name for name, *_ in DEEPEST),
@@ -173,7 +173,7 @@ def surrogate(setting: Setting, tows: Sequence[Tow], speeds: tuple[float, float]
     high = np.array(
         [(1.0 + MARGIN) * wire.max(), (1.0 + MARGIN) * rate.max(), speeds[1], *(f.high for f in setting.free)]
     )
-    low[0] = max(low[0], setting.begin + 0.5)
+    low[0] = max(low[0], setting.begin + 0.5 * SHORTEST)
     logs = low > 0.0
     low[logs], high[logs] = np.log(low[logs]), np.log(high[logs])
     unit = qmc.Sobol(len(low), **{RNG: np.random.default_rng(SEED)}).random(count)
@@ -193,14 +193,8 @@ def surrogate(setting: Setting, tows: Sequence[Tow], speeds: tuple[float, float]
     values = _tangents(share, found.angle)
     apart = good & (np.arange(count) % APART == APART - 1)
     near = good & ~apart
-    try:
-        got, angle = _from_tangents(_between(unit[near], values[near])(unit[apart]))
-        inner = _between(unit[good], values[good])
-    except np.linalg.LinAlgError:
-        raise TowsError(
-            "the simulated tows cannot be interpolated: a free number, or the tows of the table, do not differ; "
-            "nothing was fitted. Free another number"
-        ) from None
+    got, angle = _from_tangents(_between(unit[near], values[near])(unit[apart]))
+    inner = _between(unit[good], values[good])
     off = np.abs(got / share[apart] - 1.0)
     error = float(off.max()), float(np.sqrt(np.mean(off**2))), float(np.abs(angle - found.angle[apart]).max())
     return Surrogate(inner, low, high, logs, error, count, found.why)

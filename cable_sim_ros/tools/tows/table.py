@@ -29,6 +29,7 @@ SPEEDS = (0.05, 10.0)  # m/s, of a ship that tows a wire
 RATES = (0.005, 5.0)  # m/s, of a winch
 LONGEST_WIRE = 20_000.0  # m
 DEEPER = 1.02  # depth over wire at most: counters and recorders have errors
+SHORTEST = 1.0  # m of wire that is paid out at least
 NOTHING = {"", "nan", "na", "n/a", "null", "none", "-", "--"}
 
 
@@ -56,7 +57,7 @@ class Column(Block):
     over: str = quantity("", "", None, None, "column of seconds that the value is divided by: counts of a flow meter")
     scaled: bool = quantity(False, "", None, None, "a speed whose scale is fitted too: a flow meter within a net")
     error: float | None = quantity(
-        None, "1", 0.0, 1e6, "standard deviation of a reading, in the unit; none: found from the tows", above=0.0
+        None, "1", None, 1e6, "standard deviation of a speed, in the unit; none: found from the tows", above=0.0
     )
 
 
@@ -122,31 +123,33 @@ def _problems(made: TowsMap) -> Iterator[Problem]:
     if not made.speeds:
         yield Problem("speeds", "is empty: a tow without a speed cannot be simulated", "Give one, docs/tows.md")
     for key, dimension, column in _columns(made):
-        unit = named(column.unit)
-        counted = "1" if column.over and dimension == "m/s" else dimension
-        if unit is None and column.unit != "s":
-            text = f"= {column.unit!r:.20} is no unit that is known"
-            yield Problem(f"{key}.unit", text, nearest(column.unit, dimension))
-        elif column.over and dimension != "m/s":
-            yield Problem(f"{key}.over", "divides by a time what is no speed", "Leave it out")
-        elif (column.unit if unit is None else UNITS[unit].dimension) not in {
-            dimension,
-            "m" if column.over else counted,
-        }:
-            has = "s" if unit is None else UNITS[unit].dimension
-            text = f"= {column.unit} does not fit: {key} is in {dimension}, {column.unit} in {has}"
-            yield Problem(f"{key}.unit", text, nearest(column.unit, dimension))
-        if column.factor == 0.0:
-            yield Problem(f"{key}.factor", "= 0 would make every value the same", "Give another number")
-        if column.scaled and dimension != "m/s" and key != "depth":
-            yield Problem(f"{key}.scaled", "is of speeds and the depth alone", "Leave it out")
-        if not column.field or any(not one for one in fields_of(column)):
-            yield Problem(f"{key}.field", "names no column", "Give its name in the table")
+        yield from _of_column(key, dimension, column)
     if made.speeds and all(column.scaled for column in made.speeds.values()):
         text = "are all scaled: no speed says how fast the tow was"
         yield Problem("speeds", text, "Give one without `scaled`, such as the ship's")
     if made.hold is not None and "stays" in made.model_fields_set:
         yield Problem("stays", "has no effect beside the column hold", "Leave one of the two out")
+
+
+def _of_column(key: str, dimension: str, column: Column) -> Iterator[Problem]:
+    speed, unit = dimension == "m/s", named(column.unit)
+    wanted = "m" if column.over else dimension
+    has = "s" if column.unit == "s" else None if unit is None else UNITS[unit].dimension
+    if has is None:
+        yield Problem(f"{key}.unit", f"= {column.unit!r:.20} is no unit that is known", nearest(column.unit, wanted))
+    elif has != wanted:
+        text = f"= {column.unit} does not fit: {key} is in {wanted}, {column.unit} in {has}"
+        yield Problem(f"{key}.unit", text, nearest(column.unit, wanted))
+    if column.over and not speed:
+        yield Problem(f"{key}.over", "divides by a time what is no speed", "Leave it out")
+    if column.factor == 0.0:
+        yield Problem(f"{key}.factor", "= 0 would make every value the same", "Give another number")
+    if column.scaled and not speed and key != "depth":
+        yield Problem(f"{key}.scaled", "is of speeds and the depth alone", "Leave it out")
+    if column.error is not None and (column.scaled or not speed):
+        yield Problem(f"{key}.error", "is of a speed that is not scaled: others are found", "Leave it out")
+    if not column.field or any(not one for one in fields_of(column)):
+        yield Problem(f"{key}.field", "names no column", "Give its name in the table")
 
 
 def fields_of(column: Column) -> tuple[str, ...]:
@@ -269,10 +272,9 @@ def _no_tow(tow: Tow, made: TowsMap) -> str:
     """Why a row cannot be simulated or judged; "" where it can."""
     if not isfinite(tow.wire):
         return "has no wire out"
-    if not made.begin < tow.wire <= LONGEST_WIRE:
-        return (
-            f"wire = {tow.wire:.4g} m in the water is outside ({made.begin:g}, {LONGEST_WIRE:g}] m, `begin` of the map"
-        )
+    least = made.begin + SHORTEST
+    if not least <= tow.wire <= LONGEST_WIRE:
+        return f"wire = {tow.wire:.4g} m in the water is outside [{least:g}, {LONGEST_WIRE:g}] m, from `begin` on"
     for key, rate in (("rate_out", tow.rate_out), ("rate_in", tow.rate_in)):
         if not RATES[0] <= rate <= RATES[1]:
             return f"{key} = {rate:.4g} m/s is outside [{RATES[0]:g}, {RATES[1]:g}] m/s: is its unit right?"

@@ -9,7 +9,7 @@ import numpy as np
 
 from ...sim.verdict import Reason, Verdict, verdict_of
 from ..sweeps.cases import Case
-from .fit import Fitted, Tows, depths, fit, folds_of, widened, wider
+from .fit import HELD, Fitted, Tows, depths, fit, folds_of, widened, wider
 from .simulated import Answered, Made, Setting, Surrogate, answered, cases_of, static_cases, surrogate
 from .table import CONSEQUENCE, Table, TowsError, TowsMap
 
@@ -17,7 +17,7 @@ FEWEST = 8  # tows with a depth, for a fit
 FEW = 30  # below, an interval for 90 of 100 rests on few
 MAD = 1.4826  # of a median absolute deviation, to a standard deviation
 ROUGH = 0.01  # share of depth, that the interpolation may be off in the rms
-HOLDS = (0.8, 0.97)  # shares of the tows that intervals for 90 of 100 may hold
+SURE = 2.0  # standard deviations of a share, that what intervals hold may be beside 90 of 100
 APART = 0.95  # correlation of two free numbers
 FAR = 3.0  # half widths of its interval: a tow so far away is named
 SECOND_BEST = 1.02  # times the spread of the cosine, and its median error, that a fit may have
@@ -189,13 +189,22 @@ def _reasons(
     for key in best.at_bound:
         say("AT_BOUND", f"{key} is at an end of its range: the best lies beyond")
     deviation = np.sqrt(np.diag(best.covariance))
-    if len(setting.free) == 2 and not abs(best.covariance[0, 1]) <= APART * deviation.prod():
+    for free, sd in zip(setting.free, deviation):
+        if not sd < 0.5 * (free.high - free.low):
+            say("UNKNOWN", f"these tows say nothing of {free.key}: the fit is as good in half of its range")
+    if len(setting.free) == 2 and abs(best.covariance[0, 1]) > APART * deviation.prod():
         say("NOT_APART", f"these tows cannot tell {' and '.join(one.key for one in setting.free)} apart: fix one")
     if rough > ROUGH:
         say("ROUGH", f"depths between simulated tows are off by {100 * rough:.2g} % rms: raise --design")
     if last.doubts:
         told = ", ".join(f"{flag} in {count}" for flag, count in last.doubts.items())
         say("DOUBTFUL_TOWS", f"of {len(tows)} tows as they were made the runs are doubtful: {told} (docs/flags.md)")
+    low, high = (float(tows.true[k]) for k in (0, -1))
+    speeds = _first(tows)
+    beyond = np.flatnonzero((speeds < low) | (speeds > high))
+    if len(beyond):
+        names = ", ".join(f"{table.tows[k].name} ({speeds[k]:.3g} m/s)" for k in beyond[:5])
+        say("SPEEDS", f"{len(beyond)} tows are outside the simulated speeds, {low:.3g} to {high:.3g} m/s: {names}")
     if last.why:
         say("FAILED_TOWS", f"{len(last.why)} tows could not be simulated as they were made ({last.why[0]:.200})")
     if table.left:
@@ -204,12 +213,13 @@ def _reasons(
             f"{len(table.left)} rows are no tows: {'; '.join(table.left[:3])}{' ...' * (len(table.left) > 3)}",
         )
     own = ways[0] if ways[0].way == "this fit" else next(one for one in ways if one.way == "this fit, all tows")
-    if own.held is not None and not HOLDS[0] <= own.held <= HOLDS[1]:
+    if own.held is not None and abs(own.held - HELD) > SURE * np.sqrt(HELD * (1.0 - HELD) / own.tows):
         say("COVERAGE", f"intervals for 90 of 100 hold {100 * own.held:.0f} of 100 tows that were left out")
     if own.tows < FEW:
         say("FEW_TOWS", f"{own.tows} tows judge the fit, below {FEW}: the intervals rest on few")
     for one in ways:
-        if one.way.startswith("cosine") and max(own.spread / one.spread, own.median / one.median) > SECOND_BEST:
+        behind = own.spread > SECOND_BEST * one.spread or own.median > SECOND_BEST * one.median
+        if one.way.startswith("cosine") and behind:
             say(
                 "BEHIND",
                 f"the cosine of the angle has a spread of {100 * one.spread:.3g} %, the fit {100 * own.spread:.3g} %",
