@@ -115,7 +115,8 @@ def waterline(e, work, rows, current, streams, change, tangent):
     One Gauss point a lane of the work tables; the last lanes hold the moving bounds. rows: element table of the group
     [ROWS, LANES]; streams: of the group [0 or 1, 4, STREAM_ROWS, LANES], see sea.py.
     """
-    x, p, n, d, t, force, k = work.cut_x, work.cut_p, work.cut_n, work.cut_d, work.point, work.force, work.k
+    x, n, d, t, force, k = work.cut_x, work.cut_n, work.cut_d, work.point, work.force, work.k
+    p, stream = work.cut_p[:], work.cut_stream[:]  # of the types of a group's: the same compiled drag
     weight, at, ends, bounds = work.cut[0], work.cut[1], work.cut[2], work.cut[3]
     rise, tilt = work.lane[RISE, e], work.lane[RISE + 1, e] - work.lane[RISE, e]
     z = (work.x[2, e] - rise, work.x[5, e] - tilt, work.x[8, e] - rise - tilt, work.x[11, e] - tilt)
@@ -156,8 +157,8 @@ def waterline(e, work, rows, current, streams, change, tangent):
     point_lanes(x, p, n, d, current, t)
     if streams.shape[0] > 0:
         for lane in range(LANES):
-            stream_at(streams[0], e, at[lane], lane, work.cut_stream)
-        stream_lanes(work.cut_stream, x, n, t)
+            stream_at(streams[0], e, at[lane], lane, stream)
+        stream_lanes(stream, x, n, t)
     second = amplified(p)
     if second:
         mean_lanes(work.cut_mean, n, t)
@@ -167,7 +168,7 @@ def waterline(e, work, rows, current, streams, change, tangent):
     else:
         water_load(t, p, weight, second, load)
     if streams.shape[0] > 0:
-        push_lanes(work.cut_stream, p, weight, load)
+        push_lanes(stream, p, weight, load)
     for lane in range(used):
         if ends[lane] == 0.0:
             for i in range(4):
