@@ -30,6 +30,8 @@ from .kernel_cache import KernelFiles, files
 from .kernel_key import UnknownContent, changed, content_of, type_text
 from .packaged import COMPILED, DISK, PACKAGE, Packaged, origins, packaged
 
+shortcuts.install()
+
 ENTRY, PUBLISHED, CALLED = "entry", "published", "called"
 _in_use: dict[str, Form] = {}  # name of a code: whose it is in this process
 _versions: list[str] = []

@@ -58,6 +58,8 @@ def variables(self: Any, value: Any) -> list:
     return found
 
 
-BaseFunction.get_call_type = type_of_call
-TargetConfig.values = values_of_flags
-ir.Inst._rec_list_vars = variables
+def install() -> None:
+    """Put them in place, in this process."""
+    BaseFunction.get_call_type = type_of_call
+    TargetConfig.values = values_of_flags
+    ir.Inst._rec_list_vars = variables

@@ -30,12 +30,12 @@ from .contact_surface import DRUM, GROOVE, NO_TOP, out_of_reach, solid
 from .drag import amplified, mean_lanes, point_lanes, spread_force, spread_matrix, water_load, water_tangent
 from .hermite import W4, W5, X4, X5, shape, slope
 from .link_element import (
-    bend_joints,
     closed_loads,
     drop_axial_lift,
-    fold,
+    fold_links,
     is_links,
     link_lanes,
+    link_links,
     straighten,
     straighten_mean,
 )
@@ -120,7 +120,7 @@ def gather_mean(group, p, state, fraction):
             mean[c, lane] = scaled * mean_at(nodes, e, c, fraction)
             mean[6 + c, lane] = scaled * mean_at(nodes, e + 1, c, fraction)
     if is_links(nodes[NOW, ARC]):
-        straighten_mean(mean)
+        straighten_mean(state.work.lanes[0])
 
 
 @driver
@@ -360,8 +360,7 @@ def _assemble(line, state, change, tangent) -> float:
         if state.surfaces.shape[0] > 0 and contact_part(line, state, group, change, tangent):
             pressed += before - power_of(x, force, real, lane_sum)
         if links:
-            fold(work, tangent)
-            bend_joints(work, p, tangent)
+            fold_links(work, p, tangent)
         scatter(group, p, state, tangent)
     work.power[OWN], work.power[LOST_POWER], work.power[WATER], work.power[SURFACES] = own, lost, water, pressed
     return total
@@ -373,6 +372,7 @@ assemble = opaque(_assemble)
 def link_assembly(line, state) -> None:
     """Compile or load the assembly and publish it; call before anything that uses it runs."""
     tangent = np.bool_(False)
+    link_links(line, state)
     link(_water_part, line, state, 0, AT_REST, tangent, tangent, tangent)
     link(_contact_part, line, state, 0, AT_REST, tangent)
     link(_assemble, line, state, AT_REST, tangent)

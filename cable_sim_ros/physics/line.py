@@ -18,7 +18,7 @@ from .sea import WIND
 from .state import ARC, AT_REST, FLOW, NOW, A, Q, V
 from .towbody import lie
 from .towbody import load as body_load
-from .wake_oscillator import add_wake
+from .wake_oscillator import add_wake, link_wakes
 from .wind import BODIES
 from .workspace import FED, HELD, LOADS, SURFACES, WATER
 
@@ -74,6 +74,24 @@ def strut(strut, gravity, state, change, tangent):
 
 
 @driver
+def _hold_struts(line, state, change, tangent) -> None:
+    """Add all two-point loads."""
+    for i in range(line.struts.shape[0]):
+        strut(line.struts[i], line.settings[0].gravity, state, change, tangent)
+
+
+@driver
+def _carry_beads(line, state, change, tangent) -> None:
+    """Add all beads: their own forces and the water's."""
+    power = state.work.lanes[0].power
+    for i in range(line.beads.shape[0]):
+        power[WATER] += carry(line.beads[i], state, change, tangent)
+
+
+hold_struts, carry_beads = opaque(_hold_struts), opaque(_carry_beads)
+
+
+@driver
 def bodies(line, state, change, tangent):
     """Add bodies and beads: their own forces, the water's, the ground's."""
     band, power = state.work.band, state.work.lanes[0].power
@@ -90,8 +108,8 @@ def bodies(line, state, change, tangent):
         for k in range(state.surfaces.shape[0]):
             if state.surfaces[k].carrier == ON_GROUND and body.floor_stiffness > 0.0:
                 power[SURFACES] += lie(body, state.surfaces[k], node, change, tangent, band[n])
-    for i in range(line.beads.shape[0]):
-        power[WATER] += carry(line.beads[i], state, change, tangent)
+    if line.beads.shape[0] > 0:
+        carry_beads(line, state, change, tangent)
 
 
 @driver
@@ -114,7 +132,7 @@ def _residual(line, state, change, tangent) -> float:
     With tangent the system holds dR/dq, with the change of v and a.
     """
     band, lower, q, v = state.work.band, state.work.lower, state.nodes[NOW, Q], state.nodes[NOW, V]
-    gravity, arc = line.settings[0].gravity, state.nodes[NOW, ARC]
+    arc = state.nodes[NOW, ARC]
     links = is_links(arc)
     if links:
         align(line.elements, state)
@@ -122,8 +140,8 @@ def _residual(line, state, change, tangent) -> float:
     bodies(line, state, change, tangent)
     if line.wakes.shape[0] > 0:
         add_wake(line, state)
-    for i in range(line.struts.shape[0]):
-        strut(line.struts[i], gravity, state, change, tangent)
+    if line.struts.shape[0] > 0:
+        hold_struts(line, state, change, tangent)
     for i in range(line.loads.shape[0]):
         pull(line.loads[i], q, tangent, band)
     last = band.shape[0] - 1
@@ -165,4 +183,7 @@ def link_residual(line, state) -> None:
     """Compile or load the residual and publish it; call before anything that uses it runs."""
     link_assembly(line, state)
     link_rigid(line, state)
+    link_wakes(line, state)
+    link(_hold_struts, line, state, AT_REST, np.bool_(False), needed=len(line.struts) > 0)
+    link(_carry_beads, line, state, AT_REST, np.bool_(False), needed=len(line.beads) > 0)
     link(_residual, line, state, AT_REST, np.bool_(False))

@@ -18,7 +18,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..compiler.jit import LANES, driver, inline
+from ..compiler.jit import LANES, driver, inline, link, opaque
 from .ancf import (
     ADDED_MASS,
     AXIAL_DAMPING,
@@ -45,7 +45,7 @@ from .ancf import (
 from .drag import POINT_CD, POINT_R, POINT_U, POINT_V, POINT_W, coefficients, friction, mean_lanes, point_lanes
 from .hermite import LINK, X4, shape, slope
 from .link_loads import added_mass, normal_drag, tangential_drag
-from .state import ARC, NOW, Q
+from .state import ARC, AT_REST, NOW, Q
 from .vec import add, axpy, dot, get3, norm, put3, row3, scale, sub
 from .workspace import ENERGY, LOST, RISE, TENSION, WET
 
@@ -57,7 +57,7 @@ _OUT = 1.0 / (X4[3] - X4[0])  # of the outer drag points, about the middle
 
 
 @driver
-def straighten(work, p):
+def _straighten(work, p) -> None:
     """Slopes of a group of links and their first two rates [LANES], from the places of the nodes and their rates."""
     x, director = work.x, work.director
     for c in range(3):
@@ -74,8 +74,9 @@ def straighten(work, p):
 
 
 @driver
-def straighten_mean(m):
-    """The same for the running mean of the material's velocity, m [12, LANES]."""
+def _straighten_mean(work) -> None:
+    """The same for the running mean of the material's velocity [12, LANES]."""
+    m = work.mean_v
     if m.shape[1] != LANES:
         raise ValueError("lanes")
     for c in range(3):
@@ -132,7 +133,7 @@ def joint_stiffness(p, e):
 
 
 @driver
-def link_lanes(work, p, change, tangent):
+def _link_lanes(work, p, change, tangent) -> None:
     """Inertia, weight and tension of a group of links: sets force[12, LANES], with tangent k[144, LANES], and the rows
     TENSION [N], ENERGY [J], LOST [W] of the lanes. change: see state.Change."""
     x, force, k, k9, lane = work.x, work.force, work.k, work.k9, work.lane
@@ -233,6 +234,13 @@ def bend_joints(work, p, tangent):
             k[45 + c, e] = k[135 + c, e] = s
 
 
+@driver
+def _fold_links(work, p, tangent) -> None:
+    """Give to the nodes of a group of links what their chords and joints bear."""
+    fold(work, tangent)
+    bend_joints(work, p, tangent)
+
+
 @inline
 def without_bending(elements, n, last):
     """Has the joint at node n, of nodes 0 to ``last``, no bending stiffness on either side?"""
@@ -250,7 +258,7 @@ def any_of(row, value):
 
 
 @driver
-def closed_loads(work, p, current, second):
+def _closed_loads(work, p, current, second) -> None:
     """In place of the loads of the four drag points of wet links whose law allows it, two at the outer points with the
     resultant and the first moment of the closed forms (link_loads.py). second: with the extra drag of the mean flow.
 
@@ -300,7 +308,7 @@ def closed_loads(work, p, current, second):
 
 
 @driver
-def drop_axial_lift(work, p, tangent):
+def _drop_axial_lift(work, p, tangent) -> None:
     """Take the buoyancy along the links off their wet part, where theirs is HK 55: into force and k."""
     x, force, k, wet, rise = work.x, work.force, work.k, work.lane[WET], work.lane[RISE : RISE + 2]
     for e in range(LANES):
@@ -331,7 +339,7 @@ def drop_axial_lift(work, p, tangent):
 
 
 @driver
-def align(elements, state):
+def _align(elements, state) -> None:
     """Gradients of limp joints: the mean of h/L of the links beside them, of an end that of the last link."""
     q, arc = state.nodes[NOW, Q], state.nodes[NOW, ARC]
     last = q.shape[0] - 1
@@ -351,7 +359,7 @@ def is_links(arc):
 
 
 @driver
-def joint_tension(state, n):
+def _joint_tension(state, n) -> float:
     """Tension [N] at joint n: the size of the force between its two links.
 
     The force along a link is that at its middle, and its half loads turn it by the joint: interpolated as a vector
@@ -366,3 +374,21 @@ def joint_tension(state, n):
     w = (arc[n, 0] - first) / (last - first)
     a, b = sub(row3(q, i + 1), row3(q, i)), sub(row3(q, i + 2), row3(q, i + 1))
     return norm(axpy((1.0 - w) * tension[i] / norm(a), a, scale(w * tension[i + 1] / norm(b), b)))
+
+
+straighten, straighten_mean, link_lanes = opaque(_straighten), opaque(_straighten_mean), opaque(_link_lanes)
+closed_loads, drop_axial_lift, fold_links = opaque(_closed_loads), opaque(_drop_axial_lift), opaque(_fold_links)
+align, joint_tension = opaque(_align), opaque(_joint_tension)
+
+
+def link_links(line, state) -> None:
+    """Compile or load what a line of links needs and publish it; call before the assembly runs."""
+    work, p, no, there = state.work.lanes[0], line.elements[0], np.bool_(False), bool(is_links(state.nodes[NOW, ARC]))
+    link(_straighten, work, p, needed=there)
+    link(_straighten_mean, work, needed=there)
+    link(_link_lanes, work, p, AT_REST, no, needed=there)
+    link(_closed_loads, work, p, (0.0, 0.0, 0.0, 0.0), no, needed=there)
+    link(_drop_axial_lift, work, p, no, needed=there)
+    link(_fold_links, work, p, no, needed=there)
+    link(_align, line.elements, state, needed=there)
+    link(_joint_tension, state, 0, needed=there)

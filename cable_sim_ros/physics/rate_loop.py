@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from math import cos, cosh, exp, sin, sinh, sqrt
 
-from ..compiler.jit import driver, inline
+from ..compiler.jit import driver, inline, opaque
 from .winch import ACCELERATION, RATE, SERVO_STEP, TRAVEL, clip, fastest
 
 AT_REST = 1e-3  # m/s, m: below which a brake sets, and within which a limit is reached
@@ -71,7 +71,7 @@ def response(w, zeta, d):
 
 
 @driver
-def follow_rate(h, drum, drive, winch, driving, length, rate):
+def _follow_rate(h, drum, drive, winch, driving, length, rate) -> None:
     """Advance a rate loop by h [s] towards a set-point at the end of it, within rate, acceleration and travel."""
     count = max(1, int(h / SERVO_STEP + 0.999))
     d = h / count
@@ -110,3 +110,6 @@ def stand_at_end(drum, winch, x):
     winch.at_end = 1 if x >= drum.max_length or x <= drum.min_length else 0
     near = x >= drum.max_limit - AT_REST or x <= drum.min_limit + AT_REST
     winch.at_limit = 1 if near and winch.at_end == 0 else 0
+
+
+follow_rate = opaque(_follow_rate)

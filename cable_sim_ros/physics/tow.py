@@ -16,7 +16,7 @@ from .integrate import advance, coefficients, conclude, settle, solve_step
 from .mean_flow import take_up
 from .mesh_motion import flow_of, lay_mesh
 from .noise import gauss, spoiled
-from .rate_loop import follow_rate
+from .rate_loop import _follow_rate, follow_rate
 from .sensor_models import FROZEN, NOISE
 from .sensors import pin_tension
 from .ship import evaluate, hull_point, rotate, ship_ring, spin, vehicle_ring
@@ -323,10 +323,13 @@ def rest(model, state, sigma, max_steps, max_step):
 
 def link_tow(model, state, inputs) -> None:
     """Compile or load what a step of a tow calls by symbol and publish it; call before anything that uses it runs."""
-    motor, vehicle = model.settings[0].drive.model == MOTOR, model.settings[0].vehicle
+    settings, now = model.settings[0], state.memory[NOW]
+    drive, vehicle = settings.drive, settings.vehicle
+    motor, loop = drive.model == MOTOR, drive.model == RATE_LOOP
     link(_hold_far_end, model, state, needed=vehicle.on != 0)
-    link(_move_vehicle, 0, inputs, state.memory[NOW], vehicle, needed=vehicle.on != 0)
+    link(_move_vehicle, 0, inputs, now, vehicle, needed=vehicle.on != 0)
     link(_impose, model, state, inputs, 0, 0.0)
+    link(_follow_rate, 0.0, settings.drum, drive, now.winch, now.drive, 0.0, 0.0, needed=loop)
     link(_turn_motor, model, state, 0.0, 0.0, 0.0, needed=motor)
     link(_solve_driven, model, state, 0.0, needed=motor)
     link(_strum, model, state, 0.0, np.int64(0), needed=len(model.line.strum.sections) > 0)

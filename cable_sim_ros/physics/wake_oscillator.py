@@ -21,7 +21,7 @@ from math import ceil, cos, exp, pi, sin, sqrt
 
 import numpy as np
 
-from ..compiler.jit import LANES, driver, inline
+from ..compiler.jit import LANES, driver, inline, link, opaque
 from .drag_laws import smooth
 from .parameter import Block, quantity
 from .sea import ELEVATION, EXTRA, ORBIT, SHEAR
@@ -188,7 +188,7 @@ def shed(past, tangent, row):
 
 
 @driver
-def advance_wake(line, state, h):
+def _advance_wake(line, state, h) -> None:
     """Wakes at the end of a predicted step of h [s], and their load on every node: Work.wake.
 
     Columns 0 to 2 of the load are U^2 q along t x V_n, 3 to 5 -U^2 q q'/om along V_n [m^2/s^2]; rho d C/4 is the
@@ -237,7 +237,7 @@ def advance_wake(line, state, h):
 
 
 @driver
-def add_wake(line, state):
+def _add_wake(line, state) -> None:
     """Load of the wakes on the right-hand side of the system, and its power to that of the water.
 
     Linear along an element between its nodes, integrated exactly with the shape functions. It is held in a step, so
@@ -271,3 +271,12 @@ def no_wake_load(state):
     for n in range(load.shape[0]):
         for k in range(6):
             load[n, k] = 0.0
+
+
+add_wake, advance_wake = opaque(_add_wake), opaque(_advance_wake)
+
+
+def link_wakes(line, state) -> None:
+    """Compile or load what a line with wakes needs and publish it; call before a step runs."""
+    link(_add_wake, line, state, needed=len(line.wakes) > 0)
+    link(_advance_wake, line, state, 0.0, needed=len(line.wakes) > 0)

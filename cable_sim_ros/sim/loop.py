@@ -21,8 +21,9 @@ import numpy as np
 from numba import types
 
 from ..compiler.jit import by_reference, driver, prepare
+from ..physics.mesh_motion import lay_mesh
 from ..physics.output import no_peaks
-from ..physics.state import NOW
+from ..physics.state import ARC, NOW
 from ..physics.tick import link_tick, observe, sense, tick
 from ..physics.tick_output import NEWTON_FAILED, NOT_FINITE
 from ..physics.tow import rest
@@ -41,7 +42,7 @@ LONGEST_STEP = 1000.0  # s, of the pseudo-transient
 CREEPING = 1e6  # N left of a start that did not settle, from which there still is something to see
 HALT = NEWTON_FAILED | NOT_FINITE
 
-SETTLE, TICKS, LIVE = 0, 1, 2  # what to do
+SETTLE, TICKS, LIVE, LAY = 0, 1, 2, 3  # what to do
 TIME, DEADLINE, WAKE, DONE, FLAGS, LAG = range(6)  # columns of a stats row, ns
 STATS_COLUMNS = 6
 MOTION, COMMAND, VEHICLE, FLAPS = 0, 1, 2, 3  # columns of a heads row: what a tick saw of each ring
@@ -187,9 +188,10 @@ def _drive(model, state, inputs, output, what, count, control, stats, heads):
     what each of them sees of the rings; without a row each sees what has been written.
     LIVE: the real-time loop on the control words and stats rows; returns its tick count. heads: a ring that it fills.
     With a ``count`` above 0 as many ticks, each at once, into the same rings: lockstep.
+    LAY: the mesh for the pay-out of now; returns 0.
     """
     model, state, inputs, output = by_reference(model), by_reference(state), by_reference(inputs), by_reference(output)
-    if what == 0:
+    if what == SETTLE:
         steps, iterations, left = rest(model, state, MASS_DAMPING, count, LONGEST_STEP)
         if steps >= 0 or left < CREEPING:
             no_peaks(state.memory[NOW].health)
@@ -199,7 +201,11 @@ def _drive(model, state, inputs, output, what, count, control, stats, heads):
         health = state.memory[NOW].health
         health.iterations, health.substeps, health.residual = iterations, 0, left
         return np.int64(steps)
-    if what == 1:
+    if what == LAY:
+        now = state.memory[NOW]
+        lay_mesh(model.feed, model.settings[0].drum, now.winch, state.nodes[NOW, ARC], model.line.elements)
+        return np.int64(0)
+    if what == TICKS:
         for i in range(count):
             look(inputs)
             if heads.shape[0] > 0:

@@ -15,7 +15,6 @@ from ..errors import RunError
 from ..physics.flaps import clear_attitudes
 from ..physics.heave_compensation import CONSTANT_TENSION, LAWS, SetpointLaw
 from ..physics.inputs import Inputs, make_inputs
-from ..physics.mesh_motion import lay_mesh
 from ..physics.output import Output
 from ..physics.ship import NO_EPOCH
 from ..physics.state import ARC, CARRIED, MEMORY, NOW, STEP
@@ -24,7 +23,7 @@ from .build import build_model, build_state, make_output
 from .compensation_setup import declare, take_rest, take_slope
 from .inputs import YAW, FlapCommand, InputError, ShipMotion, VehicleMotion, WinchCommand, push
 from .layout import layout_of
-from .loop import CONTROL_WORDS, HEADS, SETTLE, STATS_COLUMNS, TICKS, drive
+from .loop import CONTROL_WORDS, HEADS, LAY, SETTLE, STATS_COLUMNS, TICKS, drive
 from .mesh.mesh_kinds import FeedMesh
 from .rebase import start_problem
 from .saved import savefile
@@ -150,8 +149,7 @@ class Simulator:
         now.ship.epoch = NO_EPOCH
         declare_vehicle(now, scene, yaw, self.inputs)
         declare(now.setpoint, scene, self._algorithm, yaw)
-        drum = self.model.settings[0].drum
-        lay_mesh(self.model.feed, drum, now.winch, state.nodes[NOW, ARC], self.model.line.elements)
+        self._drive(LAY, 0, self.output)
         begin_wakes(state, scene.cable)
         declare_faults(self.state, scene)
         return now
