@@ -40,12 +40,12 @@ from .link_element import (
     straighten_mean,
 )
 from .mesh_convection import convective_tangent_lanes, material_lanes
-from .sea import push_lanes, stream_lanes
 from .section import Cable as Cable
 from .section import Section as Section
 from .state import ARC, AT_REST, MEAN, NOW, STRUM, A, Q, V
 from .vec import add, dot, get3, scale, sub
 from .viv_amplification import EXTRA
+from .water_kinematics import N4L, push_points, stream_points
 from .waterline import THIRD, immersion, raise_lanes, waterline
 from .workspace import ENERGY, LOST, LOST_POWER, NEAR, OWN, RISE, SUM, SURFACES, TENSION, WATER, WEIGHT, WET
 
@@ -54,8 +54,7 @@ _N4 = np.array([shape(x) for x in X4])
 _D4 = np.array([slope(x) for x in X4])
 _N5 = np.array([shape(x) for x in X5])
 _D5 = np.array([slope(x) for x in X5])
-N4L = np.repeat(_N4[:, :, None], LANES, 2)  # [point, 4, LANES]
-D4L = np.repeat(_D4[:, :, None], LANES, 2)
+D4L = np.repeat(_D4[:, :, None], LANES, 2)  # [point, 4, LANES]
 
 
 @driver
@@ -258,7 +257,7 @@ def _water_part(line, state, group, change, wet, crossing, tangent) -> None:
                 weight[e] = p[LENGTH, e] * W4[g] if wetness[e] > 0.0 else 0.0
             point_lanes(x, p, N4L[g], D4L[g], current, work.point)
             if streams.shape[0] > 0:
-                stream_lanes(streams[0, g], x, N4L[g], work.point)
+                stream_points(streams, g, work)
             if second:
                 mean_lanes(work.mean_v, N4L[g], work.point)
             if tangent:
@@ -266,7 +265,7 @@ def _water_part(line, state, group, change, wet, crossing, tangent) -> None:
             else:
                 water_load(work.point, p, weight, second, work.load[g])
             if streams.shape[0] > 0:
-                push_lanes(streams[0, g], p, weight, work.load[g])
+                push_points(streams, g, work, p)
         if links and streams.shape[0] == 0:
             closed_loads(work, p, current, second)
         spread_force(_N4, work.load, DRAG_POINTS, work.force)

@@ -7,6 +7,8 @@ from __future__ import annotations
 
 from math import cos, pi, sin
 
+import numpy as np
+
 from ..compiler.jit import LANES, driver, link, opaque
 from .drag import POINT_R
 from .hermite import X4, shape
@@ -22,11 +24,16 @@ from .sea import (
     elevation,
     gust,
     look_up,
+    push_lanes,
+    stream_at,
+    stream_lanes,
     tabled,
     wave_lanes,
 )
 from .state import ARC, NOW, Q
+from .workspace import WEIGHT
 
+N4L = np.repeat(np.array([shape(x) for x in X4])[:, :, None], LANES, 2)  # shape functions, [Gauss point, 4, LANES]
 STILL = -1.0  # in place of the length of a step: a static start
 
 
@@ -144,9 +151,42 @@ def _stir(line, state, h) -> None:
         work.around[n, ELEVATION] = elevation(sea.waves, work.phase, now.fraction, q[n, 0], q[n, 1])
 
 
-stir = opaque(_stir)
+@driver
+def _stream_points(streams, g, work) -> None:
+    """Add the streams of a group to the kinematics at Gauss point g of its elements."""
+    stream_lanes(streams[0, g], work.x, N4L[g], work.point)
+
+
+@driver
+def _push_points(streams, g, work, p) -> None:
+    """Add the Froude-Krylov load at Gauss point g of a group."""
+    push_lanes(streams[0, g], p, work.lane[WEIGHT], work.load[g])
+
+
+@driver
+def _stream_cut(streams, e, work) -> None:
+    """The same at the points of the partly wet element in lane e, see waterline.py."""
+    stream, at = work.cut_stream[:], work.cut[1]
+    for lane in range(LANES):
+        stream_at(streams[0], e, at[lane], lane, stream)
+    stream_lanes(stream, work.cut_x, work.cut_n, work.point)
+
+
+@driver
+def _push_cut(work) -> None:
+    push_lanes(work.cut_stream[:], work.cut_p[:], work.cut[0], work.load[0])
+
+
+stir, stream_points, push_points = opaque(_stir), opaque(_stream_points), opaque(_push_points)
+stream_cut, push_cut = opaque(_stream_cut), opaque(_push_cut)
 
 
 def link_stir(line, state) -> None:
-    """Compile or load stir() and publish it, where there is more than a linear current."""
-    link(_stir, line, state, 0.0, needed=len(state.work.stream) > 0)
+    """Compile or load what more than a linear current needs, and publish it; call before the assembly runs."""
+    streams, work = state.work.stream, state.work.lanes[0]
+    there = len(streams) > 0
+    link(_stir, line, state, 0.0, needed=there)
+    link(_stream_points, streams, 0, work, needed=there)
+    link(_push_points, streams, 0, work, line.elements[0], needed=there)
+    link(_stream_cut, streams, 0, work, needed=there)
+    link(_push_cut, work, needed=there)

@@ -11,7 +11,8 @@ from ..compiler.jit import LANES, driver, inline
 from .ancf import HALF_RHO_D, LENGTH
 from .drag import amplified, mean_lanes, point_lanes, water_load, water_tangent
 from .hermite import W4, X4, shape, slope
-from .sea import ELEVATION, push_lanes, stream_at, stream_lanes
+from .sea import ELEVATION
+from .water_kinematics import push_cut, stream_cut
 from .workspace import RISE
 
 THIRD = 1.0 / 3.0
@@ -116,7 +117,7 @@ def waterline(e, work, rows, current, streams, change, tangent):
     [ROWS, LANES]; streams: of the group [0 or 1, 4, STREAM_ROWS, LANES], see sea.py.
     """
     x, n, d, t, force, k = work.cut_x, work.cut_n, work.cut_d, work.point, work.force, work.k
-    p, stream = work.cut_p[:], work.cut_stream[:]  # of the types of a group's: the same compiled drag
+    p = work.cut_p[:]  # of the type of a group's: the same compiled drag
     weight, at, ends, bounds = work.cut[0], work.cut[1], work.cut[2], work.cut[3]
     rise, tilt = work.lane[RISE, e], work.lane[RISE + 1, e] - work.lane[RISE, e]
     z = (work.x[2, e] - rise, work.x[5, e] - tilt, work.x[8, e] - rise - tilt, work.x[11, e] - tilt)
@@ -156,9 +157,7 @@ def waterline(e, work, rows, current, streams, change, tangent):
             weight[lane] = length  # the load per xi there, which the tangent needs
     point_lanes(x, p, n, d, current, t)
     if streams.shape[0] > 0:
-        for lane in range(LANES):
-            stream_at(streams[0], e, at[lane], lane, stream)
-        stream_lanes(stream, x, n, t)
+        stream_cut(streams, e, work)
     second = amplified(p)
     if second:
         mean_lanes(work.cut_mean, n, t)
@@ -168,7 +167,7 @@ def waterline(e, work, rows, current, streams, change, tangent):
     else:
         water_load(t, p, weight, second, load)
     if streams.shape[0] > 0:
-        push_lanes(stream, p, weight, load)
+        push_cut(work)
     for lane in range(used):
         if ends[lane] == 0.0:
             for i in range(4):
