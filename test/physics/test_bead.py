@@ -6,11 +6,12 @@ import numpy as np
 import pytest
 from bench_cable import record
 
-from cable_sim_ros.compiler.jit import NO, YES
+from cable_sim_ros.compiler.jit import NO, YES, prepare
 from cable_sim_ros.physics.energy import energies
 from cable_sim_ros.physics.point_mass import bead_record, carry
 from cable_sim_ros.physics.sea import NODE_COLUMNS
 from cable_sim_ros.physics.state import ARC, AT_REST, NOW, Change, make_state
+from cable_sim_ros.physics.substeps import link_stepper
 from cable_sim_ros.physics.towbody import Towbody, body_record, load
 from cable_sim_ros.sim.build import lock
 from cable_sim_ros.sim.rig.rig import Rig, cable_of
@@ -100,6 +101,7 @@ def swinging(elements: int, place: float, as_body: bool = False) -> Rig:
     if not as_body:
         bead = bead_record(place, 5.0, 5.0 * GRAVITY, GRAVITY, DENSITY)
         rig.model = rig.model._replace(beads=lock(bead.reshape(1), bead.dtype))
+        prepare(link_stepper, (rig.model, rig.state))
     rig.straight((0.0, 0.0, 10.0), (1.0, 0.0, 0.0))
     rig.balance()
     return rig
