@@ -121,6 +121,7 @@ FIT = (  # a stated noise takes fewer runs
 )
 
 
+@pytest.mark.nightly
 def test_a_log_beside_the_bag_of_its_motion_gives_drag_and_gain(under_way, gained):
     result = call(*gained, "--motion", under_way[0], *FIT)
     told = json.loads(result.stdout)
@@ -189,6 +190,7 @@ def test_the_effect_of_an_error_that_is_not_freed_is_that_of_another_fit(tmp_pat
     assert values[1] - values[0] == pytest.approx(per * times, rel=0.15)
 
 
+@pytest.mark.nightly
 def test_the_interval_stands_beside_what_it_takes_as_exact(steady, tmp_path):
     out = tmp_path / "mine.yaml"
     fit = ("--steady", "--free", f"{DRAG}=1.5:2.5", "--intervals", "linear", "--gain", "tension~0.02", "--out", out)
@@ -342,6 +344,7 @@ def test_the_json_has_no_number_that_json_has_not():
     }
 
 
+@pytest.mark.nightly
 def test_a_gap_of_the_record_is_told(tmp_path, shown):
     rng, t = np.random.default_rng(5), np.arange(0.0, 1800.0, 0.5)
     t = t[(t < 600.0) | (t > 900.0)]

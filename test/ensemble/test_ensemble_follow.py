@@ -127,6 +127,7 @@ def test_figures_are_of_the_bands_where_the_copies_had_settled(followed):
     assert never["bands_settled"] == 0 and never["figures"] == figures(followed, PLAN)["figures"]
 
 
+@pytest.mark.nightly
 def test_a_recording_that_begins_under_way_is_doubtful_until_the_copies_settle(bag, tmp_path, monkeypatch):
     """20 to 40 s of it, without the tick outputs from 30 to 33 s: the copies begin twice, and never settle."""
     from cable_sim_ros.tools.ensemble import recording

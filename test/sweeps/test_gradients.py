@@ -93,6 +93,7 @@ def test_a_number_without_a_part_says_so(static):
     assert found.note == "has no part in the static tow" and all(slope.slope == 0.0 for slope in found.slopes)
 
 
+@pytest.mark.nightly
 def test_a_figure_that_steps_is_refused_and_the_others_stay():
     """Where a loaded contact point begins, the departure angle is read at the next: it steps, the depth does not."""
     key, one = "ship.tow_speed", StaticGradients(load_scene("side_scan"))
@@ -162,6 +163,7 @@ def test_a_key_that_is_not_there_is_told(key, text):
     assert text in command("lowered_ctd", "--key", key, code=2).stderr
 
 
+@pytest.mark.nightly
 def test_a_sheave_that_moves_under_its_cable_has_gradients():
     """Contact is stiff: the smallest steps alone follow it. Depth and layback keep those of whole static tows."""
     one = StaticGradients(load_scene("side_scan"))

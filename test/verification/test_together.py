@@ -95,6 +95,7 @@ def test_what_quick_leaves_out_is_said(name):
     assert ("quick" in signature(module.experiment).parameters) == bool(getattr(module, "QUICK", ""))
 
 
+@pytest.mark.nightly
 def test_a_quick_result_says_so_on_its_page_and_in_its_data():
     result = run("wake", None, quick=True)
     assert "table A3 alone" in as_data(result)["shortened"]

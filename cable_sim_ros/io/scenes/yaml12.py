@@ -7,6 +7,8 @@ from __future__ import annotations
 
 import re
 import sys
+from copy import deepcopy
+from functools import lru_cache
 from io import StringIO
 from typing import Any
 
@@ -58,8 +60,14 @@ class _Composer(Composer):
 def parse(text: str, max_values: int = MAX_VALUES) -> tuple[Any, dict[Path, int]]:
     """Plain Python data of one YAML document, and the line (from 1) of every value by its path.
 
-    Raises YamlError with every duplicate key, or with the first mistake of syntax.
+    Raises YamlError with every duplicate key, or with the first mistake of syntax. A text that was read a moment ago is
+    not read again: 40 ms of a scene.
     """
+    return deepcopy(_parsed(text, max_values))
+
+
+@lru_cache(maxsize=16)
+def _parsed(text: str, max_values: int) -> tuple[Any, dict[Path, int]]:
     if len(text) > MAX_LENGTH:
         raise YamlError((0, f"has {len(text)} characters, more than {MAX_LENGTH}"))
     yaml = YAML(typ="safe", pure=True)
