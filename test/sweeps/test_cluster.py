@@ -37,6 +37,7 @@ def plain(rows):
     return [json.dumps({k: v for k, v in row.items() if k not in left_out}, sort_keys=True) for row in rows]
 
 
+@pytest.mark.nightly
 def test_a_worker_killed_in_the_middle_loses_and_doubles_nothing(monkeypatch):
     monkeypatch.setattr(engine, "simulate", with_pid)
     cases = list(cases_of(checked(PLAN, "here")))
