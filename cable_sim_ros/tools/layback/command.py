@@ -307,8 +307,8 @@ def _answer(found: Found, ranges: list[str], source: Path, out: Path | None) -> 
     told = figures(one, measured)
     verdict = verdict_on(verdict, told, one.notes)
     report = {"scene": tow.name, "path": str(source), **beside, **told}
-    report |= {"assumed": [*own, *ranges], "notes": one.notes, "static_tows": one.statics, "copies": one.copies}
-    report["interval_cpu_s"] = one.cpu
+    report |= {"assumed": [*own, *ranges], "notes": one.notes, "static_tows": one.statics, "static_cpu_s": one.cpu}
+    report["copies"], report["copies_cpu_s"] = one.copies
     report["verdict"] = verdict.as_dict()
     files = []
     if out is not None:

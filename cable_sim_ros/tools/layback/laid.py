@@ -50,8 +50,8 @@ class Samples(NamedTuple):
 @dataclass
 class Laid:
     """places: of each of WAYS [n, 2], NaN where it has no solution; band: half-widths of 95 % [n, SIZE], NaN where a
-    steady tow has no static shape; course [n] rad; cpu: s of the static tows and the copies; moves, by_copies [n]: does
-    the tow manoeuvre, and is the interval that of copies?"""
+    steady tow has no static shape; course [n] rad; cpu: s of the static tows; moves, by_copies [n]: does the tow
+    manoeuvre, and is the interval that of copies? copies: so many, and their CPU time [s]."""
 
     samples: Samples
     course: np.ndarray
@@ -63,7 +63,7 @@ class Laid:
     statics: int = 0
     moves: np.ndarray = field(default_factory=lambda: np.zeros(0, bool))
     by_copies: np.ndarray = field(default_factory=lambda: np.zeros(0, bool))
-    copies: int = 0
+    copies: tuple[int, float] = (0, 0.0)
 
 
 def courses(velocity: np.ndarray, yaw: np.ndarray) -> np.ndarray:
@@ -100,9 +100,10 @@ def laid(
     away = np.hypot(*(one.fish - one.sheave).T)
     band = np.column_stack([steady, np.arctan2(steady[:, 2], away)])  # it points along the cable
     moves = manoeuvres(one.seconds, one.velocity, one.yaw, one.cable, scene)
-    copies, by_copies = 0, np.zeros(len(moves), bool)
+    copies, by_copies, made = 0, np.zeros(len(moves), bool), time.process_time()
     if copied is not None and moves.any():
         band, by_copies, copies = with_copies(one.seconds, band, moves, copied, notes)
+    towed = time.process_time() - made
     fast = np.hypot(*one.velocity.T)
     places = {
         "pythagoras": ways.astern(one.sheave, straight, against),
@@ -129,11 +130,11 @@ def laid(
         band,
         {"catenary": drop - one.height, "static": middle[:, 2]},
         notes,
-        time.process_time() - begun,
+        time.process_time() - begun - towed,
         count,
         moves,
         by_copies,
-        copies,
+        (copies, towed),
     )
 
 
