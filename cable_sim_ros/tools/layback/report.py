@@ -29,32 +29,6 @@ MEANING = {
     "table": "layback of a table of static tows by cable out and speed, astern",
     "static": "static tow of the scene at the speed, course and cable out of the moment",
 }
-# column of the table: meaning; the ways follow, each as layback_<way>_m
-COLUMNS = {
-    "time_utc": "ISO 8601; without a date time_s, from the beginning",
-    "latitude": "deg, WGS 84, of the simulated towbody, or the sonar on it; without an origin x_m, east",
-    "longitude": "deg, WGS 84; without an origin y_m, north",
-    "heading_deg": "of the towbody, from true north, clockwise",
-    "course_deg": "course made good of the towbody, the same",
-    "depth_m": "below the mean water surface, simulated",
-    "layback_m": "horizontal distance from the sheave to the towbody",
-    "layback_antenna_m": "horizontal distance from the antenna to the towbody",
-    "along_track_m": "way of the towbody behind the sheave, measured on the sheave's track",
-    "offset_m": "distance of the towbody from the sheave's track, to starboard positive",
-    "altitude_m": "of the towbody above the level seabed of the scene; empty without",
-    "ship_latitude": "deg, WGS 84, of the antenna; without an origin ship_x_m",
-    "ship_longitude": "deg, WGS 84; without an origin ship_y_m",
-    "ship_heading_deg": "from true north, clockwise",
-    "ship_course_deg": "course made good of the sheave, the same; where it lies still its heading",
-    "layback_95_m": "half-width of the 95 % interval of the layback",
-    "along_95_m": "the same along the layback",
-    "across_95_m": "the same across it",
-    "depth_95_m": "the same of the depth",
-    "heading_95_deg": "the same of the heading",
-    "interval": "steady, or copies: what the intervals come from",
-    "cable_out_m": "from the sheave to the towbody",
-    "depth_measured_m": "as logged; empty without",
-}
 
 
 class Place(NamedTuple):
