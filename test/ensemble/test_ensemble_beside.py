@@ -25,7 +25,7 @@ class Voice:
     def band(self, stamp, names, values):
         self.bands.append((stamp, dict(zip(names, values, strict=True))))
 
-    def towbody(self, stamp, places):
+    def towbody(self, stamp, places, yaws):
         self.places.append(places)
 
     def ahead(self, stamp, names, table):

@@ -37,8 +37,8 @@ TOOLS = {  # a tool -> the other tools that it builds on
     "ahc": {"report"},
     "calibrate": {"compare", "logs"},
     "compare": {"logs"},
-    "ensemble": {"layback", "sweeps"},
-    "layback": {"logs"},
+    "ensemble": {"sweeps"},
+    "layback": {"ensemble", "logs"},  # copies of the tow where it manoeuvres
     "logs": {"telegrams"},
     "sweeps": {"logs", "report"},
     "tows": {"calibrate", "logs", "sweeps"},

@@ -14,8 +14,8 @@ from cable_sim_ros.io.geodesy import on_plane
 from cable_sim_ros.io.scenes.load import load_scene, override
 from cable_sim_ros.physics.parameter import declared
 from cable_sim_ros.sim.simulator import Simulator
+from cable_sim_ros.tools.ensemble.ranges import Ranges, assumed, with_drag
 from cable_sim_ros.tools.layback.laid import WAYS, Samples, of_track
-from cable_sim_ros.tools.layback.ranges import Ranges, assumed, with_drag
 from cable_sim_ros.tools.layback.static_place import NoShape, Tow, band_of, static_place
 
 NONE = Ranges(drag=0.0, speed=0.0, current=0.0, current_turn_deg=0.0)
@@ -172,7 +172,7 @@ def way_of(turned):
     fish[t < 90.0] = sheave[t < 90.0] - 180.0 * heads[t < 90.0]
     rest = [np.zeros(len(t))] * 3
     return Samples(
-        t, sheave, sheave, 2.0 * heads, course, rest[0], rest[0] + 200.0, rest[1], fish, rest[2]
+        t, sheave, sheave, 2.0 * heads, course, rest[0], rest[0] + 200.0, rest[1], fish, rest[2], course
     ), -180 * heads
 
 

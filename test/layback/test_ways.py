@@ -6,14 +6,19 @@ import numpy as np
 import pytest
 
 from cable_sim_ros.io.geodesy import on_earth, on_plane
+from cable_sim_ros.io.sources.csv_table import MotionError
 from cable_sim_ros.tools.layback.report import along_track
 from cable_sim_ros.tools.layback.ways import (
+    Table,
+    along_the_track,
     astern,
     cable_factor,
     catenary,
     catenary_of_depth,
     follow_the_dog,
+    looked_up,
     pythagoras,
+    read_table,
 )
 
 
@@ -77,6 +82,47 @@ def test_a_dog_without_a_leash_is_nowhere_and_goes_on():
     fish = follow_the_dog(ship, np.array([2.0, 2.0, np.nan, 2.0, 2.0]), np.array([-1.0, 0.0]))
     assert np.isnan(fish[2]).all() and fish[4].tolist() == [2.0, 0.0]
     assert np.isnan(follow_the_dog(ship, np.full(5, np.nan), np.array([-1.0, 0.0]))).all()
+
+
+def test_along_the_track_is_where_the_sheave_was():
+    """Round a corner: 30 m behind is 20 m back on the first leg; before the beginning straight on; NaN stays."""
+    ship = np.vstack([np.column_stack([np.arange(100.0), np.zeros(100)]), [[99.0, 10.0], [99.0, 20.0]]])
+    layback = np.full(102, 30.0)
+    layback[50] = np.nan
+    fish = along_the_track(ship, layback, np.array([-1.0, 0.0]))
+    assert fish[[0, 100, 101]] == pytest.approx(np.array([[-30.0, 0.0], [79.0, 0.0], [89.0, 0.0]]))
+    assert np.isnan(fish[50]).all() and np.isfinite(fish[51]).all()
+    behind, aside = along_track(ship, fish, np.zeros(102))
+    assert behind[60:] == pytest.approx(np.full(42, 30.0)) and aside[60:] == pytest.approx(np.zeros(42), abs=1e-9)
+
+
+def test_a_table_is_linear_between_its_rows_and_ends_at_them():
+    laybacks = np.array([[60.0, 80.0], [120.0, 140.0], [180.0, np.nan]])  # the longest cable does not tow so fast
+    table = Table(np.array([100.0, 200.0, 300.0]), np.array([1.0, 2.0]), laybacks)
+    assert looked_up(table, np.array([150.0, 100.0]), np.array([1.0, 1.5])) == pytest.approx([90.0, 70.0])
+    assert np.isnan(looked_up(table, np.array([99.0, 290.0, 150.0]), np.array([1.5, 1.9, 2.1]))).all()
+    assert np.isnan(looked_up(None, np.ones(3), np.ones(3))).all()
+
+
+HEAD = "winch.scope,ship.tow_speed,layback_max_m,reasons"
+
+
+@pytest.mark.parametrize(
+    "lines, text",
+    [
+        ((HEAD.replace("layback_max_m", "depth"), "1,2,3,"), "no column 'layback_max_m'"),
+        (("towbody.mass," + HEAD, "1,100,2,3,"), "a column 'towbody.mass'"),
+        ((HEAD, "100,1,90,", "200,1,,failed"), "has 1 cables out and 1 speeds"),
+        ((HEAD, "100,1,many,"), "layback_max_m = many is no finite number"),
+        ((HEAD, "100,1"), "2 cells under 3 columns"),
+        ((), "is empty"),
+    ],
+)
+def test_what_is_no_table_of_laybacks_is_refused_in_one_line(tmp_path, lines, text):
+    (tmp_path / "table.csv").write_text("\n".join(lines), "utf-8")
+    with pytest.raises(MotionError, match=text) as caught:
+        read_table(tmp_path / "table.csv")
+    assert "\n" not in str(caught.value) and "nothing was simulated" in str(caught.value)
 
 
 def test_astern_is_against_the_course():

@@ -73,6 +73,7 @@ EXPERIMENTS = (
     "load_cell",
     "lowered",
     "layback",
+    "surveys",
 )
 
 

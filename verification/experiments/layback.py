@@ -16,10 +16,12 @@ import numpy as np
 from cable_sim_ros.io.scenes.load import load_scene, override
 from cable_sim_ros.sim.scene import Scene
 from cable_sim_ros.terminal import markdown_table
+from cable_sim_ros.tools.ensemble.ranges import Ranges
 from cable_sim_ros.tools.layback.by_log import simulated
 from cable_sim_ros.tools.layback.laid import WAYS, Laid, laid, samples_of
-from cable_sim_ros.tools.layback.ranges import Ranges
+from cable_sim_ros.tools.layback.static_place import Tow, static_place
 from cable_sim_ros.tools.layback.tow_log import STEP, TowLog
+from cable_sim_ros.tools.layback.ways import Table
 
 from ..shipped import quiet
 from . import Result, unjudged
@@ -80,20 +82,35 @@ def log_of(situation: str, cable: float, speed: float) -> tuple[TowLog, float]:
         fast *= cos(yaw[0])
     elif situation == "winch":
         out *= 1.0 - HAULED * gone
-    rate = fast[:, None] * np.column_stack([np.cos(course), np.sin(course)])
+    return log_along(situation, t, fast, yaw, course, out), BEFORE
+
+
+def log_along(
+    name: str, t: np.ndarray, speed: np.ndarray, yaw: np.ndarray, course: np.ndarray, cable: np.ndarray
+) -> TowLog:
+    """The log of a ship that goes at a speed [m/s] along a course [rad], each STEP."""
+    rate = speed[:, None] * np.column_stack([np.cos(course), np.sin(course)])
     track = np.vstack([np.zeros(2), np.cumsum(0.5 * STEP * (rate[1:] + rate[:-1]), axis=0)])
-    return TowLog(situation, t, out, track, yaw, None, None, None), BEFORE
+    return TowLog(name, t, cable, track, yaw, None, None, None)
+
+
+def table_of(scene: Scene) -> Table:
+    """The static tows that `cable-sim table` lays out, over cable out and speed."""
+    cables, speeds = (np.linspace(0.6, 1.1, 6) * at for at in (scene.winch.scope, scene.ship.tow_speed))
+    rows = [[static_place(scene, Tow(cable, speed, 0.0, 0.0)).layback for speed in speeds] for cable in cables]
+    return Table(cables, speeds, np.array(rows))
 
 
 def study(tow: str, scene: Scene, situation: str) -> Studied:
     """Simulate one situation, and again with a wrong drag."""
     begun = time.process_time()
+    table = table_of(scene)
     if situation == "cross":
         scene = override(scene, {"water.current": [0.0, CROSS]})
     log, begin = log_of(situation, scene.winch.scope, scene.ship.tow_speed)
     true = simulated(log, scene, log.cable)
     samples = samples_of(true.run.frames[true.first :].view(np.recarray), STEP)
-    one = laid(scene, samples, DRAG_ALONE)
+    one = laid(scene, samples, DRAG_ALONE, table=table)
     after = samples.seconds >= begin
     ways = {name: _apart(places - samples.fish, after) for name, places in one.places.items()}
     if situation == "cross":

@@ -16,6 +16,7 @@ FILE = Path("config", "sros2", "policy.xml")
 # some scenes, with fix.latitude
 OPTIONAL = (
     {"/clock", f"{SPACE}/tf", f"{SPACE}/cable/markers", f"{SPACE}/towbody/fix"}
+    | {f"{SPACE}/{topic}" for topic in ("towbody/fix/pose", "ensemble/towbody", "ensemble/band")}
     | {f"{SPACE}/{channel.topic}" for channel, _ in SOMETIMES}
     | {f"{SPACE}/{topic}" for msgtype, topic in KINDS.values() if msgtype == JOINT_COMMAND}
     | {f"{SPACE}/{KINDS[kind][1]}" for kind in (*VEHICLES, "flaps")}

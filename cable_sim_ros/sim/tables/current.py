@@ -31,12 +31,12 @@ def current_of(water: Water, yaw: float) -> np.ndarray:
     return given.ravel()
 
 
-def at_start(water: Water) -> tuple[float, float]:
-    """Factor and turn [rad] of the current at the start."""
+def at_start(water: Water, seconds: float = 0.0) -> tuple[float, float]:
+    """Factor and turn [rad] of the current at the start, or so many seconds after it."""
     pieces = variation_table(water.current_variation)
     if not len(pieces):
         return 1.0, 0.0
-    return _cubics_at(pieces, 0.0)
+    return _cubics_at(pieces, seconds)
 
 
 def flow_of(

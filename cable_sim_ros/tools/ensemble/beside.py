@@ -117,15 +117,18 @@ class Voice:
         _stamp(message, time_ns)
         self._band.publish(message)
 
-    def towbody(self, time_ns: int, places: np.ndarray) -> None:
-        """Mean and covariance of the towbody's places [copies, 3] in odom."""
+    def towbody(self, time_ns: int, places: np.ndarray, yaws: np.ndarray) -> None:
+        """Mean and covariance of the towbody's places [copies, 3] in odom and of its yaw [copies] rad."""
         message: Any = PoseWithCovarianceStamped()
         _stamp(message, time_ns, self.odom)
         where = message.pose.pose.position
         where.x, where.y, where.z = places.mean(axis=0).tolist()
-        message.pose.pose.orientation.w = 1.0
+        yaw = float(np.angle(np.exp(1j * yaws).mean()))
+        message.pose.pose.orientation.z, message.pose.pose.orientation.w = math.sin(0.5 * yaw), math.cos(0.5 * yaw)
+        away = np.angle(np.exp(1j * (yaws - yaw)))
         covariance = np.zeros((6, 6))
-        covariance[:3, :3] = np.cov(places.T)
+        rows = [0, 1, 2, 5]
+        covariance[np.ix_(rows, rows)] = np.cov(np.vstack([places.T, away]))
         message.pose.covariance = covariance.ravel().tolist()
         self._towbody.publish(message)
 
@@ -270,7 +273,7 @@ class Beside:
         self.voice.band(stamp, BAND_NAMES, [*ends, *map(float, state)])
         self.width = float((band.high[-1, BODY] - band.low[-1, BODY]).max())
         places = band.values[:, -1, BODY] * (1.0, 1.0, -1.0)
-        self.voice.towbody(stamp, places)
+        self.voice.towbody(stamp, places, follower.ensemble.yaws())
 
     def _looks_ahead(self, now: float) -> bool:
         """As `_look_ahead`; one that gives no band leaves the copies as they are."""

@@ -139,7 +139,7 @@ def of_copies(scene: Scene, texts: list[str]) -> list[str]:
 
 def assumed(plan: EnsemblePlan) -> list[str]:
     """A line for each range, with its size."""
-    from ..layback import ranges
+    from . import ranges
 
     further = plan.ranges.items()
     return ranges.assumed(plan.half_widths) + [

@@ -22,6 +22,7 @@ from ...physics.inputs import Inputs
 from ...sim.inputs import ShipMotion, WinchCommand, push
 from ...sim.scene import Scene
 from ...sim.simulator import Simulator, SolverError
+from ...sim.tables.attitude import angles_of
 from .flagged import Seen, flagged
 from .plan import Draw, EnsemblePlan, draw_of, scene_of
 
@@ -144,6 +145,11 @@ class Ensemble:
         """Simulation time of the copies, ns."""
         return int(self.nominal.frame["time"])
 
+    def yaws(self) -> np.ndarray:
+        """Yaw of the towbody of each copy in the band, now, rad."""
+        turns = [sim.frame["body_quaternion"].tolist() for number, sim in sorted(self._sims.items()) if number]
+        return np.array([angles_of(*turn)[2] for turn in turns])
+
     def push(self, item: ShipMotion | WinchCommand) -> None:
         """Give a sample of ship motion or a winch command to all copies. Raises InputError."""
         self.nominal.push(item)
@@ -173,6 +179,10 @@ class Ensemble:
         """Flags of the copies by name, as flagged.flagged; newest: of any tick of the newest run."""
         return flagged(self.newest if newest else self.seen, len(self.draws) - 1, any_tick=newest)
 
+    def figures(self, frames: np.ndarray) -> np.ndarray:
+        """What a band is made of, of tick outputs [n, figures]."""
+        return figures_of(frames)
+
     def _one(self, number: int, count: int, every: int, seen: Seen) -> Rows | None:
         sim, parts, done = self._sims[number], [], 0
         try:
@@ -185,7 +195,7 @@ class Ensemble:
             self._lose(number, error)
             return None
         joined = np.concatenate(parts)
-        return joined["time"].astype(np.int64), figures_of(joined)
+        return joined["time"].astype(np.int64), self.figures(joined)
 
     def ahead(
         self, count: int, motion: Iterable[ShipMotion], commands: Iterable[WinchCommand] = (), every: int = 1

@@ -24,10 +24,10 @@ from ...physics.water import CurrentFrame, CurrentTable, Water
 from ...runs.settings import apply_to_scene, of_intake
 from ...sim.problem import Problem
 from ...sim.scene import Scene
-from ..layback.ranges import LEAST_FACTOR, MOST_FACTOR, Ranges, with_drag
 from ..sweeps.cases import within
 from ..sweeps.sweep_file import Range, Spread
 from .limits import COPIES, LEAST_COPIES, MAX_COPIES, MAX_SEED, SEED
+from .ranges import LEAST_FACTOR, MOST_FACTOR, Ranges, with_drag
 
 SIGMAS = 1.959964  # half a 95 % interval of a normal distribution, in standard deviations
 COMMANDS_AHEAD = 150  # that the ring of inputs has room for

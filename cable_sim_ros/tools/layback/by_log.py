@@ -24,11 +24,12 @@ from ...sim.scene import Scene
 from ...sim.simulator import Simulator, SolverError
 from ...sim.statics.route import DRUM_RESERVE
 from ...sim.tables.sensor_tables import aboard
+from ..ensemble.ranges import Ranges, with_drag
 from ..logs.log import LogError
 from .laid import Samples, courses, samples_of, spread
-from .ranges import Ranges, with_drag
 from .static_place import NoShape, Tow, static_place
 from .tow_log import STEP, TowLog
+from .towed import NO_LEVER, Towed, joined
 
 SECOND = 1_000_000_000  # ns
 BEGIN = 1.0  # s, stamp of the first sample: stamps above 0 stay as they are
@@ -37,6 +38,7 @@ CRAB = 1.0  # deg between heading and course at the beginning, from which the to
 RUN_IN = 2.0  # times the time in which the ship goes the length of the cable
 LONGEST_RUN_IN = 1800.0  # s
 LEAST_CABLE = 1.0  # m
+BLOCK = 20  # STEPs that copies are run at once: each run costs some ms of its own
 POINTS = 6  # samples at which the drag is adjusted
 STILL = 0.2  # m/s
 
@@ -109,12 +111,35 @@ def adjusted(log: TowLog, scene: Scene, cable: np.ndarray, samples: Samples, ran
     return Adjusted(1.0 + float(grid[best]), best in (0, len(grid) - 1), float(rms[200]), float(rms[best]))
 
 
+class Told(NamedTuple):
+    """What a tow is told, each STEP: scene of the start, seconds [n], track [n, 2] of base_link, yaw, cable out [n]."""
+
+    scene: Scene
+    seconds: np.ndarray
+    track: np.ndarray
+    yaw: np.ndarray
+    cable: np.ndarray
+
+    @property
+    def stamps(self) -> list[int]:
+        """ns."""
+        return np.round(self.seconds * SECOND).astype(np.int64).tolist()
+
+    def motion(self) -> list[ShipMotion]:
+        """A sample each STEP, the ship level."""
+        way, turn = CubicSpline(self.seconds, self.track), CubicSpline(self.seconds, self.yaw)
+        speed, rate, height = way(self.seconds, 1), turn(self.seconds, 1), self.scene.ship.reference_height
+        rows = zip(self.stamps, self.track, speed, self.yaw, rate, strict=True)
+        return [_moved(stamp, place, v, yaw, r, height) for stamp, place, v, yaw, r in rows]
+
+
 class Simulated(NamedTuple):
     """A run under a log: tick outputs from the log's beginning on are ``run.frames[first:]``; notes: lines."""
 
     run: Run
     first: int
     notes: list[str]
+    told: Told
 
 
 def simulated(
@@ -168,7 +193,8 @@ def simulated(
             },
         )
         at_start = stepped(at_start, "chosen", _tick(at_start, TICK if seconds[-1] < LONG else LONG_TICK))
-    run = _run(with_drag(at_start, drag), seconds, track, log_yaw, cable, progress)
+    told = Told(with_drag(at_start, drag), seconds, track, log_yaw, cable)
+    run = _run(told, progress)
     first = int(np.searchsorted(run.frames["time"], round((BEGIN + run_in * STEP) * SECOND)))
     gap = np.abs(run.frames["scope"] - np.interp(run.frames["time"] / SECOND, seconds, cable))[first:]
     if not len(gap):
@@ -176,7 +202,27 @@ def simulated(
             f"{log.path}: the run under the log ended before it began: {run.problem or 'no tick was simulated'}"
         )
     notes.append(f"the simulated winch is up to {gap.max():.2g} m from the cable out of the log")
-    return Simulated(run, first, notes)
+    return Simulated(run, first, notes, told)
+
+
+def copied(run: Simulated, towed: Towed, progress: Progress = silent) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Copies of the tow under the log: seconds since its first sample, figures of copy 0 [n, 4] and of the others
+    [copies, n, 4]. Raises EnsembleEnded."""
+    told, stamps = run.told, run.told.stamps
+    motion, count = told.motion(), len(towed.draws) - 1
+    towed.start(stamps[0], motion[0].position[:2], float(told.yaw[0]))
+    inboard = float(towed.nominal.frame["payout"] - towed.nominal.frame["scope"])
+    towed.push(motion[0])
+    ticks, bands = round(STEP / told.scene.solver.tick), []
+    for k in range(1, len(stamps), BLOCK):
+        block = range(k, min(k + BLOCK, len(stamps)))
+        for j in block:
+            towed.push(motion[j])
+            towed.push(WinchCommand(payout=inboard + float(told.cable[j]), time_ns=stamps[j - 1]))
+        bands.append(towed.run(len(block) * ticks, ticks))
+        progress(f"{count} copies of the tow", told.seconds[k] - BEGIN, told.seconds[-1] - BEGIN)
+    times, nominal, copies = joined(bands)
+    return (times - run.run.frames["time"][run.first]) / SECOND, nominal, copies
 
 
 def _tick(scene: Scene, tick: float) -> float:
@@ -185,24 +231,20 @@ def _tick(scene: Scene, tick: float) -> float:
     return STEP / ceil(STEP / wanted - 1e-9)
 
 
-def _run(
-    scene: Scene, seconds: np.ndarray, track: np.ndarray, yaw: np.ndarray, cable: np.ndarray, progress: Progress
-) -> Run:
-    """The run of a scene whose ship and winch go as they are told, each STEP; track [n, 2], the ship level."""
+def _run(told: Told, progress: Progress) -> Run:
+    """The run of a scene whose ship and winch go as they are told."""
     progress("compiling or loading", 0.0, 0.0)
+    scene, seconds, stamps, motion = told.scene, told.seconds, told.stamps, told.motion()
     sim = Simulator(scene)
     sim.warm_up()
-    way, turn = CubicSpline(seconds, track), CubicSpline(seconds, yaw)
-    speed, rate, height = way(seconds, 1), turn(seconds, 1), scene.ship.reference_height
-    stamps = np.round(seconds * SECOND).astype(np.int64).tolist()
-    sim.start(stamps[0], (float(track[0, 0]), float(track[0, 1])), float(yaw[0]))
+    sim.start(stamps[0], motion[0].position[:2], float(told.yaw[0]))
     inboard = float(sim.frame["payout"] - sim.frame["scope"])
     ticks = round(STEP / scene.solver.tick)
     parts, problem = [], ""
-    sim.push(_moved(stamps[0], track[0], speed[0], yaw[0], rate[0], height))
+    sim.push(motion[0])
     for k in range(1, len(stamps)):
-        sim.push(_moved(stamps[k], track[k], speed[k], yaw[k], rate[k], height))
-        sim.push(WinchCommand(payout=inboard + float(cable[k])))
+        sim.push(motion[k])
+        sim.push(WinchCommand(payout=inboard + float(told.cable[k])))
         try:
             parts.append(sim.run(ticks))
         except SolverError as error:
@@ -226,9 +268,11 @@ def _moved(stamp: int, place: np.ndarray, speed: np.ndarray, yaw: float, rate: f
     )
 
 
-def samples_of_log(log: TowLog, run: Simulated, antenna: tuple[float, float]) -> Samples:
+def samples_of_log(
+    log: TowLog, run: Simulated, antenna: tuple[float, float], lever: tuple[float, float, float] = NO_LEVER
+) -> Samples:
     """Samples of a run under a log, with the depths that were measured where there are any."""
-    made = samples_of(run.run.frames[run.first :].view(np.recarray), STEP, antenna)
+    made = samples_of(run.run.frames[run.first :].view(np.recarray), STEP, antenna, lever)
     if log.depth is None:
         return made
     return made._replace(depth=np.interp(made.seconds, log.seconds, log.depth))
@@ -253,5 +297,6 @@ def before_run(log: TowLog, scene: Scene, cable: np.ndarray, antenna: tuple[floa
         cable,
         none if log.depth is None else log.depth,
         np.column_stack([none, none]),
+        none,
         none,
     )

@@ -17,8 +17,8 @@ from ...terminal import print_table, say
 if TYPE_CHECKING:
     from ...sim.scene import Scene
     from ...sim.verdict import Verdict
+    from ..ensemble.ranges import Ranges
     from .laid import Laid
-    from .ranges import Ranges
     from .report import Place
 
 
@@ -26,26 +26,30 @@ class LaybackError(CableSimError, ValueError):
     """Options of the command that do not fit each other."""
 
 
-class Pair(click.ParamType):
-    """Two numbers with a comma between."""
+class Numbers(click.ParamType):
+    """Numbers with commas between, as many as there are bounds."""
 
-    def __init__(self, name: str, low: tuple[float, float], high: tuple[float, float], unit: str) -> None:
+    def __init__(self, name: str, low: tuple[float, ...], high: tuple[float, ...], unit: str) -> None:
         self.name, self.low, self.high, self.unit = name, low, high, unit
 
-    def convert(self, value: Any, param: Any, context: Any) -> tuple[float, float]:
+    def convert(self, value: Any, param: Any, context: Any) -> tuple[float, ...]:
         """Raises click's error."""
         if isinstance(value, tuple):
             return value
         try:
-            first, second = (float(part) for part in str(value).split(","))
+            numbers = tuple(float(part) for part in str(value).split(","))
+            if len(numbers) != len(self.low):
+                raise ValueError
         except ValueError:
-            self.fail(f"'{value}' is not {self.name} (two numbers, {self.unit}); nothing was simulated", param, context)
-        for number, low, high in zip((first, second), self.low, self.high, strict=True):
+            count = {2: "two", 3: "three"}[len(self.low)]
+            said = f"'{value}' is not {self.name} ({count} numbers, {self.unit}); nothing was simulated"
+            self.fail(said, param, context)
+        for number, low, high in zip(numbers, self.low, self.high, strict=True):
             if not low <= number <= high:
                 self.fail(
                     f"{number:g} is outside [{low:g}, {high:g}] {self.unit}; nothing was simulated", param, context
                 )
-        return first, second
+        return numbers
 
 
 @click.command()
@@ -74,9 +78,27 @@ class Pair(click.ParamType):
 )
 @click.option(
     "--antenna",
-    type=Pair("X,Y", (-500.0, -100.0), (500.0, 100.0), "m"),
+    type=Numbers("X,Y", (-500.0, -100.0), (500.0, 100.0), "m"),
     metavar="X,Y",
     help="Antenna in base_link, m forward and to port. Default: 0,0.",
+)
+@click.option(
+    "--sonar",
+    type=Numbers("X,Y,Z", (-20.0,) * 3, (20.0,) * 3, "m"),
+    metavar="X,Y,Z",
+    help="Point of the towbody whose place is told, in towbody_link: m forward, to port, up. Default: 0,0,0.",
+)
+@click.option(
+    "--interval",
+    type=click.Choice(["auto", "steady"]),
+    default="auto",
+    help="auto: of copies of the tow where it manoeuvres; steady: of steady tows everywhere, which costs a tenth.",
+)
+@click.option(
+    "--table",
+    type=click.Path(path_type=Path),
+    metavar="FILE",
+    help="table.csv of cable-sim table over scope and speed, for that way of the trade.",
 )
 @click.option(
     "--counter-offset",
@@ -86,7 +108,7 @@ class Pair(click.ParamType):
 @click.option("--fit-drag", is_flag=True, help="Adjust the drag, within its range, to the depths of a log.")
 @click.option(
     "--origin",
-    type=Pair("LAT,LON", (-89.0, -180.0), (89.0, 180.0), "deg"),
+    type=Numbers("LAT,LON", (-89.0, -180.0), (89.0, 180.0), "deg"),
     metavar="LAT,LON",
     help="Where the axes of the recording, or a log without positions, begin; WGS 84.",
 )
@@ -102,6 +124,10 @@ def layback(source, scene, mapping, ranges, out, **asked) -> Answer:
     ready(out)
     known, lines = _ranges(ranges)
     from ...io.scenes.resources import find_bag
+    from .ways import read_table
+
+    asked["table"] = asked["table"] and read_table(asked["table"])
+    asked["sonar"] = asked["sonar"] or (0.0, 0.0, 0.0)
 
     source = find_bag(source) if source.is_dir() else source
     if (source / "metadata.yaml").is_file() or source.suffix.lower() == ".mcap":
@@ -113,7 +139,9 @@ def layback(source, scene, mapping, ranges, out, **asked) -> Answer:
                     f"--{given[0].replace('_', '-')} is of a log, and {source} is a recording of a run; nothing was "
                     f"simulated. Leave it out, or give --mapping FILE where it is a bag of another origin"
                 )
-            return _answer(_of_recording(source, scene, known, asked), lines, source, out)
+            with progress_bar() as progress:
+                found = _of_recording(source, scene, known, asked, progress)
+            return _answer(found, lines, source, out)
     if scene is None:
         raise LaybackError(
             f"{source} is a log, and a log does not say what is towed; nothing was simulated. Give --scene NAME or FILE"
@@ -127,7 +155,7 @@ def _ranges(words: tuple[str, ...]) -> tuple[Ranges, list[str]]:
     from pydantic import ValidationError
 
     from ...physics.parameter import declared
-    from .ranges import Ranges, assumed
+    from ..ensemble.ranges import Ranges, assumed
 
     rows, values = {row.key: row for row in declared(Ranges)}, {}
     for word in words:
@@ -170,7 +198,7 @@ def _factor(asked: dict[str, Any], lines: list[str]) -> float:
     return asked["factor"]
 
 
-def _of_recording(source: Path, scene: str | None, ranges: Ranges, asked: dict[str, Any]) -> Found:
+def _of_recording(source: Path, scene: str | None, ranges: Ranges, asked: dict[str, Any], progress: Any) -> Found:
     """Of a run that is recorded: its towbody is the simulated one, its depth stands for the measured one."""
     from ...io.bags.bag_writer import BagError
     from ...io.recordings.recorded_run import load_run
@@ -180,6 +208,7 @@ def _of_recording(source: Path, scene: str | None, ranges: Ranges, asked: dict[s
     from .laid import laid, samples_of
     from .report import Place
     from .tow_log import EPOCH, STEP
+    from .towed import Copied, Towed, of_recording
 
     recorded = load_run(source)
     text = recorded.custom_data.get("scene_yaml")
@@ -191,8 +220,20 @@ def _of_recording(source: Path, scene: str | None, ranges: Ranges, asked: dict[s
     if asked["antenna"] is None:
         lines.append("assumed: the antenna stands at base_link; --antenna X,Y")
     factor = _factor(asked, lines)
-    samples = samples_of(recorded.frames, STEP, antenna)
-    one = laid(tow, samples, ranges, factor, by_heading=asked["astern"] == "heading")
+    samples = samples_of(recorded.frames, STEP, antenna, asked["sonar"])
+
+    def copied() -> Copied:
+        return of_recording(source, tow, recorded.frames, Towed(tow, ranges, asked["sonar"]), progress)
+
+    one = laid(
+        tow,
+        samples,
+        ranges,
+        factor,
+        by_heading=asked["astern"] == "heading",
+        copied=copied if asked["interval"] == "auto" else None,
+        table=asked["table"],
+    )
     began = float(recorded.frames["time"][0]) * 1e-9
     verdict = judged(Run(recorded.frames, {}, "", source, scene=tow), tow).verdict
     place = Place(asked["origin"], began if began > EPOCH else None)
@@ -208,6 +249,7 @@ def _of_log(
     from .laid import laid
     from .report import Place
     from .tow_log import moment_of, read_log
+    from .towed import Copied, Towed
 
     began = None if asked["began"] is None else moment_of(asked["began"])
     tow, log = load_scene(scene), read_log(source, mapping)
@@ -232,8 +274,23 @@ def _of_log(
             + ("; it is at the end of its range: something else is wrong too" if fit.at_end else "")
         )
     run = by_log.simulated(log, tow, cable, antenna, drag, progress)
-    samples = by_log.samples_of_log(log, run, antenna)
-    one = laid(tow, samples, ranges, factor, drag, asked["astern"] == "heading")
+    samples = by_log.samples_of_log(log, run, antenna, asked["sonar"])
+
+    def copied() -> Copied:
+        towed = Towed(run.told.scene, ranges, asked["sonar"])
+        seconds, nominal, copies = by_log.copied(run, towed, progress)
+        return Copied(seconds, towed.interval(nominal, copies), len(towed.ends), [])
+
+    one = laid(
+        tow,
+        samples,
+        ranges,
+        factor,
+        drag,
+        asked["astern"] == "heading",
+        copied=copied if asked["interval"] == "auto" else None,
+        table=asked["table"],
+    )
     if log.depth is None:
         lines.append("assumed: the depth that the ways of the trade take is the simulated one (no depth_m was logged)")
     one.notes[:0] = [*log.notes, *run.notes]
@@ -251,10 +308,11 @@ def _answer(found: Found, ranges: list[str], source: Path, out: Path | None) -> 
     verdict = verdict_on(verdict, told, one.notes)
     report = {"scene": tow.name, "path": str(source), **beside, **told}
     report |= {"assumed": [*own, *ranges], "notes": one.notes, "static_tows": one.statics, "static_cpu_s": one.cpu}
+    report["copies"], report["copies_cpu_s"] = one.copies
     report["verdict"] = verdict.as_dict()
     files = []
     if out is not None:
-        write_table(out / "layback.csv", one, place, measured)
+        write_table(out / "layback.csv", one, place, measured, tow.seabed.depth)
         files = [("table", out / "layback.csv")]
         files += drawn(lambda: plot(one, out / "layback.png", f"{tow.name}, {source.name}", measured))
     kept = out and out / "layback.json"

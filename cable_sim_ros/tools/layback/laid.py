@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from math import pi
 from typing import NamedTuple
@@ -13,22 +14,25 @@ from scipy.ndimage import uniform_filter1d
 from ...physics.section import material_of
 from ...sim.scene import Scene
 from ...sim.tables.current import flow_of
+from ..ensemble.copies import EnsembleEnded
+from ..ensemble.plan import EnsembleError
+from ..ensemble.ranges import Ranges
 from . import ways
-from .ranges import Ranges
+from .manoeuvre import MOVING, manoeuvres
 from .static_place import NoShape, Tow, band_of
+from .towed import NO_LEVER, SIZE, Copied, body_places, yaw_of
 
-MOVING = 0.2  # m/s, under which the ship has no course of its own
 POINTS = 8  # static tows with an interval over a run, at most
 STILL = 1e-6  # m
 CALM = 15.0  # s, over which velocity and height of the sheave are averaged
 SAME = 0.02  # change of the state of a tow over which one of them holds
-WAYS = ("pythagoras", "factor", "follow_dog", "catenary", "catenary_of_depth", "static")
+WAYS = ("pythagoras", "factor", "follow_dog", "along_track", "catenary", "catenary_of_depth", "table", "static")
 
 
 class Samples(NamedTuple):
     """What a survey has at each time: seconds [n]; antenna, sheave [n, 2] m east and north; velocity of the sheave over
     ground [n, 2], smoothed of the waves; yaw [n]; height of the sheave [n]; cable out from the sheave, depth [n] as
-    measured or simulated; fish [n, 2] as simulated, and its depth."""
+    measured or simulated; fish [n, 2] as simulated, its depth and yaw."""
 
     seconds: np.ndarray
     antenna: np.ndarray
@@ -40,12 +44,14 @@ class Samples(NamedTuple):
     depth: np.ndarray
     fish: np.ndarray
     fish_depth: np.ndarray
+    fish_yaw: np.ndarray
 
 
 @dataclass
 class Laid:
-    """places: of each of WAYS [n, 2], NaN where it has no solution; band: columns of Band [n, 4], NaN where there is no
-    static shape; course [n] rad; cpu: s of the static tows."""
+    """places: of each of WAYS [n, 2], NaN where it has no solution; band: half-widths of 95 % [n, SIZE], NaN where a
+    steady tow has no static shape; course [n] rad; cpu: s of the static tows; moves, by_copies [n]: does the tow
+    manoeuvre, and is the interval that of copies? copies: so many, and their CPU time [s]."""
 
     samples: Samples
     course: np.ndarray
@@ -55,6 +61,9 @@ class Laid:
     notes: list[str] = field(default_factory=list)
     cpu: float = 0.0
     statics: int = 0
+    moves: np.ndarray = field(default_factory=lambda: np.zeros(0, bool))
+    by_copies: np.ndarray = field(default_factory=lambda: np.zeros(0, bool))
+    copies: tuple[int, float] = (0, 0.0)
 
 
 def courses(velocity: np.ndarray, yaw: np.ndarray) -> np.ndarray:
@@ -70,25 +79,40 @@ def laid(
     factor: float = ways.FACTOR,
     drag: float = 1.0,
     by_heading: bool = False,
-    points: int = POINTS,
+    *,
+    copied: Callable[[], Copied] | None = None,
+    table: ways.Table | None = None,
 ) -> Laid:
-    """Every way over the samples. by_heading: "astern" is against the heading, in place of the course made good."""
+    """Every way over the samples. by_heading: "astern" is against the heading, in place of the course made good.
+
+    copied: makes the interval of copies, called where the tow manoeuvres; table: of laybacks by cable and speed.
+    """
     begun = time.process_time()
     one = samples
     course = courses(one.velocity, one.yaw)
-    away = one.yaw if by_heading else course
+    against = one.yaw if by_heading else course
     straight = ways.pythagoras(one.cable, one.depth, one.height)
     weight, body, pull = of_scene(scene, np.hypot(*one.velocity.T))
     plain, drop = ways.catenary(one.cable, weight, body, pull)
-    behind = -np.array([np.cos(away[0]), np.sin(away[0])])
-    middle, band, count, notes = static_along(scene, one, ranges, drag, points)
-    band = of_track(one, middle[:, :2], band, ranges.speed)
+    behind = -np.array([np.cos(against[0]), np.sin(against[0])])
+    middle, steady, count, notes = static_along(scene, one, ranges, drag, POINTS)
+    steady = of_track(one, middle[:, :2], steady, ranges.speed)
+    away = np.hypot(*(one.fish - one.sheave).T)
+    band = np.column_stack([steady, np.arctan2(steady[:, 2], away)])  # it points along the cable
+    moves = manoeuvres(one.seconds, one.velocity, one.yaw, one.cable, scene)
+    copies, by_copies, made = 0, np.zeros(len(moves), bool), time.process_time()
+    if copied is not None and moves.any():
+        band, by_copies, copies = with_copies(one.seconds, band, moves, copied, notes)
+    towed = time.process_time() - made
+    fast = np.hypot(*one.velocity.T)
     places = {
-        "pythagoras": ways.astern(one.sheave, straight, away),
-        "factor": ways.astern(one.sheave, ways.cable_factor(one.cable, factor), away),
+        "pythagoras": ways.astern(one.sheave, straight, against),
+        "factor": ways.astern(one.sheave, ways.cable_factor(one.cable, factor), against),
         "follow_dog": ways.follow_the_dog(one.sheave, straight, behind),
-        "catenary": ways.astern(one.sheave, plain, away),
-        "catenary_of_depth": ways.astern(one.sheave, ways.catenary_of_depth(one.cable, one.depth, one.height), away),
+        "along_track": ways.along_the_track(one.sheave, straight, behind),
+        "catenary": ways.astern(one.sheave, plain, against),
+        "catenary_of_depth": ways.astern(one.sheave, ways.catenary_of_depth(one.cable, one.depth, one.height), against),
+        "table": ways.astern(one.sheave, ways.looked_up(table, one.cable, fast), against),
         "static": one.sheave + middle[:, :2],
     }
     short = int(np.sum(~np.isfinite(straight)))
@@ -106,9 +130,29 @@ def laid(
         band,
         {"catenary": drop - one.height, "static": middle[:, 2]},
         notes,
-        time.process_time() - begun,
+        time.process_time() - begun - towed,
         count,
+        moves,
+        by_copies,
+        (copies, towed),
     )
+
+
+def with_copies(
+    seconds: np.ndarray, band: np.ndarray, moves: np.ndarray, copied: Callable[[], Copied], notes: list[str]
+) -> tuple[np.ndarray, np.ndarray, int]:
+    """Intervals [n, SIZE] of copies where the tow manoeuvres and they reach, where they do [n], and their number."""
+    share = f"the tow manoeuvres for {100.0 * moves.mean():.3g} % of the time"
+    try:
+        made = copied()
+    except (EnsembleEnded, EnsembleError) as error:
+        notes.append(f"{share}, and copies of it cannot be towed: the interval there is that of steady tows ({error})")
+        return band, np.zeros(len(moves), bool), 0
+    notes += made.notes
+    notes.append(f"{share}: the interval there is that of {made.copies} copies of the tow")
+    there = moves & (seconds >= made.seconds[0] - 1.0) & (seconds <= made.seconds[-1] + 1.0)
+    new = np.column_stack([np.interp(seconds, made.seconds, made.band[:, k]) for k in range(SIZE)])
+    return np.where(there[:, None], new, band), there, made.copies
 
 
 def of_scene(scene: Scene, speed: np.ndarray) -> tuple[float, float, np.ndarray]:
@@ -201,17 +245,23 @@ def spread(one: Samples, course: np.ndarray, points: int) -> np.ndarray:
     return np.unique(np.clip(found, 0, len(speed) - 1))
 
 
-def samples_of(frames: np.recarray, every: float, antenna: tuple[float, float] = (0.0, 0.0)) -> Samples:
-    """Samples of tick outputs, one each ``every`` s; velocity and height without the waves."""
+def samples_of(
+    frames: np.recarray,
+    every: float,
+    antenna: tuple[float, float] = (0.0, 0.0),
+    lever: tuple[float, float, float] = NO_LEVER,
+) -> Samples:
+    """Samples of tick outputs, one each ``every`` s; velocity and height without the waves; antenna in base_link, lever
+    of what lies on the towbody in towbody_link, m."""
     begin = (frames["time"] - frames["time"][0]) * 1e-9
     tick = float(np.median(np.diff(begin))) if len(begin) > 1 else every
     pick = np.arange(0, len(frames), max(1, round(every / max(tick, 1e-9))))
-    yaw = np.unwrap(_yaw(frames["ship_quaternion"]))
+    yaw = yaw_of(frames["ship_quaternion"])
     c, s = np.cos(yaw), np.sin(yaw)
     at = frames["ship_position"][:, :2] + np.column_stack(
         [antenna[0] * c - antenna[1] * s, antenna[0] * s + antenna[1] * c]
     )
-    sheave, body = frames["sheave_position"], frames["body_position"]
+    sheave, body = frames["sheave_position"], body_places(frames, lever)
     velocity = np.column_stack([_calm(frames["sheave_velocity"][:, k], tick) for k in (0, 1)])
     return Samples(
         begin[pick],
@@ -224,12 +274,8 @@ def samples_of(frames: np.recarray, every: float, antenna: tuple[float, float] =
         -body[pick, 2],
         body[pick, :2].copy(),
         -body[pick, 2],
+        yaw_of(frames["body_quaternion"])[pick],
     )
-
-
-def _yaw(quaternion: np.ndarray) -> np.ndarray:
-    x, y, z, w = quaternion.T
-    return np.arctan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
 
 
 def _calm(values: np.ndarray, tick: float) -> np.ndarray:

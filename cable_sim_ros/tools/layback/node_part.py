@@ -1,4 +1,5 @@
-"""`towbody/fix`: latitude and longitude of the towbody as a survey takes them, with the covariance of its interval.
+"""`towbody/fix` and `towbody/fix/pose`: the towbody as a survey takes it, with the covariance of its interval: that of
+steady tows, or where the tow manoeuvres of the copies of a `cable-sim ensemble` beside the node.
 
 Off unless fix.latitude and fix.longitude say where `odom` begins. Published beside the ticks, of the newest one.
 """
@@ -7,6 +8,8 @@ from __future__ import annotations
 
 import math
 import time
+from collections import deque
+from functools import partial
 from math import hypot, radians, remainder
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -15,17 +18,25 @@ import numpy as np
 from ...io.geodesy import FARTHEST, on_earth
 from ...physics.parameter import Block, quantity
 from ...ros.parts import NodePart
+from ...ros.status import OK, WARN, Status
 from ...sim.scene import Scene
 from ...sim.tables.attitude import angles_of
 from ...sim.tables.current import flow_of
 from ...terminal import clean
-from .ranges import Ranges
+from ..ensemble.ranges import Ranges
+from .manoeuvre import manoeuvres
 from .static_place import COVERAGE, NoShape, Tow, band_of
 
 if TYPE_CHECKING:
     from ...ros.node import CableSimNode
 
 TOPIC, MSGTYPE = "towbody/fix", "sensor_msgs/msg/NavSatFix"
+POSE, POSE_TYPE = "towbody/fix/pose", "geometry_msgs/msg/PoseWithCovarianceStamped"
+COPIES, STATE = "ensemble/towbody", "ensemble/band"  # of `cable-sim ensemble`
+LARGEST = 100_000  # bytes of a message of these
+FRESH = 5 * 10**9  # ns, after which a covariance of copies is too old
+REMEMBERED = 1800  # s of motion by which a manoeuvre is known
+UNKNOWN = -1.0  # first number of a covariance that is not known, as of sensor_msgs
 CALM = 20.0  # s, over which the ship's velocity is averaged
 SHARES = (0.5, 1.0, 1.5)  # of the scene's cable out and speed
 LEAST_SPEED, LEAST_CABLE = 0.5, 10.0  # m/s, m: of which shares are taken at least
@@ -105,9 +116,10 @@ class TowbodyFix(NodePart):
     block, doc = Fix, "latitude and longitude of the towbody"
 
     def __init__(self, node: CableSimNode, block: Fix) -> None:
+        from geometry_msgs.msg import PoseWithCovarianceStamped
         from rclpy.clock import Clock, ClockType
-        from rclpy.qos import QoSProfile
-        from sensor_msgs.msg import NavSatFix
+        from rclpy.qos import QoSProfile, ReliabilityPolicy
+        from sensor_msgs.msg import JointState, NavSatFix
 
         self.node, self.fix, self.origin = node, block, (block.latitude or 0.0, block.longitude or 0.0)  # asked for
         begun = time.monotonic()
@@ -119,12 +131,38 @@ class TowbodyFix(NodePart):
                 f"made in {time.monotonic() - begun:.1f} s"
             )
         )
-        self.made = NavSatFix
-        self.topic = node.resolve_topic_name(TOPIC)
-        self._publisher = node.create_publisher(NavSatFix, TOPIC, QoSProfile(depth=10))
+        self.made, self.made_pose = NavSatFix, PoseWithCovarianceStamped
+        profile, turned = QoSProfile(depth=10), node.resolve_topic_name
+        self._publishers = [
+            (node.create_publisher(made, name, profile), turned(name), kind)
+            for made, name, kind in ((NavSatFix, TOPIC, MSGTYPE), (PoseWithCovarianceStamped, POSE, POSE_TYPE))
+        ]
+        best = QoSProfile(depth=10, reliability=ReliabilityPolicy.BEST_EFFORT)
+        for made, name in ((PoseWithCovarianceStamped, COPIES), (JointState, STATE)):
+            node.create_subscription(made, name, partial(self._hear, made), best, raw=True)
+        self.source, self._copies, self._ready = "none", (0, np.zeros((6, 6))), False
         self._velocity = np.full(2, math.nan)
         self._last = -1
+        self._past: deque[tuple[float, ...]] = deque(maxlen=REMEMBERED)
         node.create_timer(1.0 / block.rate, self._on_timer, clock=Clock(clock_type=ClockType.STEADY_TIME))
+
+    def _hear(self, made: type, data: bytes) -> None:
+        """Covariance of the copies of an ensemble beside the node, and whether it can be taken as it is."""
+        if len(data) > LARGEST:
+            return
+        from rclpy.serialization import deserialize_message
+
+        message: Any = deserialize_message(data, made)
+        if made is self.made_pose:
+            covariance = np.array(message.pose.covariance).reshape(6, 6)
+            if np.isfinite(covariance).all() and (np.diag(covariance) >= 0.0).all():
+                stamp = message.header.stamp
+                self._copies = stamp.sec * 10**9 + stamp.nanosec, covariance
+            return
+        state = dict(zip(message.name, message.position, strict=False))
+        width = max(state.get(f"{k}.high", math.nan) - state.get(f"{k}.low", math.nan) for k in ("body_x", "body_y"))
+        apart = state.get("copy_0_apart", math.nan) <= max(0.5 * width, 0.1)
+        self._ready = apart and state.get("settling") == 0.0 and state.get("behind") == 0.0
 
     @staticmethod
     def asked(block: Fix) -> bool:
@@ -143,33 +181,76 @@ class TowbodyFix(NodePart):
             return
         from rclpy.serialization import serialize_message
 
-        data = serialize_message(self.message(frame))
-        self._publisher.publish(data)
-        self.node.record(self.topic, MSGTYPE, data)
+        for message, (publisher, topic, kind) in zip(self.messages(frame), self._publishers, strict=True):
+            data = serialize_message(message)
+            publisher.publish(data)
+            self.node.record(topic, kind, data)
 
-    def message(self, frame: np.record) -> Any:
-        """The fix of a tick output."""
+    def statuses(self) -> list[Status]:
+        """The task fix: what the newest covariance comes from."""
+        text = {
+            "steady": "interval of steady tows",
+            "copies": "the tow manoeuvres: interval of the copies of cable-sim ensemble",
+            "manoeuvre": "the tow manoeuvres, and no settled cable-sim ensemble is heard: the fix has no covariance",
+            "none": "no interval at this cable out, speed and heading: the fix has no covariance",
+        }[self.source]
+        return [Status("fix", OK if self.source in ("steady", "copies") else WARN, text, {"interval": self.source})]
+
+    def messages(self, frame: np.record) -> tuple[Any, Any]:
+        """The fix and the pose of a tick output."""
         now = int(frame["time"])
         velocity = np.array(frame["ship_velocity"][:2])
         old = math.exp(-(now - self._last) * 1e-9 / CALM) if 0 <= self._last < now else 0.0
         self._velocity = velocity if not old else old * self._velocity + (1.0 - old) * velocity
+        if now < self._last:
+            self._past.clear()
         self._last = now
-        message, body = self.made(), frame["body_position"]
-        message.header.stamp.sec, message.header.stamp.nanosec = divmod(now, 1_000_000_000)
-        message.header.frame_id = self.node.settings.node.frame.towbody_link
+        fix, pose, body = self.made(), self.made_pose(), frame["body_position"]
+        for message in (fix, pose):
+            message.header.stamp.sec, message.header.stamp.nanosec = divmod(now, 1_000_000_000)
+        frames = self.node.settings.node.frame
+        fix.header.frame_id, pose.header.frame_id = frames.towbody_link, frames.odom
         latitude, longitude = on_earth(self.origin, body[None, :2])
-        message.latitude, message.longitude = float(latitude[0]), float(longitude[0])
-        message.altitude = math.nan if self.fix.surface is None else self.fix.surface + float(body[2])
+        fix.latitude, fix.longitude = float(latitude[0]), float(longitude[0])
+        fix.altitude = math.nan if self.fix.surface is None else self.fix.surface + float(body[2])
+        place, turn = pose.pose.pose.position, pose.pose.pose.orientation
+        place.x, place.y, place.z = body.tolist()
+        turn.x, turn.y, turn.z, turn.w = frame["body_quaternion"].tolist()
+        covariance = self._covariance(frame)
+        if covariance is None:
+            fix.position_covariance_type = self.made.COVARIANCE_TYPE_UNKNOWN
+            pose.pose.covariance = [UNKNOWN] + [0.0] * 35
+            return fix, pose
+        pose.pose.covariance = covariance.ravel().tolist()
+        fix.position_covariance = covariance[:3, :3].ravel().tolist()
+        fix.position_covariance_type = self.made.COVARIANCE_TYPE_APPROXIMATED
+        return fix, pose
+
+    def _covariance(self, frame: np.record) -> np.ndarray | None:
+        """Of east, north, up [m], roll, pitch, yaw [rad], 6 x 6; None: not known. Roll and pitch have none: 0."""
         yaw = angles_of(*frame["ship_quaternion"].tolist())[2]
+        if self._manoeuvres(frame, yaw):
+            stamp, covariance = self._copies
+            self.source = "copies" if self._ready and 0 <= self._last - stamp <= FRESH else "manoeuvre"
+            return covariance if self.source == "copies" else None
         spread = self.table.of(float(frame["scope"]), hypot(*self._velocity), yaw)
+        self.source = "none" if spread is None else "steady"
         if spread is None:
-            message.position_covariance_type = self.made.COVARIANCE_TYPE_UNKNOWN
-            return message
-        east, north = (body - frame["sheave_position"])[:2].tolist()
+            return None
+        east, north = (frame["body_position"] - frame["sheave_position"])[:2].tolist()
         size = hypot(east, north) or 1.0
         c, s = east / size, north / size
         along, across = spread.along**2, spread.across**2
-        ee, en, nn = along * c * c + across * s * s, (along - across) * c * s, along * s * s + across * c * c
-        message.position_covariance = [ee, en, 0.0, en, nn, 0.0, 0.0, 0.0, spread.depth**2]
-        message.position_covariance_type = self.made.COVARIANCE_TYPE_APPROXIMATED
-        return message
+        made = np.diag([0.0, 0.0, spread.depth**2, 0.0, 0.0, math.atan2(spread.across, size) ** 2])
+        made[0, 0], made[1, 1] = along * c * c + across * s * s, along * s * s + across * c * c
+        made[0, 1] = made[1, 0] = (along - across) * c * s
+        return made
+
+    def _manoeuvres(self, frame: np.record, yaw: float) -> bool:
+        """Does the tow manoeuvre now, by its motion of the last REMEMBERED s?"""
+        now = self._last * 1e-9
+        if not self._past or now - self._past[-1][0] >= 1.0:
+            self._past.append((now, *self._velocity.tolist(), yaw, float(frame["scope"])))
+        rows, scene = np.array(self._past), self.node.settings.scene
+        since = float(frame["tick"]) * scene.solver.tick - (now - rows[0, 0])
+        return bool(manoeuvres(rows[:, 0] - rows[0, 0], rows[:, 1:3], rows[:, 3], rows[:, 4], scene, since, last=1)[0])

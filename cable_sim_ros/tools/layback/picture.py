@@ -16,12 +16,14 @@ NAMES = {
     "pythagoras": ("Pythagoras", "#e08214", "-"),
     "factor": ("factor", "#8c6bb1", "-"),
     "follow_dog": ("follow the dog", "#1a9850", "-"),
+    "along_track": ("along the track", "#d73027", "-"),
     "catenary": ("catenary, weights", "#b35806", ":"),
     "catenary_of_depth": ("catenary, depth", "#7f7f7f", "--"),
+    "table": ("table", "#c51b7d", "--"),
     "static": ("static tow", "#2166ac", "--"),
 }
 OURS, BAND, SHIP = "#0b3c5d", "#a6c8e0", "#222222"
-ON_MAP = ("pythagoras", "follow_dog", "static")
+ON_MAP = ("pythagoras", "follow_dog", "along_track", "static")
 
 
 def plot(one: Laid, path: Path, title: str, measured: bool) -> Path:

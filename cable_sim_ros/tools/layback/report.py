@@ -15,7 +15,7 @@ from ...io.geodesy import on_earth
 from ...sim.flag_rules import LAYBACK_WITHIN as WITHIN
 from ...sim.flag_rules import PLACE
 from ...sim.verdict import Verdict, check, verdict_of
-from .laid import WAYS, Laid
+from .laid import WAYS, Laid, courses
 
 BEHIND = 3.0  # times the distance of a place from the end: so much of the track is looked at
 LONGEST = 2000  # samples of it, at most
@@ -23,26 +23,11 @@ MEANING = {
     "pythagoras": "straight cable: sqrt(cable^2 - (depth + sheave height)^2), astern",
     "factor": "cable out times a factor, astern",
     "follow_dog": "the layback of Pythagoras, drawn along by the sheave as a dog on a leash",
+    "along_track": "the layback of Pythagoras, behind on the way that the sheave went",
     "catenary": "chain of the cable's weight in water under the drag of the towbody alone, astern",
     "catenary_of_depth": "chain of the cable's length to the depth, level at the towbody, astern",
+    "table": "layback of a table of static tows by cable out and speed, astern",
     "static": "static tow of the scene at the speed, course and cable out of the moment",
-}
-# column of the table: meaning; the ways follow, each as layback_<way>_m
-COLUMNS = {
-    "time_utc": "ISO 8601; without a date time_s, from the beginning",
-    "latitude": "deg, WGS 84, of the simulated towbody; without an origin x_m, east",
-    "longitude": "deg, WGS 84; without an origin y_m, north",
-    "depth_m": "below the mean water surface, simulated",
-    "layback_m": "horizontal distance from the sheave to the towbody",
-    "layback_antenna_m": "horizontal distance from the antenna to the towbody",
-    "along_track_m": "way of the towbody behind the sheave, measured on the sheave's track",
-    "offset_m": "distance of the towbody from the sheave's track, to starboard positive",
-    "layback_95_m": "half-width of the 95 % interval of the layback",
-    "along_95_m": "the same along the layback",
-    "across_95_m": "the same across it",
-    "depth_95_m": "the same of the depth",
-    "cable_out_m": "from the sheave to the towbody",
-    "depth_measured_m": "as logged; empty without",
 }
 
 
@@ -68,6 +53,9 @@ def figures(one: Laid, measured: bool) -> dict[str, Any]:
         "interval_95_m": {
             name: _range(one.band[:, k]) for k, name in enumerate(("layback", "along", "across", "depth"))
         },
+        "heading_95_deg": _range(np.degrees(one.band[:, 4])),
+        "manoeuvre_share": float(one.moves.mean()),
+        "copies_share": float(one.by_copies.mean()),
         "ways": [_way(one, name, size) for name in WAYS],
     }
     if measured:
@@ -128,40 +116,53 @@ def _range(values: np.ndarray) -> dict[str, float | None]:
     return {"min": float(known.min()), "mean": float(known.mean()), "max": float(known.max())}
 
 
-def table(one: Laid, place: Place, measured: bool) -> tuple[list[str], list[list[str]]]:
-    """Names of the columns and their cells; what has no value is empty."""
+def table(one: Laid, place: Place, measured: bool, seabed: float | None = None) -> tuple[list[str], list[list[str]]]:
+    """Names of the columns and their cells; what has no value is empty. seabed: its depth [m]."""
     s = one.samples
     behind, aside = along_track(s.sheave, s.fish, one.course)
     heads, columns = ["time_s" if place.began is None else "time_utc"], [_times(s.seconds, place.began)]
-    if place.origin is None:
-        heads += ["x_m", "y_m"]
-        columns += [_cells(s.fish[:, 0], 2), _cells(s.fish[:, 1], 2)]
-    else:
-        latitude, longitude = on_earth(place.origin, s.fish)
-        heads += ["latitude", "longitude"]
-        columns += [_cells(latitude, 8), _cells(longitude, 8)]
+    known = place.origin is not None
+    names = ("latitude", "longitude") if known else ("x_m", "y_m")
+    places = {
+        name: on_earth(place.origin, at) if place.origin else at.T for name, at in (("", s.fish), ("ship_", s.antenna))
+    }
+    heads += names
+    columns += [_cells(values, 8 if known else 2) for values in places[""]]
     numbers: Mapping[str, np.ndarray] = {
+        "heading_deg": _compass(s.fish_yaw),
+        "course_deg": _compass(courses(np.gradient(s.fish, s.seconds, axis=0), s.fish_yaw)),
         "depth_m": s.fish_depth,
         "layback_m": np.hypot(*(s.fish - s.sheave).T),
         "layback_antenna_m": np.hypot(*(s.fish - s.antenna).T),
         "along_track_m": behind,
         "offset_m": aside,
+        "altitude_m": (np.nan if seabed is None else seabed) - s.fish_depth,
+        **{f"ship_{name}": values for name, values in zip(names, places["ship_"], strict=True)},
+        "ship_heading_deg": _compass(s.yaw),
+        "ship_course_deg": _compass(one.course),
         "layback_95_m": one.band[:, 0],
         "along_95_m": one.band[:, 1],
         "across_95_m": one.band[:, 2],
         "depth_95_m": one.band[:, 3],
+        "heading_95_deg": np.degrees(one.band[:, 4]),
+        "interval": one.by_copies,
         "cable_out_m": s.cable,
         "depth_measured_m": s.depth if measured else np.full(len(s.seconds), np.nan),
         **{f"layback_{name}_m": np.hypot(*(one.places[name] - s.sheave).T) for name in WAYS},
     }
     heads += list(numbers)
-    columns += [_cells(values, 2) for values in numbers.values()]
+    columns += [
+        ["copies" if yes else "steady" for yes in values]
+        if name == "interval"
+        else _cells(values, 8 if name in ("ship_latitude", "ship_longitude") else 2)
+        for name, values in numbers.items()
+    ]
     return heads, [list(row) for row in zip(*columns, strict=True)]
 
 
-def write_table(path: Path, one: Laid, place: Place, measured: bool) -> None:
+def write_table(path: Path, one: Laid, place: Place, measured: bool, seabed: float | None = None) -> None:
     """The table as CSV with points and commas."""
-    heads, rows = table(one, place, measured)
+    heads, rows = table(one, place, measured, seabed)
     with open_file(path, "w", encoding="utf-8", newline="") as file:
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(heads)
@@ -173,6 +174,11 @@ def _times(seconds: np.ndarray, began: float | None) -> list[str]:
         return [f"{value:.3f}" for value in seconds]
     at = (datetime.fromtimestamp(round(1000.0 * (began + value)) / 1000.0, UTC) for value in seconds)
     return [f"{one:%Y-%m-%dT%H:%M:%S}.{one.microsecond // 1000:03d}Z" for one in at]
+
+
+def _compass(yaw: np.ndarray) -> np.ndarray:
+    """Degrees from north, clockwise, 0 to 360."""
+    return np.round(90.0 - np.degrees(yaw), 2) % 360.0
 
 
 def _cells(values: np.ndarray, places: int) -> list[str]:

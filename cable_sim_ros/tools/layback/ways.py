@@ -1,4 +1,4 @@
-"""Layback by the four ways of the trade: pure functions of what a survey measures.
+"""Layback by the ways of the trade: functions of what a survey measures.
 
 Datum: the sheave's centre. Cable out counts from there to the towbody, depth is positive down from the mean water
 surface, height is that of the sheave above it, all m; layback is the horizontal distance from the sheave to the
@@ -14,8 +14,15 @@ position from wire out and depth.
 
 from __future__ import annotations
 
-import numpy as np
+from pathlib import Path
+from typing import NamedTuple
 
+import numpy as np
+from scipy.interpolate import RegularGridInterpolator
+
+from ...io.sources.csv_table import CONSEQUENCE, MotionError, head_of, numbers_of
+
+IN_TABLE = ("winch.scope", "ship.tow_speed", "layback_max_m")
 FACTOR = 0.9  # of the cable out; HYPACK's towfish driver explains its factor with 0.9
 STILL = 1e-9  # m
 
@@ -93,6 +100,59 @@ def follow_the_dog(sheave: np.ndarray, leash: np.ndarray, first: np.ndarray) -> 
         if given:
             found[k] = fish
     return found
+
+
+def along_the_track(sheave: np.ndarray, layback: np.ndarray, first: np.ndarray) -> np.ndarray:
+    """Places [n, 2] of a fish that lies ``layback`` [n] behind on the way that the sheave [n, 2] went. first: direction
+    of the way before its beginning, seen backwards [2]. NaN where the layback is."""
+    sheave, layback = np.asarray(sheave, float), np.asarray(layback, float)
+    gone = np.cumsum(np.hypot(*np.diff(sheave, axis=0, prepend=sheave[:1]).T))
+    reach = float(np.nanmax(layback, initial=1.0))
+    way = np.vstack([sheave[0] + reach * np.asarray(first, float), sheave])
+    marks = np.concatenate([[-reach], gone])
+    return np.column_stack([np.interp(gone - layback, marks, way[:, k]) for k in (0, 1)])
+
+
+class Table(NamedTuple):
+    """Laybacks [cables, speeds] m by cable out [m] and speed [m/s], both ascending; NaN where there is none."""
+
+    cable: np.ndarray
+    speed: np.ndarray
+    layback: np.ndarray
+
+
+def looked_up(table: Table | None, cable: np.ndarray, speed: np.ndarray) -> np.ndarray:
+    """Laybacks [n] between the rows of a table, linear in both; NaN outside of it and without one."""
+    if table is None:
+        return np.full(len(cable), np.nan)
+    axes = (table.cable, table.speed)
+    within = RegularGridInterpolator(axes, table.layback, bounds_error=False, fill_value=np.nan)
+    return within(np.column_stack([cable, np.round(speed, 6)]))
+
+
+def read_table(path: Path) -> Table:
+    """The table.csv of `cable-sim table` over cable out and speed. Raises MotionError."""
+    names, below = head_of(path, ",".join(IN_TABLE))
+    missing = [name for name in IN_TABLE if names.count(name) != 1]
+    others = [name for name in names if "." in name and name not in IN_TABLE]
+    if missing or others:
+        what = f"no column '{missing[0]}'" if missing else f"a column '{others[0]}', and only cable and speed are known"
+        raise MotionError(
+            f"{path}: has {what}; {CONSEQUENCE}. Make it with cable-sim table SCENE --scope ... --speed ..."
+        )
+    at = [names.index(name) for name in IN_TABLE]
+    lines = [(i, [row[k] for k in at if k < len(row)]) for i, row in below]
+    lines = [line for line in lines if len(line[1]) < len(at) or line[1][2].strip()]  # a tow that failed has none
+    _, rows = numbers_of(path, IN_TABLE, lines)
+    cables, speeds = np.unique(rows[:, 0]), np.unique(rows[:, 1])
+    if len(cables) < 2 or len(speeds) < 2:
+        raise MotionError(
+            f"{path}: has {len(cables)} cables out and {len(speeds)} speeds with a layback, at least 2 of each are "
+            f"needed; {CONSEQUENCE}. Give cable-sim table more values of --scope and --speed"
+        )
+    found = np.full((len(cables), len(speeds)), np.nan)
+    found[np.searchsorted(cables, rows[:, 0]), np.searchsorted(speeds, rows[:, 1])] = rows[:, 2]
+    return Table(cables, speeds, found)
 
 
 def astern(sheave: np.ndarray, layback: np.ndarray, course: np.ndarray) -> np.ndarray:
