@@ -25,7 +25,7 @@ from numba.core.registry import CPUDispatcher
 from numba.core.serialize import dumps
 from numba.core.typing.templates import Signature
 
-from . import kernel_key
+from . import kernel_key, shortcuts
 from .kernel_cache import KernelFiles, files
 from .kernel_key import UnknownContent, changed, content_of, type_text
 from .packaged import COMPILED, DISK, PACKAGE, Packaged, origins, packaged
