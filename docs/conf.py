@@ -16,7 +16,8 @@ from sphinx.util import logging
 
 TOP = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(TOP))  # an environment without the package still has its names
-BESIDE = ["CHANGELOG", "QUALITY_DECLARATION", "bags/README", "test/examples/README"]  # linked from pages, behind no door
+# linked from pages, behind no door
+BESIDE = ["CHANGELOG", "QUALITY_DECLARATION", "bags/README", "test/examples/README"]
 ALONE = "rosdoc2_settings" not in globals()  # rosdoc2 has a first page of its own
 
 project = "cable_sim_ros"
