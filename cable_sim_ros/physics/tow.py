@@ -94,10 +94,17 @@ def turn_drum(model, state):
 
 
 @driver
+def lay(model, state):
+    """The mesh for the pay-out of now."""
+    now, arc = state.memory[NOW], state.nodes[NOW, ARC]
+    lay_mesh(model.feed, model.settings[0].drum, now.winch, arc, model.line.elements)
+
+
+@driver
 def hold_end(model, state):
     """Position, velocity and acceleration of the first node, imposed exactly, and the mesh for the pay-out of now."""
     now, nodes = state.memory[NOW], state.nodes[NOW]
-    lay_mesh(model.feed, model.settings[0].drum, now.winch, nodes[ARC], model.line.elements)
+    lay(model, state)
     turn_drum(model, state)
     p, v, a = drum_point(model.settings[0].drum, now.winch)
     p, v, a = hull_point(now.ship.motion, p, v, a)

@@ -16,17 +16,17 @@ out of the on-disk cache.
 from __future__ import annotations
 
 import sys
+from typing import NamedTuple
 
 import numpy as np
 from numba import types
 
 from ..compiler.jit import by_reference, driver, prepare
-from ..physics.mesh_motion import lay_mesh
 from ..physics.output import no_peaks
-from ..physics.state import ARC, NOW
+from ..physics.state import NOW
 from ..physics.tick import link_tick, observe, sense, tick
 from ..physics.tick_output import NEWTON_FAILED, NOT_FINITE
-from ..physics.tow import rest
+from ..physics.tow import lay, rest
 
 LINUX = sys.platform.startswith("linux")
 _INT64 = types.CPointer(types.int64)
@@ -42,6 +42,8 @@ LONGEST_STEP = 1000.0  # s, of the pseudo-transient
 CREEPING = 1e6  # N left of a start that did not settle, from which there still is something to see
 HALT = NEWTON_FAILED | NOT_FINITE
 
+MOST_READY = 64
+_ready: dict[int, NamedTuple] = {}  # models whose kernels are published, by their place in memory
 SETTLE, TICKS, LIVE, LAY = 0, 1, 2, 3  # what to do
 TIME, DEADLINE, WAKE, DONE, FLAGS, LAG = range(6)  # columns of a stats row, ns
 STATS_COLUMNS = 6
@@ -202,8 +204,7 @@ def _drive(model, state, inputs, output, what, count, control, stats, heads):
         health.iterations, health.substeps, health.residual = iterations, 0, left
         return np.int64(steps)
     if what == LAY:
-        now = state.memory[NOW]
-        lay_mesh(model.feed, model.settings[0].drum, now.winch, state.nodes[NOW, ARC], model.line.elements)
+        lay(model, state)
         return np.int64(0)
     if what == TICKS:
         for i in range(count):
@@ -223,5 +224,9 @@ def _drive(model, state, inputs, output, what, count, control, stats, heads):
 def drive(model, state, inputs, output, what, count, control, stats, heads) -> int:
     """The compiled entry, see _drive; compiles it or loads it from the cache at the first call."""
     arguments = (model, state, inputs, output, what, int(count), control, stats, heads)
-    prepare(link_tick, (model, state, inputs, output), _drive, arguments)
+    if id(model) not in _ready:  # what it needs is as read-only as it is: looked up once, not in each tick
+        prepare(link_tick, (model, state, inputs, output), _drive, arguments)
+        if len(_ready) >= MOST_READY:
+            _ready.clear()
+        _ready[id(model)] = model
     return _drive(*arguments)

@@ -138,6 +138,11 @@ def rest(model, state, sigma, count, longest):
     return 0, 0, 0.0
 
 
+@njit(nogil=True)
+def lay(model, state):
+    pass
+
+
 def make_output(model: Model, nodes: int, rows: int) -> Output:
     return Output(
         np.zeros(rows, TICK_OUTPUT),
@@ -204,7 +209,7 @@ def install() -> None:
     system.tick, system.observe, system.sense, system.link_tick = tick, observe, sense, lambda *parts: None
     from cable_sim_ros.physics import tow
 
-    tow.rest = rest  # sim.entry itself is the real one
+    tow.rest, tow.lay = rest, lay  # sim.loop itself is the real one
     build = types.ModuleType("cable_sim_ros.sim.build")
     build.make_output = make_output
     sys.modules["cable_sim_ros.sim.build"] = build
