@@ -2,19 +2,24 @@
 
 from __future__ import annotations
 
+import hashlib
+import json
 import subprocess
 from collections.abc import Iterator, Sequence
 from functools import cache
 from pathlib import Path
 from typing import Any
 
+from ...errors import CableSimError
+from ...files import open_file, read_text
 from ...processes import ForkServer, Workers
 from ...runs.stepping import Progress, silent
 from ...version import __version__
 from . import definition
-from .definition import BAND, DIGITS, SLACK, TWIN, VERSION, Cell, condition, place
-from .entrants import LAW, PROGRAM, Entrant
+from .definition import BAND, DIGITS, SLACK, TWIN, Cell, condition, place
+from .entrants import LAW, PROGRAM, Entrant, source_of
 from .figures import NAMES, Rules, Twin, figures, twin_of
+from .score import score_of
 from .simulate import Done, Span, run_cell
 
 FULL = Span(definition.DURATION, definition.START_UP)
@@ -87,28 +92,78 @@ def run(
     span: Span = FULL,
     processes: int = 1,
     progress: Progress = silent,
+    journal: Journal | None = None,
 ) -> dict[str, Any]:
-    """Every entrant in every cell; the result as JSON has it. A program of rclpy runs on one process."""
+    """Every entrant in every cell of one track; the result as JSON has it. A program of rclpy runs on one process.
+
+    journal: what is in it is not run again, and what is run is added to it.
+    """
+    version = definition.version_of(cells[0])
     tasks = [(entrant, cell, span) for cell in cells for entrant in entrants]
     begun = commit()
-    rows = []
-    for k, row in enumerate(_rows(tasks, processes)):
-        rows.append(row)
-        progress(f"{row['scene']}/{row['motion']}/{row['class']}", k + 1, len(tasks))
-    whole = span == FULL and {str(cell) for cell in cells} == {str(cell) for cell in definition.cells()}
+    known = {} if journal is None else journal.rows
+    left = [task for task in tasks if _key(task) not in known]
+    found = dict(known)
+    for k, (task, row) in enumerate(zip(left, _rows(left, processes), strict=True)):
+        found[_key(task)] = row
+        if journal is not None:
+            journal.add(_key(task), row)
+        progress(f"{row['scene']}/{row['motion']}/{row['class']}", k + 1, len(left))
+    rows = [found[_key(task)] for task in tasks]
+    whole = span == FULL and {str(cell) for cell in cells} == {str(cell) for cell in definition.cells(version=version)}
     return {
-        "benchmark": VERSION,
-        "definition": definition.digest(),
+        "benchmark": version,
+        "definition": definition.digest(version),
         "product": __version__,
         "commit": begun,
         "complete": whole,
         "seconds": span.duration,
+        "score": score_of(rows),
         "rows": rows,
     }
 
 
-def _rows(tasks: list[tuple[Entrant, Cell, Span]], processes: int) -> Iterator[Row]:
-    if processes == 1 or len(tasks) == 1 or any(entrant.kind == PROGRAM for entrant, *_ in tasks):
+Task = tuple[Entrant, Cell, Span]
+
+
+def _key(task: Task) -> str:
+    """Of a run and all it hangs on: entrant and its files, cell, span, definition and version of the product."""
+    entrant, cell, span = task
+    version = definition.version_of(cell)
+    said = (*entrant[:2], source_of(entrant), *cell, *span, definition.digest(version), __version__, commit())
+    return hashlib.sha256(json.dumps(said).encode()).hexdigest()[:16]
+
+
+class Journal:
+    """Rows of runs in a file, a line each, that a run which is stopped goes on from."""
+
+    def __init__(self, path: Path) -> None:
+        """Raises CableSimError where the file is no journal."""
+        self.path, self.rows = path, dict[str, Row]()
+        lines = read_text(path).splitlines() if path.exists() else []
+        for number, line in enumerate(lines, 1):
+            try:
+                key, row = json.loads(line)
+                self.rows[key] = row
+            except (ValueError, TypeError):
+                if number < len(lines):  # the last may be cut off
+                    raise CableSimError(
+                        f"{path}:{number}: is no row of a run; nothing was run. Take the file away to begin anew"
+                    ) from None
+
+    def left(self, entrants: Sequence[Entrant], cells: Sequence[Cell], span: Span) -> list[Task]:
+        """Runs that are not in it."""
+        tasks = [(entrant, cell, span) for cell in cells for entrant in entrants]
+        return [task for task in tasks if _key(task) not in self.rows]
+
+    def add(self, key: str, row: Row) -> None:
+        """Keep a row."""
+        with open_file(self.path, "a", encoding="utf-8") as file:
+            file.write(json.dumps((key, row)) + "\n")
+
+
+def _rows(tasks: list[Task], processes: int) -> Iterator[Row]:
+    if processes == 1 or len(tasks) < 2 or any(entrant.kind == PROGRAM for entrant, *_ in tasks):
         yield from (row_of(*task) for task in tasks)
         return
     context = ForkServer()
@@ -121,6 +176,7 @@ def _rows(tasks: list[tuple[Entrant, Cell, Span]], processes: int) -> Iterator[R
         pool.shutdown(cancel_futures=True)
 
 
+@cache
 def commit() -> str:
     """Commit of the tree that this version runs from, with -dirty where it was edited since; "" outside a clone."""
     command = ["git", "-C", str(ROOT), "describe", "--always", "--dirty", "--abbrev=7", "--exclude=*"]
