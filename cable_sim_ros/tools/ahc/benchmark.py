@@ -11,13 +11,13 @@ from pathlib import Path
 from typing import Any
 
 from ...errors import CableSimError
-from ...files import open_file, read_text
+from ...files import open_file, read_text, write_text
 from ...processes import ForkServer, Workers
 from ...runs.stepping import Progress, silent
 from ...version import __version__
 from . import definition
 from .definition import BAND, DIGITS, SLACK, TWIN, Cell, condition, place
-from .entrants import LAW, PROGRAM, Entrant, source_of
+from .entrants import CALLABLE, LAW, PROGRAM, Entrant, source_of
 from .figures import NAMES, Rules, Twin, figures, twin_of
 from .score import score_of
 from .simulate import Done, Span, run_cell
@@ -25,6 +25,7 @@ from .simulate import Done, Span, run_cell
 FULL = Span(definition.DURATION, definition.START_UP)
 SHORT = Span(definition.QUICK_DURATION, definition.QUICK_START_UP)
 Row = dict[str, Any]
+COST = {LAW: 4.0, CALLABLE: 16.0, PROGRAM: 90.0}  # s of one core for a run of 120 s; figures.md says on which
 ROOT = Path(__file__).resolve().parents[3]
 
 
@@ -134,27 +135,39 @@ def _key(task: Task) -> str:
     return hashlib.sha256(json.dumps(said).encode()).hexdigest()[:16]
 
 
+def length_of(
+    entrants: Sequence[Entrant], cells: Sequence[Cell], span: Span, processes: int, journal: Journal | None
+) -> str:
+    """How long a run will take, in a line."""
+    tasks = [(entrant, cell, span) for cell in cells for entrant in entrants]
+    left = [task for task in tasks if journal is None or _key(task) not in journal.rows]
+    seconds = sum(COST[entrant.kind] + COST[LAW] / len(entrants) for entrant, *_ in left) * span.duration / 120.0
+    there = f", {len(tasks) - len(left)} more are there" if len(left) < len(tasks) else ""
+    return (
+        f"{definition.version_of(cells[0])}: {len(left)} runs of {span.duration:g} s{there}; about "
+        f"{max(1, round(seconds / processes / 60.0))} min"
+    )
+
+
 class Journal:
     """Rows of runs in a file, a line each, that a run which is stopped goes on from."""
 
     def __init__(self, path: Path) -> None:
         """Raises CableSimError where the file is no journal."""
         self.path, self.rows = path, dict[str, Row]()
-        lines = read_text(path).splitlines() if path.exists() else []
+        text = read_text(path) if path.exists() else ""
+        lines, cut = text.splitlines(), bool(text) and not text.endswith("\n")
         for number, line in enumerate(lines, 1):
             try:
                 key, row = json.loads(line)
                 self.rows[key] = row
             except (ValueError, TypeError):
-                if number < len(lines):  # the last may be cut off
+                if number < len(lines) or not cut:
                     raise CableSimError(
                         f"{path}:{number}: is no row of a run; nothing was run. Take the file away to begin anew"
                     ) from None
-
-    def left(self, entrants: Sequence[Entrant], cells: Sequence[Cell], span: Span) -> list[Task]:
-        """Runs that are not in it."""
-        tasks = [(entrant, cell, span) for cell in cells for entrant in entrants]
-        return [task for task in tasks if _key(task) not in self.rows]
+        if cut:  # the last line, by whatever stopped the run
+            write_text(path, "".join(f"{json.dumps(item)}\n" for item in self.rows.items()))
 
     def add(self, key: str, row: Row) -> None:
         """Keep a row."""

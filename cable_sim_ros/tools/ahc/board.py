@@ -14,8 +14,8 @@ from ...terminal import clean
 from . import definition
 from .benchmark import Row, twin_cell
 from .definition import MRU, TOLERANCE, TWIN, VERSION, Cell
-from .entrants import AhcError
 from .figures import NAMES
+from .remote import AhcError
 
 HEAD = ("entrant", "rank", "benchmark", "definition", "product", "commit")
 PLACE = ("scene", "motion", "class", "seed", "state", "reason")

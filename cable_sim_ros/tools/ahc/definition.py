@@ -383,10 +383,10 @@ def markdown() -> str:
         drives.append((f"`{at.name}`", *(_said(at.drive[key]) for _, key in OF_DRIVE)))
     moved: list[tuple[str, ...]] = [
         ("motion", "what it is", "seed"),
-        *((f"`{m.name}`", m.what, str(seed(m.name) or "-")) for m in MOTIONS),
+        *((f"`{m.name}`", m.what, str(seed(m.name) or "-")) for m in (*MOTIONS, *SECOND)),
     ]
     classes: list[tuple[str, ...]] = [("class", "what it is", "scenes and motions", "fault [s]")]
-    for one in CLASSES:
+    for one in (*CLASSES, *HEARD):
         where = "all" if (*one.scenes, *one.motions) == ("*", "*") else ", ".join((*one.scenes, *one.motions))
         when = "-" if one.fault is None else f"{one.fault[0]:g} to {one.fault[1]:g}"
         classes.append((f"`{one.name}`", one.what, where, when))

@@ -9,24 +9,26 @@ from math import sqrt
 
 from ship import Ship
 
-P, I, D = 0.02, 2e-5, 0.2  # of the length: per period, per period squared, 1
-SHARE, SLOW = 0.1, 1000  # of the largest gain on the tension; periods of its mean
+P, I, D = 0.01, 1e-5, 0.1  # of the length: per period, per period squared, 1
+SHARE, SLOW, MEAN = 0.1, 100, 1000  # of the largest gain on the tension; periods of its low-pass and of its mean
 
 
 def make(at, period):
     ship = Ship(at, period)
     cable = at.cable
     gain = SHARE / sqrt(cable.axial_stiffness * cable.mass_per_length)  # m/s per newton
-    sums, before, mean = 0.0, 0.0, None
+    sums, before, tension, mean = 0.0, 0.0, None, None
 
     def controller(row):
-        nonlocal sums, before, mean
+        nonlocal sums, before, tension, mean
         ship.read(row)
-        mean = row.tension if mean is None else mean + (row.tension - mean) / SLOW
+        tension, mean = (row.tension, row.tension) if mean is None else (tension, mean)
+        tension += (row.tension - tension) / SLOW
+        mean += (row.tension - mean) / MEAN
         behind = ship.length - ship.paid
         slope, before = (behind - before) / period, behind
-        rate = P / period * behind + I / period**2 * sums * period + D * slope
-        command = ship.command(ship.speed + rate + gain * (row.tension - mean))
+        rate = P / period * behind + I / period * sums + D * slope
+        command = ship.command(ship.speed + rate + gain * (tension - mean))
         if abs(command.rate) < ship.limit:
             sums += behind
         return command
