@@ -80,7 +80,9 @@ def ahc(laws, track, controller, program, name, only, quick, processes, out, res
         if report is not None:
             from .report import write_report
 
-            said(write_report(several[0], report, typed()))
+            said(
+                write_report({**several[0], "rows": [row for done in several for row in done["rows"]]}, report, typed())
+            )
         if board is not None:
             return differences(several, board, files)
         return Answer(several if len(several) > 1 else several[0], lambda: tell(several), files=files)

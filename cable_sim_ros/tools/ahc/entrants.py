@@ -52,12 +52,12 @@ def external(name: str | None, controller: str | None, command: str | None) -> E
     return Entrant(_named(name or Path((scripts or words)[0]).stem), PROGRAM, command or "")
 
 
-def _named(name: str) -> str:
+def _named(name: str, where: str = "--name") -> str:
     known = [law.value for law in SetpointLaw]
     if name in known or not name.isprintable() or not name.strip() or "," in name or '"' in name:
         raise AhcError(
-            f"--name {name!r}: is a law of the product, empty, or has a comma, a quote or a control character; nothing "
-            f"was run. Give the name that your rows shall have on the leaderboard"
+            f"{where} {name!r}: is a law of the product, empty, or has a comma, a quote or a control character; "
+            f"nothing was run. Give the name that your rows shall have on the leaderboard"
         )
     return name
 
@@ -100,7 +100,9 @@ def entries(folder: Path) -> list[Entrant]:
             raise AhcError(f"{path}: {what}; nothing was run. {remedy}")
         text = f"{folder / one['file']}:make"
         Remote(text).close()
-        entrants.append(Entrant(_named(one["name"]), CALLABLE, text, tuple(TRACKS[name] for name in tracks)))
+        entrants.append(
+            Entrant(_named(one["name"], f"{path}: name"), CALLABLE, text, tuple(TRACKS[name] for name in tracks))
+        )
     if not entrants or len({one.name for one in entrants}) < len(entrants):
         raise AhcError(f"{path}: has no entrant, or two of one name; nothing was run. {remedy}")
     return entrants

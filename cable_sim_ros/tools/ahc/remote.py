@@ -8,6 +8,7 @@ import json
 import os
 import sys
 from collections.abc import Callable
+from contextlib import suppress
 from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any, NamedTuple, NoReturn
@@ -129,10 +130,8 @@ class Remote:
 
     def ask(self, seen: bytes | tuple) -> list[WinchCommand | FlapCommand]:
         """Its commands on what it is sent."""
-        try:
+        with suppress(OSError):  # its end is said below
             self.line.send(seen)
-        except OSError:
-            pass  # its end is said below
         return [
             WinchCommand(payout=a, rate=b, time_ns=at) if kind == "winch" else FlapCommand(angles=a, time_ns=at)
             for kind, a, b, at in self.answer(ASKED)
@@ -186,10 +185,11 @@ def _serve(line: Connection, text: str) -> None:
             seen = line.recv()
             row = Heard(*seen) if isinstance(seen, tuple) else np.frombuffer(seen, TICK_OUTPUT).view(np.recarray)[0]
             _say(line, ASKED, _plain(controller(row)))
-    except EOFError:
-        pass
+    except (EOFError, BrokenPipeError):
+        pass  # the run has ended
     except BaseException as error:  # whatever the file of the user does
-        _say(line, type(error).__name__, str(error))
+        with suppress(OSError):
+            _say(line, type(error).__name__, str(error))
 
 
 def _say(line: Connection, what: str, data: Any) -> None:

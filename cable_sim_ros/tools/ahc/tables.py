@@ -191,8 +191,9 @@ def results(rows: Sequence[Row]) -> str:
     ideal = matrix([row for row in truth if row["class"] == "ideal"], "scene", _pair)
     thesis = (THESIS[0], *(THESIS[1] if name == "`full_scale`" else "-" for name in ideal[0][1:]))
     parts = [score_table(rows), markdown_table([*ideal, thesis])]
-    classes = matrix([row for row in truth if row["rank"] == BUILT_IN], "class", _deviation)
-    parts.append(markdown_table(turned("class", classes)))
+    classes = turned("class", matrix([row for row in truth if row["rank"] == BUILT_IN], "class", _deviation))
+    like = next((line[1:] for line in classes if line[0] == "`measured`"), None)
+    parts.append(markdown_table([line for line in classes if line[0] == "`measured`" or line[1:] != like]))
     if heard:
         ran = [row for row in heard if any(one["figures"] for one in heard if one["entrant"] == row["entrant"])]
         parts.append(markdown_table(matrix([*ran, *_seeds(ran)], "class", _deviation)))
