@@ -6,12 +6,12 @@ import hashlib
 import json
 import subprocess
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from functools import cache
 from pathlib import Path
 from typing import Any
 
-from ...errors import CableSimError
-from ...files import open_file, read_text, write_text
+from ...files import open_file, read_text
 from ...processes import ForkServer, Workers
 from ...runs.stepping import Progress, silent
 from ...version import __version__
@@ -111,7 +111,7 @@ def run(
             journal.add(_key(task), row)
         progress(f"{row['scene']}/{row['motion']}/{row['class']}", k + 1, len(left))
     rows = [found[_key(task)] for task in tasks]
-    whole = span == FULL and {str(cell) for cell in cells} == {str(cell) for cell in definition.cells(version=version)}
+    whole = span == FULL and set(cells) == set(definition.cells(version=version))
     return {
         "benchmark": version,
         "definition": definition.digest(version),
@@ -143,36 +143,25 @@ def length_of(
     left = [task for task in tasks if journal is None or _key(task) not in journal.rows]
     seconds = sum(COST[entrant.kind] + COST[LAW] / len(entrants) for entrant, *_ in left) * span.duration / 120.0
     there = f", {len(tasks) - len(left)} more are there" if len(left) < len(tasks) else ""
-    return (
-        f"{definition.version_of(cells[0])}: {len(left)} runs of {span.duration:g} s{there}; about "
-        f"{max(1, round(seconds / processes / 60.0))} min"
-    )
+    runs = f"{len(left)} runs of {span.duration:g} s{there}"
+    return f"{definition.version_of(cells[0])}: {runs}; about {max(1, round(seconds / processes / 60.0))} min"
 
 
 class Journal:
-    """Rows of runs in a file, a line each, that a run which is stopped goes on from."""
+    """Rows of runs in a file, a line each, that a run which is stopped goes on from; a line that was cut off is run
+    again."""
 
     def __init__(self, path: Path) -> None:
-        """Raises CableSimError where the file is no journal."""
         self.path, self.rows = path, dict[str, Row]()
-        text = read_text(path) if path.exists() else ""
-        lines, cut = text.splitlines(), bool(text) and not text.endswith("\n")
-        for number, line in enumerate(lines, 1):
-            try:
+        for line in read_text(path).splitlines() if path.exists() else []:
+            with suppress(ValueError, TypeError):
                 key, row = json.loads(line)
                 self.rows[key] = row
-            except (ValueError, TypeError):
-                if number < len(lines) or not cut:
-                    raise CableSimError(
-                        f"{path}:{number}: is no row of a run; nothing was run. Take the file away to begin anew"
-                    ) from None
-        if cut:  # the last line, by whatever stopped the run
-            write_text(path, "".join(f"{json.dumps(item)}\n" for item in self.rows.items()))
 
     def add(self, key: str, row: Row) -> None:
         """Keep a row."""
         with open_file(self.path, "a", encoding="utf-8") as file:
-            file.write(json.dumps((key, row)) + "\n")
+            file.write(f"\n{json.dumps((key, row))}")
 
 
 def _rows(tasks: list[Task], processes: int) -> Iterator[Row]:

@@ -69,20 +69,24 @@ def ahc(laws, track, controller, program, name, only, quick, processes, out, res
     elif result:
         merged(result, board, replace)
     else:
+        from .definition import cells
+        from .entrants import TRACKS
+
         folders = folders_of(laws)
         if board is not None:
             checkable(board, () if folders else laws or ((name,) if name else ()))
         out = out or (folders[0] if check and folders else None)
         ready(out)
         chosen = entrants_of(laws, controller, program, name, board)
-        several = [run(chosen, one, only, quick, processes, out) for one in tracks_of(track, folders, chosen)]
+        versions = [TRACKS[track or "truth"]] if track or not folders else [*TRACKS.values()]
+        fitting = [one for one in versions if any(one in each.tracks for each in chosen) and cells(only or ("*",), one)]
+        several = [run(chosen, one, only, quick, processes, out) for one in fitting or versions[:1]]
         files = [file for done in several for file in written(done, out)]
         if report is not None:
             from .report import write_report
 
-            said(
-                write_report({**several[0], "rows": [row for done in several for row in done["rows"]]}, report, typed())
-            )
+            rows = [row for done in several for row in done["rows"]]
+            said(write_report({**several[0], "rows": rows}, report, typed()))
         if board is not None:
             return differences(several, board, files)
         return Answer(several if len(several) > 1 else several[0], lambda: tell(several), files=files)
@@ -115,15 +119,6 @@ def refuse(modes, entrants, others, beside):
 def folders_of(laws):
     """Those of the names that are folders of entrants."""
     return [Path(name) for name in laws if Path(name).is_dir()]
-
-
-def tracks_of(track, folders, entrants):
-    """Versions to run: that of the track, or of a folder all that its entrants are for."""
-    from .entrants import TRACKS
-
-    if track is not None or not folders:
-        return [TRACKS[track or "truth"]]
-    return [version for version in TRACKS.values() if any(version in one.tracks for one in entrants)]
 
 
 def revealed(path):
@@ -228,10 +223,12 @@ def tell(several):
         title = f"{done['benchmark']}, cable_sim_ros {done['product']} {done['commit']}".rstrip()
         head, *lines = by_class(done["rows"])
         print_table(title, head, lines, left=head[:2], width=200)
-        head, *lines = scores(done["rows"])
-        print_table(f"Score on {done['benchmark']}", head, lines, left=head[:1], width=200)
-        for line in (*skipped(done["rows"]), *done["score"]["definition"]):
+        for line in skipped(done["rows"]):
             say(line)
+    head, *lines = scores([row for done in several for row in done["rows"]])
+    print_table("Score", head, lines, left=head[:1], width=200)
+    for line in several[0]["score"]["definition"]:
+        say(line)
 
 
 def tables_of(board, page):

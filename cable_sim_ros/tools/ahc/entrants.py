@@ -15,7 +15,7 @@ from .remote import AhcError, Remote
 
 LAW, CALLABLE, PROGRAM = "law", "callable", "program"
 BUILT_IN, EXTERNAL = "built-in", "external"
-ENTRY = "entry.yaml"
+ENTRY, ENTRY_KEYS = "entry.yaml", ("name", "file", "author", "source")
 TRACKS = {"truth": VERSION, "mru": MRU}
 
 
@@ -88,21 +88,19 @@ def entries(folder: Path) -> list[Entrant]:
         raise AhcError(f"{path}: cannot be read ({error.strerror}); nothing was run. {remedy}") from None
     except YamlError as error:
         raise AhcError(f"{path}: {error}; nothing was run. {remedy}") from None
-    several = found if isinstance(found, list) else [found]
     entrants = []
-    for one in several:
-        lacks = [] if isinstance(one, dict) else ["mapping"]
-        lacks = lacks or [key for key in ("name", "file", "author", "source") if not isinstance(one.get(key), str)]
-        odd = [] if lacks else [str(key) for key in one if key not in ("name", "file", "author", "source", "tracks")]
-        tracks = ["truth", "mru"] if lacks or "tracks" not in one else one["tracks"]
-        if lacks or odd or not isinstance(tracks, list) or not tracks or not {*map(str, tracks)} <= {*TRACKS}:
-            what = f"has no {lacks[0]}" if lacks else f"has {odd[0]}" if odd else f"tracks = {tracks}, of truth and mru"
+    for one in found if isinstance(found, list) else [found]:
+        given = one if isinstance(one, dict) else {}
+        wrong = [key for key in ENTRY_KEYS if not isinstance(given.get(key), str)]
+        wrong += [str(key) for key in given if key not in (*ENTRY_KEYS, "tracks")]
+        tracks = given.get("tracks", [*TRACKS])
+        if wrong or not isinstance(tracks, list) or not tracks or not {*map(str, tracks)} <= {*TRACKS}:
+            what = f"{wrong[0]} is missing, or no key of it" if wrong else f"tracks = {tracks}, of truth and mru"
             raise AhcError(f"{path}: {what}; nothing was run. {remedy}")
-        text = f"{folder / one['file']}:make"
+        text = f"{folder / given['file']}:make"
         Remote(text).close()
-        entrants.append(
-            Entrant(_named(one["name"], f"{path}: name"), CALLABLE, text, tuple(TRACKS[name] for name in tracks))
-        )
+        name = _named(given["name"], f"{path}: name")
+        entrants.append(Entrant(name, CALLABLE, text, tuple(TRACKS[track] for track in tracks)))
     if not entrants or len({one.name for one in entrants}) < len(entrants):
         raise AhcError(f"{path}: has no entrant, or two of one name; nothing was run. {remedy}")
     return entrants

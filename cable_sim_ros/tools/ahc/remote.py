@@ -100,38 +100,39 @@ class Remote:
         context = ForkServer()
         context.set_forkserver_preload([__name__])
         self.line, other = context.Pipe()
-        self.text, self.made = text, False
+        self.text = text
+        self.rig: Rig | None = None
         self.process = context.Process(target=_serve, args=(other, text), daemon=True)
         self.process.start()
         other.close()
         try:
             self.answer(LOADED)
-        except AhcError:
-            self.close()
-            raise
         except Exception as error:
             self.close()
-            raise AhcError(f"--controller {text}: {error}; nothing was run. Correct it") from None
+            raise _named(error, f"--controller {text}", "; nothing was run. Correct it") from None
 
-    def make(self, scene: Scene | Rig, period: float) -> None:
-        """Make the controller for a run. Raises AhcError."""
+    def begin(self, scene: Scene, period: float, heard: bool) -> Remote:
+        """The controller for a run; heard: it gets the rig and the readings of the MRU alone. Raises AhcError."""
+        self.scene, self.period, self.heard = scene, period, heard
+        if not heard:
+            self._make(scene)
+        return self
+
+    def _make(self, at: Scene | Rig) -> None:
         try:
-            self.line.send((scene, period))
+            self.line.send((at, self.period))
             self.answer(MADE)
-        except AhcError:
-            raise
         except Exception as error:
-            raise AhcError(f"--controller {self.text}: for {scene.name}: {error}") from None
-        self.made = True
+            raise _named(error, f"--controller {self.text}: for {at.name}") from None
 
     def __call__(self, row: np.record) -> list[WinchCommand | FlapCommand]:
-        """Its commands on a row of tick output, as a whole."""
-        return self.ask(row.tobytes())
-
-    def ask(self, seen: bytes | tuple) -> list[WinchCommand | FlapCommand]:
-        """Its commands on what it is sent."""
+        """Its commands on a row of tick output."""
+        if self.heard and not self.rig:
+            self.rig = rig_of(self.scene, row)
+            self._make(self.rig)
+        readings = (int(row["time"]), *(float(row[name]) for name in READINGS))
         with suppress(OSError):  # its end is said below
-            self.line.send(seen)
+            self.line.send(readings if self.heard else row.tobytes())
         return [
             WinchCommand(payout=a, rate=b, time_ns=at) if kind == "winch" else FlapCommand(angles=a, time_ns=at)
             for kind, a, b, at in self.answer(ASKED)
@@ -159,17 +160,8 @@ class Remote:
         self.line.close()
 
 
-class Hearing:
-    """Controller of a run on the track for prediction: of the row it sends on what the MRU gave."""
-
-    def __init__(self, remote: Remote, scene: Scene, period: float) -> None:
-        self.remote, self.scene, self.period = remote, scene, period
-
-    def __call__(self, row: np.record) -> list[WinchCommand | FlapCommand]:
-        """Its commands on the readings in a row."""
-        if not self.remote.made:
-            self.remote.make(rig_of(self.scene, row), self.period)
-        return self.remote.ask((int(row["time"]), *(float(row[name]) for name in READINGS)))
+def _named(error: Exception, where: str, remedy: str = "") -> AhcError:
+    return error if isinstance(error, AhcError) else AhcError(f"{where}: {error}{remedy}")
 
 
 def _serve(line: Connection, text: str) -> None:

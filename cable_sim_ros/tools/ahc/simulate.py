@@ -29,24 +29,11 @@ from ...sim.live_parameters import set_live
 from ...sim.scene import Scene
 from ...sim.simulator import Simulator
 from ...sim.verdict import FAILED, OK, Verdict, verdict_of
-from .definition import (
-    CONTROL,
-    HEARD_CONTROL,
-    MRU,
-    TWIN,
-    Cell,
-    Class,
-    Place,
-    condition,
-    motion,
-    place,
-    scaled,
-    scene_file,
-    version_of,
-)
+from . import definition
+from .definition import CONTROL, TWIN, Cell, Class, Place, condition, motion, place, scaled, scene_file
 from .entrants import LAW, PROGRAM, Entrant, words_of
 from .motions import motion_for, with_gaps
-from .remote import AhcError, Hearing, Remote
+from .remote import AhcError, Remote
 
 CHANGE = 1.0  # s: live changes come at whole multiples of it, where no controller is asked in between
 SCENE, PERIOD = "AHC_SCENE", "AHC_PERIOD"  # what the program finds in its environment: file of the scene; s
@@ -129,10 +116,11 @@ def motion_of_cell(cell: Cell, duration: float) -> RecordedTow:
 
 def run_cell(entrant: Entrant, cell: Cell, span: Span) -> Done:
     """The run of an entrant in a cell; what cannot be run says why."""
-    one, at, version = condition(cell.condition), place(cell.scene), version_of(cell)
+    one, at, version = condition(cell.condition), place(cell.scene), definition.version_of(cell)
     if version not in entrant.tracks:
         return Done(None, SKIPPED, f"its entry is not for {version}")
-    if version == MRU and entrant.kind == PROGRAM:
+    heard = version == definition.MRU
+    if heard and entrant.kind == PROGRAM:
         return Done(None, SKIPPED, f"a program of rclpy hears every topic; {version} takes FILE.py:NAME")
     if missing := missing_keys(one):
         return Done(None, SKIPPED, f"this version has no key {missing[0]}")
@@ -150,12 +138,10 @@ def run_cell(entrant: Entrant, cell: Cell, span: Span) -> Done:
             return through_topics(entrant, scene, tow, duration, period_of(at), changes, one.expected)
         if entrant.kind == LAW:
             return offline(scene, tow, duration, None, period_of(at), changes, one.expected)
-        period = period_of(at, HEARD_CONTROL if version == MRU else CONTROL)
+        period = period_of(at, definition.HEARD_CONTROL if heard else CONTROL)
         with closing(Remote(entrant.what)) as remote:
-            if version == MRU:
-                return offline(scene, tow, duration, Hearing(remote, scene, period), period, changes, one.expected)
-            remote.make(scene, period)
-            return offline(scene, tow, duration, remote, period, changes, one.expected)
+            controller = remote.begin(scene, period, heard)
+            return offline(scene, tow, duration, controller, period, changes, one.expected)
     except SceneError as error:
         of_law = entrant.kind == LAW and _serves(cell)
         return Done(None, SKIPPED if of_law else FAILED, " ".join(str(error).split()))

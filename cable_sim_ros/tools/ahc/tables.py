@@ -134,47 +134,32 @@ def _deviation(rows: list[Row]) -> str:
     return _said(rows, Column("", DEVIATION, _mean, "{:+.0%}")).replace("%", " %")
 
 
-def scores(rows: Sequence[Row]) -> list[tuple[str, ...]]:
-    """A line for each entrant of one track, the best first: score, the mean of each metric, cells that count as 0."""
-    lines: list[tuple[str, ...]] = [
-        ("entrant", "score", *(one.name for one in METRICS), "cells", "disqualified", "not run")
-    ]
-    found = score_of(rows)["entrants"]
-    for name in sorted(found, key=lambda name: -found[name]["score"]):
-        one = found[name]
-        metrics = (f"{one[metric.name]:.3f}" for metric in METRICS)
-        counts = (str(one[key] or "-") for key in ("cells", "disqualified", "not_run"))
-        lines.append((name, f"{one['score']:.1f}", *metrics, *counts))
-    return lines
-
-
 def _on(rows: Sequence[Row], version: str) -> list[Row]:
     """Rows of a track."""
     return [row for row in rows if definition.version_of(cell_of(row)) == version]
 
 
-def score_table(rows: Sequence[Row]) -> str:
-    """Scores on both tracks, by the score on that for prediction."""
-    versions = (definition.VERSION, definition.MRU)
+def scores(rows: Sequence[Row]) -> list[tuple[str, ...]]:
+    """A line for each entrant, the best first: score on each track, mean metrics in percent, cells that count as 0."""
+    versions = [one for one in (definition.VERSION, definition.MRU) if _on(rows, one)]
     found = [score_of(_on(rows, version))["entrants"] for version in versions]
     parts = ", ".join(one.name for one in METRICS)
-    lines: list[tuple[str, ...]] = [
-        ("entrant", *(head for version in versions for head in (f"`{version}`", parts, "0")))
-    ]
-
-    def best(name: str) -> tuple[float, ...]:
-        return tuple(-one[name]["score"] if name in one else 0.0 for one in reversed(found))
-
-    for name in sorted(dict.fromkeys(row["entrant"] for row in rows), key=best):
+    lines: list[tuple[str, ...]] = [("entrant", *(head for one in versions for head in (one, parts, "count as 0")))]
+    names = dict.fromkeys(row["entrant"] for row in rows)
+    for name in sorted(names, key=lambda name: [-one[name]["score"] if name in one else 0.0 for one in found[::-1]]):
         line = [f"`{name}`"]
         for of in (one.get(name) for one in found):
-            if of is None:
-                line += ["-", "-", "-"]
-                continue
-            out = f"{of['disqualified'] + of['not_run']} of {of['cells']}"
-            line += [f"{of['score']:.1f}", ", ".join(f"{100.0 * of[one.name]:.0f}" for one in METRICS), out]
+            line += (
+                ["-"] * 3
+                if of is None
+                else [
+                    f"{of['score']:.1f}",
+                    ", ".join(f"{100.0 * of[one.name]:.0f}" for one in METRICS),
+                    f"{of['disqualified'] + of['not_run']} of {of['cells']}",
+                ]
+            )
         lines.append(tuple(line))
-    return markdown_table(lines)
+    return lines
 
 
 def _seeds(rows: Sequence[Row]) -> list[Row]:
@@ -190,7 +175,7 @@ def results(rows: Sequence[Row]) -> str:
     truth, heard = (_on(rows, version) for version in (definition.VERSION, definition.MRU))
     ideal = matrix([row for row in truth if row["class"] == "ideal"], "scene", _pair)
     thesis = (THESIS[0], *(THESIS[1] if name == "`full_scale`" else "-" for name in ideal[0][1:]))
-    parts = [score_table(rows), markdown_table([*ideal, thesis])]
+    parts = [markdown_table(scores(rows)), markdown_table([*ideal, thesis])]
     classes = turned("class", matrix([row for row in truth if row["rank"] == BUILT_IN], "class", _deviation))
     like = next((line[1:] for line in classes if line[0] == "`measured`"), None)
     parts.append(markdown_table([line for line in classes if line[0] == "`measured`" or line[1:] != like]))
