@@ -386,8 +386,11 @@ def markdown() -> str:
         *((f"`{m.name}`", m.what, str(seed(m.name) or "-")) for m in (*MOTIONS, *SECOND)),
     ]
     classes: list[tuple[str, ...]] = [("class", "what it is", "scenes and motions", "fault [s]")]
+    first: dict[tuple[str, ...], str] = {("*", "*"): "all"}
     for one in (*CLASSES, *HEARD):
-        where = "all" if (*one.scenes, *one.motions) == ("*", "*") else ", ".join((*one.scenes, *one.motions))
+        among = *one.scenes, *one.motions
+        where = first.get(among, ", ".join(among))
+        first.setdefault(among, f"as `{one.name}`")
         when = "-" if one.fault is None else f"{one.fault[0]:g} to {one.fault[1]:g}"
         classes.append((f"`{one.name}`", one.what, where, when))
     return "\n\n".join(markdown_table(rows) for rows in (parts, moved, drives, classes))

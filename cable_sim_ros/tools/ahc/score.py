@@ -31,7 +31,7 @@ METRICS = (
     Metric("place", "1 - depth_rms_m over that of the twin", _left("depth_rms_m")),
     Metric(
         "energy",
-        "1 - energy_j over (20 pi x tension_mean_n of the twin x input_rms_m): hauling at the rms speed of a 10 s wave",
+        "1 - energy_j over 20 pi x tension_mean_n of the twin x input_rms_m: hauling at the rms speed of a 10 s wave",
         lambda run, twin: 1.0 - run["energy_j"] / (WAVE * twin["tension_mean_n"] * run["input_rms_m"]),
     ),
     Metric(
@@ -41,9 +41,9 @@ METRICS = (
     ),
 )
 RULES = (
-    "each metric is capped to 0 and 1, and the score is 100 x the mean of the four over all cells",
-    "a snap, a crash, no answer or a broken rule disqualifies a cell: 0, the worst there is; so does a cell not run",
-    "held winches have 0 in tension and place and 1 in energy: a score below that of `hold` is worse than none",
+    "capped to 0 and 1 each; the score is 100 x their mean over all cells",
+    "a cell with a snap, a crash, no answer or a broken rule counts as 0, and so does one not run",
+    "`hold` has 0 in tension and place, 1 in energy: a score below its own is worse than none",
 )
 
 

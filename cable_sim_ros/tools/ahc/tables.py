@@ -9,7 +9,6 @@ from ...terminal import markdown_table
 from . import definition
 from .benchmark import Row
 from .board import cell_of
-from .entrants import BUILT_IN
 from .figures import FIGURES, NAMES, change
 from .remote import AhcError
 from .score import METRICS, RULES, score_of
@@ -115,12 +114,6 @@ def matrix(rows: Sequence[Row], key: str, form: Callable[[list[Row]], str]) -> l
     return lines
 
 
-def turned(name: str, lines: list[tuple[str, ...]]) -> list[tuple[str, ...]]:
-    """Columns as rows; name: of the first column then."""
-    head, *rest = zip(*lines, strict=True)
-    return [(name, *head[1:]), *rest]
-
-
 def _ran(rows: Sequence[Row], key: str, name: str) -> list[Row]:
     return [row for row in rows if row[key] == name and row["figures"] is not None]
 
@@ -151,7 +144,7 @@ def scores(rows: Sequence[Row]) -> list[tuple[str, ...]]:
         for of in (one.get(name) for one in found):
             line += (
                 ["-"] * 3
-                if of is None
+                if of is None or of["not_run"] == of["cells"]
                 else [
                     f"{of['score']:.1f}",
                     ", ".join(f"{100.0 * of[one.name]:.0f}" for one in METRICS),
@@ -170,15 +163,13 @@ def _seeds(rows: Sequence[Row]) -> list[Row]:
 
 
 def results(rows: Sequence[Row]) -> str:
-    """Tables of a leaderboard for docs/ahc.md: scores; with an ideal winch by scene, beside the thesis; and classes, of
-    the built-in laws and on the track for prediction."""
-    truth, heard = (_on(rows, version) for version in (definition.VERSION, definition.MRU))
+    """Tables of a leaderboard for docs/ahc.md: scores; with an ideal winch by scene, beside the thesis; on the track
+    for prediction by dead time and seeds."""
+    others = [row for row in rows if row["entrant"] != definition.TWIN]
+    truth, heard = (_on(others, version) for version in (definition.VERSION, definition.MRU))
     ideal = matrix([row for row in truth if row["class"] == "ideal"], "scene", _pair)
     thesis = (THESIS[0], *(THESIS[1] if name == "`full_scale`" else "-" for name in ideal[0][1:]))
     parts = [markdown_table(scores(rows)), markdown_table([*ideal, thesis])]
-    classes = turned("class", matrix([row for row in truth if row["rank"] == BUILT_IN], "class", _deviation))
-    like = next((line[1:] for line in classes if line[0] == "`measured`"), None)
-    parts.append(markdown_table([line for line in classes if line[0] == "`measured`" or line[1:] != like]))
     if heard:
         ran = [row for row in heard if any(one["figures"] for one in heard if one["entrant"] == row["entrant"])]
         parts.append(markdown_table(matrix([*ran, *_seeds(ran)], "class", _deviation)))
@@ -187,9 +178,8 @@ def results(rows: Sequence[Row]) -> str:
 
 def score_markdown() -> str:
     """What the score is, for docs/ahc.md."""
-    return "\n".join(
-        f"* {line}" for line in (*(f"`{one.name}`: {one.formula}" for one in METRICS), *(f"{rule}." for rule in RULES))
-    )
+    metrics = markdown_table([("metric", "is"), *((f"`{one.name}`", one.formula) for one in METRICS)])
+    return "\n".join((metrics, "", *(f"* {rule}." for rule in RULES)))
 
 
 def cells_markdown(rows: Sequence[Row]) -> str:
