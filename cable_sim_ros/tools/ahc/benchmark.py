@@ -25,7 +25,7 @@ from .simulate import Done, Span, run_cell
 FULL = Span(definition.DURATION, definition.START_UP)
 SHORT = Span(definition.QUICK_DURATION, definition.QUICK_START_UP)
 Row = dict[str, Any]
-COST = {LAW: 4.0, CALLABLE: 16.0, PROGRAM: 90.0}  # s of one core for a run of 120 s; figures.md says on which
+COST = {LAW: 4.0, CALLABLE: 16.0, PROGRAM: 90.0}  # s of a core of docs/figures.md, for a run of 120 s
 ROOT = Path(__file__).resolve().parents[3]
 
 
