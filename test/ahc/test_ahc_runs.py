@@ -261,4 +261,4 @@ def test_a_leaderboard_that_does_not_repeat_is_said_with_code_1(tmp_path):
     done = call("hold", *options)
     assert done.exit_code == 1 and "hold lowered/lmg1903/ideal: tension_std_n = " in done.output
     done = call("hold", *options, "--json")
-    assert [one["what"] for one in json.loads(done.output)] == ["tension_std_n"]
+    assert [one["what"] for one in json.loads(done.stdout)] == ["tension_std_n"]
