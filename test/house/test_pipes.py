@@ -33,7 +33,7 @@ READS = {  # options that name a file or bag that is read; a new option is put h
         "merge",
         "motion",
     ),
-    *("page", "rao", "scene", "ship", "vehicle", "winch"),
+    *("page", "rao", "reveal", "scene", "ship", "vehicle", "winch"),
 }
 OTHERS = {  # options of words, numbers and what is written
     *("align", "antenna", "astern", "band", "began", "bias", "body", "camera", "case", "cluster", "command"),

@@ -13,9 +13,9 @@ from ...files import open_file, read_text
 from ...terminal import clean
 from . import definition
 from .benchmark import Row, twin_cell
-from .definition import TOLERANCE, TWIN, VERSION, Cell
-from .entrants import AhcError
+from .definition import MRU, TOLERANCE, TWIN, VERSION, Cell
 from .figures import NAMES
+from .remote import AhcError
 
 HEAD = ("entrant", "rank", "benchmark", "definition", "product", "commit")
 PLACE = ("scene", "motion", "class", "seed", "state", "reason")
@@ -75,7 +75,7 @@ def read(path: Path) -> list[Row]:
 
 def text_of(rows: Iterable[Row]) -> str:
     """A leaderboard as CSV: entrants in their order, cells in that of the definition."""
-    order = {cell: k for k, cell in enumerate(definition.cells())}
+    order = {cell: k for k, cell in enumerate([*definition.cells(), *definition.cells(version=MRU)])}
     rows = list(rows)
     entrants = list(dict.fromkeys(row["entrant"] for row in rows))
     out = io.StringIO()
@@ -112,12 +112,13 @@ def merge(board: Sequence[Row], result: Mapping[str, Any], origin: str, replace:
     replace: rows of an entrant that stands there already are taken out first.
     """
     rows = rows_of(result)
-    problems = [*_other_definition(result), *_incomplete(rows), *_other_seeds(rows)]
+    problems = [*_other_definition(result), *_incomplete(rows, result["benchmark"]), *_other_seeds(rows)]
     names = dict.fromkeys(row["entrant"] for row in rows)
-    there = [name for name in names if any(row["entrant"] == name for row in board)]
+    mine = [row for row in board if row["entrant"] in names and row["benchmark"] == result["benchmark"]]
+    there = [name for name in names if any(row["entrant"] == name for row in mine)]
     if there and not replace:
         problems.append(f"{', '.join(there)}: stands on the leaderboard already; give --replace, or another --name")
-    kept = [row for row in board if row["entrant"] not in names]
+    kept = [row for row in board if row not in mine]
     if not problems:
         problems += _other_twin(kept, result["rows"])
     if problems:
@@ -128,17 +129,16 @@ def merge(board: Sequence[Row], result: Mapping[str, Any], origin: str, replace:
 
 
 def _other_definition(result: Mapping[str, Any]) -> Iterator[str]:
-    if result["benchmark"] != VERSION:
+    if result["benchmark"] not in (VERSION, MRU):
         yield f"benchmark = {result['benchmark']}, this is {VERSION}: run it with this version"
-    elif result["definition"] != definition.digest():
+    elif result["definition"] != (known := definition.digest(result["benchmark"])):
         yield (
-            f"definition = {result['definition']}, that of this version is {definition.digest()}: run it with this "
-            "version, unedited"
+            f"definition = {result['definition']}, that of this version is {known}: run it with this version, unedited"
         )
 
 
-def _incomplete(rows: Sequence[Row]) -> Iterator[str]:
-    wanted = {*definition.cells()}
+def _incomplete(rows: Sequence[Row], version: str) -> Iterator[str]:
+    wanted = {*definition.cells(version=version)}
     for name in dict.fromkeys(row["entrant"] for row in rows):
         cells = [cell_of(row) for row in rows if row["entrant"] == name]
         missing = sorted(wanted - set(cells))
@@ -146,11 +146,11 @@ def _incomplete(rows: Sequence[Row]) -> Iterator[str]:
         if missing:
             yield f"{name} lacks {len(missing)} of {len(wanted)} cells, the first {missing[0]}: run all of them"
         if odd or len(cells) > len(set(cells)):
-            yield f"{name} has a cell twice, or one that {VERSION} does not have: run it again"
+            yield f"{name} has a cell twice, or one that {version} does not have: run it again"
 
 
 def _other_seeds(rows: Sequence[Row]) -> Iterator[str]:
-    known = {one.name: definition.seed(one.name) for one in definition.MOTIONS}
+    known = {one.name: definition.seed(one.name) for one in (*definition.MOTIONS, *definition.SECOND)}
     for row in rows:
         if row["motion"] in known and row["seed"] != known[row["motion"]]:
             yield f"seed of {row['motion']} = {row['seed']}, that of {VERSION} is {known[row['motion']]}"

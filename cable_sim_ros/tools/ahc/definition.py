@@ -247,6 +247,39 @@ CLASSES = (
     _faulty("command", "lost", 0.0, "no command reaches the winch"),
 )
 
+# The track for prediction: what an MRU gives in place of the truth, dead times, a second set of seeds. Its cells are
+# beside those of VERSION and have a definition of their own.
+MRU = "ahc-1-mru"
+HEARD_CONTROL = 0.05  # s between two commands there
+HEARING = {  # noise and lag of a good MRU, a choice; its high-pass is 0.15 rad ahead at 10 s
+    "instruments.feed": "instruments",
+    "instruments.mru.on": True,
+    "instruments.mru.latency": 0.04,
+    "instruments.mru.heave_period": 100.0,
+    "instruments.mru.heave_noise": 0.002,
+    "instruments.mru.velocity_noise": 0.005,
+    "instruments.mru.angle_noise": 1e-4,
+}
+SECOND = (
+    Motion("sea_2m_b", "sea_2m with a second seed", values=_sea(2.0, 8.0, 20270115)),
+    Motion("sea_4m_b", "sea_4m with a second seed", values=_sea(4.0, 10.0, 20270116)),
+)
+HEARD_MOTIONS = ("nbp1406", "sea_2m", "sea_4m", "sea_2m_b", "sea_4m_b")
+HEARD_SCENES = ("full_scale", "lowered", "deep")
+HEARD = tuple(
+    Class(
+        f"heard_{ms}",
+        f"an MRU of noise and lag, dead time of the drive, {ms} ms",
+        {**HEARING, "drive.dead_time": 1e-3 * ms},
+        twin=f"heard_{ms}",
+        scenes=HEARD_SCENES,
+        motions=HEARD_MOTIONS,
+    )
+    for ms in (100, 200, 400)
+)
+# `sealed` of a scene with its seeds and a salt, which a later version opens: nobody tunes to it before
+HELD_OUT = "ac400058d407aff9628f308756b06ae70d36c178bd794fba03adf3a7dea8b77b"
+
 DIMENSIONS = {  # power of the scale of a value by its key; keys that are not here have none, or stand with their scene
     "drive.dead_time": TIME,
     "drive.bandwidth": -TIME,
@@ -267,23 +300,28 @@ def place(name: str) -> Place:
 
 def motion(name: str) -> Motion:
     """A motion by its name."""
-    return next(one for one in MOTIONS if one.name == name)
+    return next(one for one in (*MOTIONS, *SECOND) if one.name == name)
 
 
 def condition(name: str) -> Class:
     """A class by its name."""
-    return next(one for one in CLASSES if one.name == name)
+    return next(one for one in (*CLASSES, *HEARD) if one.name == name)
 
 
-def cells(patterns: tuple[str, ...] = ("*",)) -> list[Cell]:
-    """Every cell of the benchmark that one of the patterns of SCENE/MOTION/CLASS fits, in order."""
-    return [cell for cell in _all() if any(fnmatch(str(cell), pattern) for pattern in patterns)]
+def version_of(cell: Cell) -> str:
+    """The track that a cell belongs to."""
+    return MRU if any(one.name == cell.condition for one in HEARD) else VERSION
 
 
-def _all() -> Iterator[Cell]:
+def cells(patterns: tuple[str, ...] = ("*",), version: str = VERSION) -> list[Cell]:
+    """Every cell of a track that one of the patterns of SCENE/MOTION/CLASS fits, in order."""
+    return [cell for cell in _all(version) if any(fnmatch(str(cell), pattern) for pattern in patterns)]
+
+
+def _all(version: str) -> Iterator[Cell]:
     for at in SCENES:
-        for moved in MOTIONS:
-            for one in CLASSES:
+        for moved in MOTIONS if version == VERSION else (*MOTIONS, *SECOND):
+            for one in CLASSES if version == VERSION else HEARD:
                 if _among(at.name, one.scenes) and _among(moved.name, one.motions):
                     yield Cell(at.name, moved.name, one.name)
 
@@ -315,15 +353,22 @@ def bag_of(moved: Motion) -> Path:
     return share_folder() / "bags" / moved.bag
 
 
-def digest() -> str:
+def digest(version: str = VERSION) -> str:
     """Twelve letters that say which definition a result belongs to, with what stands in its shipped scenes."""
-    data = [
+    data: list[Any] = [
         VERSION,
         *(parse(read_text(scene_file(at)))[0] for at in SCENES),
         *(DURATION, START_UP, CONTROL, BAND, SLACK, HULL, DIMENSIONS),
         *([one._asdict() for one in table] for table in (SCENES, MOTIONS, CLASSES)),
     ]
+    if version == MRU:
+        data += [MRU, HEARD_CONTROL, HELD_OUT, *([one._asdict() for one in table] for table in (SECOND, HEARD))]
     return hashlib.sha256(json.dumps(data, default=dict, sort_keys=True).encode()).hexdigest()[:12]
+
+
+def sealed(text: str) -> str:
+    """SHA-256 of the data of a YAML text, whatever its layout: what HELD_OUT is of its file. Raises YamlError."""
+    return hashlib.sha256(json.dumps(parse(text)[0], sort_keys=True).encode()).hexdigest()
 
 
 def markdown() -> str:
@@ -338,11 +383,14 @@ def markdown() -> str:
         drives.append((f"`{at.name}`", *(_said(at.drive[key]) for _, key in OF_DRIVE)))
     moved: list[tuple[str, ...]] = [
         ("motion", "what it is", "seed"),
-        *((f"`{m.name}`", m.what, str(seed(m.name) or "-")) for m in MOTIONS),
+        *((f"`{m.name}`", m.what, str(seed(m.name) or "-")) for m in (*MOTIONS, *SECOND)),
     ]
     classes: list[tuple[str, ...]] = [("class", "what it is", "scenes and motions", "fault [s]")]
-    for one in CLASSES:
-        where = "all" if (*one.scenes, *one.motions) == ("*", "*") else ", ".join((*one.scenes, *one.motions))
+    first: dict[tuple[str, ...], str] = {("*", "*"): "all"}
+    for one in (*CLASSES, *HEARD):
+        among = *one.scenes, *one.motions
+        where = first.get(among, ", ".join(among))
+        first.setdefault(among, f"as `{one.name}`")
         when = "-" if one.fault is None else f"{one.fault[0]:g} to {one.fault[1]:g}"
         classes.append((f"`{one.name}`", one.what, where, when))
     return "\n\n".join(markdown_table(rows) for rows in (parts, moved, drives, classes))

@@ -2,33 +2,30 @@
 
 from __future__ import annotations
 
-import importlib.util
 import shlex
-from collections.abc import Callable
+from functools import cache
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
-from ...errors import CableSimError
-from ...files import regular
+from ...files import read_text, regular
+from ...io.scenes.yaml12 import YamlError, parse
 from ...physics.heave_compensation import SetpointLaw
-from ...runs.controller import Controller
-from ...sim.scene import Scene
+from .definition import MRU, VERSION
+from .remote import AhcError, Remote
 
 LAW, CALLABLE, PROGRAM = "law", "callable", "program"
 BUILT_IN, EXTERNAL = "built-in", "external"
-Maker = Callable[[Scene, float], Controller]
-
-
-class AhcError(CableSimError, ValueError):
-    """What the benchmark cannot be run, merged or checked with."""
+ENTRY, ENTRY_KEYS = "entry.yaml", ("name", "file", "author", "source")
+TRACKS = {"truth": VERSION, "mru": MRU}
 
 
 class Entrant(NamedTuple):
-    """A row of the leaderboard: its name, what kind it is, and the law, ``file.py:make`` or command line."""
+    """A row of the leaderboard: its name, what kind it is, the law, ``file.py:make`` or command line; tracks for it."""
 
     name: str
     kind: str
     what: str
+    tracks: tuple[str, ...] = tuple(TRACKS.values())
 
     @property
     def rank(self) -> str:
@@ -48,19 +45,19 @@ def laws(names: tuple[str, ...] = ()) -> list[Entrant]:
 def external(name: str | None, controller: str | None, command: str | None) -> Entrant:
     """The entrant of --controller or --command. Raises AhcError where it cannot be started."""
     if controller is not None:
-        maker_of(controller)
+        Remote(controller).close()
         return Entrant(_named(name or Path(controller.rpartition(":")[0]).stem), CALLABLE, controller)
     words = _words(command or "")
     scripts = [word for word in words if word.endswith(".py")]
     return Entrant(_named(name or Path((scripts or words)[0]).stem), PROGRAM, command or "")
 
 
-def _named(name: str) -> str:
+def _named(name: str, where: str = "--name") -> str:
     known = [law.value for law in SetpointLaw]
     if name in known or not name.isprintable() or not name.strip() or "," in name or '"' in name:
         raise AhcError(
-            f"--name {name!r}: is a law of the product, empty, or has a comma, a quote or a control character; nothing "
-            f"was run. Give the name that your rows shall have on the leaderboard"
+            f"{where} {name!r}: is a law of the product, empty, or has a comma, a quote or a control character; "
+            f"nothing was run. Give the name that your rows shall have on the leaderboard"
         )
     return name
 
@@ -80,47 +77,39 @@ def words_of(entrant: Entrant) -> list[str]:
     return _words(entrant.what)
 
 
-def maker_of(text: str) -> Maker:
-    """The function ``make(scene, period)`` of ``my_file.py:make``. Raises AhcError."""
-    file, colon, name = text.rpartition(":")
-    remedy = "Give FILE.py:NAME of a function make(scene, period) that returns a controller(row)"
-    if not colon or not file or not name.isidentifier():
-        raise AhcError(f"--controller {text}: is no FILE.py:NAME; nothing was run. {remedy}")
+def entries(folder: Path) -> list[Entrant]:
+    """The entrants of a folder: its entry.yaml has for each a mapping of name, file (FILE.py, with make), author,
+    source and, where it is not for both, tracks. Raises AhcError."""
+    path = folder / ENTRY
+    remedy = "Give a line such as {name: ours, file: ours.py, author: A. Person, source: where the law is described}"
     try:
-        path = regular(file)
-    except FileNotFoundError:
-        raise AhcError(f"--controller {text}: there is no file {file}; nothing was run. {remedy}") from None
-    spec = importlib.util.spec_from_file_location(f"ahc_controller_{path.stem}", path)
-    if spec is None or spec.loader is None:
-        raise AhcError(f"--controller {text}: {file} is no Python file; nothing was run. {remedy}")
-    module = importlib.util.module_from_spec(spec)
-    try:
-        spec.loader.exec_module(module)
-    except Exception as error:  # whatever the file of the user does
-        raise AhcError(
-            f"--controller {text}: {file} raised {type(error).__name__}: {error}; nothing was run. Correct it"
-        ) from error
-    made: Any = getattr(module, name, None)
-    if not callable(made):
-        what = "has no" if made is None else f"has no function but a {type(made).__name__}"
-        raise AhcError(f"--controller {text}: {file} {what} {name}; nothing was run. {remedy}")
-    return made
+        found, _ = parse(read_text(path))
+    except OSError as error:
+        raise AhcError(f"{path}: cannot be read ({error.strerror}); nothing was run. {remedy}") from None
+    except YamlError as error:
+        raise AhcError(f"{path}: {error}; nothing was run. {remedy}") from None
+    entrants = []
+    for one in found if isinstance(found, list) else [found]:
+        given = one if isinstance(one, dict) else {}
+        wrong = [key for key in ENTRY_KEYS if not isinstance(given.get(key), str)]
+        wrong += [str(key) for key in given if key not in (*ENTRY_KEYS, "tracks")]
+        tracks = given.get("tracks", [*TRACKS])
+        if wrong or not isinstance(tracks, list) or not tracks or not {*map(str, tracks)} <= {*TRACKS}:
+            what = f"{wrong[0]} is missing, or no key of it" if wrong else f"tracks = {tracks}, of truth and mru"
+            raise AhcError(f"{path}: {what}; nothing was run. {remedy}")
+        text = f"{folder / given['file']}:make"
+        Remote(text).close()
+        name = _named(given["name"], f"{path}: name")
+        entrants.append(Entrant(name, CALLABLE, text, tuple(TRACKS[track] for track in tracks)))
+    if not entrants or len({one.name for one in entrants}) < len(entrants):
+        raise AhcError(f"{path}: has no entrant, or two of one name; nothing was run. {remedy}")
+    return entrants
 
 
-def controller_of(text: str, scene: Scene, period: float) -> Controller:
-    """A new controller for a run of a scene, asked every ``period`` [s]. Raises AhcError."""
-    try:
-        made = maker_of(text)(scene, period)
-    except AhcError:
-        raise
-    except Exception as error:  # whatever the function of the user does
-        raise AhcError(
-            f"--controller {text}: for {scene.name} it raised {type(error).__name__}: {error}. It is called with the "
-            f"scene and the control period [s]"
-        ) from error
-    if not callable(made):
-        raise AhcError(
-            f"--controller {text}: for {scene.name} it returned a {type(made).__name__}, no callable. Return a "
-            f"controller(row) that returns a WinchCommand or None"
-        )
-    return made
+@cache
+def source_of(entrant: Entrant) -> str:
+    """Text of the Python files that a controller is made of: its own and those beside it; else what it is."""
+    if entrant.kind != CALLABLE:
+        return entrant.what
+    folder = regular(entrant.what.rpartition(":")[0]).parent
+    return "".join(read_text(path) for path in sorted(folder.glob("*.py")))

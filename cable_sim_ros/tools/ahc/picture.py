@@ -10,6 +10,9 @@ from typing import TYPE_CHECKING
 from ...plots.canvas import canvas
 from ...plots.run import BLUE, FAINT, INK, ORANGE, PORT, PURPLE, STARBOARD
 from .benchmark import Row
+from .board import cell_of
+from .definition import MRU, VERSION, version_of
+from .score import score_of
 from .tables import overshoot
 
 if TYPE_CHECKING:
@@ -20,7 +23,7 @@ SIZE, ROOM = (16.0, 10.5), 10  # inches, and classes that it has room for
 COLOURS, MARKS = (BLUE, ORANGE, STARBOARD, PORT, PURPLE, "#b08a1e", "#3aa6a6"), "osD^vP*"
 HELD = "hold"  # left out: it is what the others are compared with
 THESIS = {"deviation": 9.0, "volume": 11.0}  # % left, Westin (2018), full scale under another motion
-DEAD = re.compile(r"dead_(\d+)$")
+DEAD = re.compile(r"(dead|heard)_(\d+)$")
 IDEAL = "ideal"
 
 
@@ -29,9 +32,11 @@ def draw(rows: Sequence[Row], out: Path, title: str) -> Path:
     ran, looks = drawn(rows)
     taller = max(0, len({row["class"] for row in ran}) - ROOM)  # classes that need room of their own
     heading = f"Heave compensators on {title}: what is left of the held winch"
-    with canvas(out, (SIZE[0], SIZE[1] + 0.22 * taller), heading, "benchmark `cable-sim ahc`") as figure:
+    heights = [1.0, 1.15 + 0.05 * taller, 0.25 + 0.08 * len(looks)]
+    size = SIZE[0], SIZE[1] + 0.22 * taller + 4.5 * heights[2]
+    with canvas(out, size, heading, "benchmark `cable-sim ahc`") as figure:
         figure.get_layout_engine().set(w_pad=0.2, h_pad=0.15)
-        panels = figure.subplots(2, 2, gridspec_kw={"height_ratios": [1.0, 1.15 + 0.05 * taller]})
+        panels = figure.subplots(3, 2, gridspec_kw={"height_ratios": heights})
         by_scene(panels[0, 0], ran, looks)
         dead_time(panels[0, 1], ran, looks)
         by_class(panels[1, 0], ran, looks, "Deviation of the tension, by class", deviation, "% of the twin's")
@@ -43,6 +48,10 @@ def draw(rows: Sequence[Row], out: Path, title: str) -> Path:
             overshoot,
             "largest of all runs, deviations of the twin",
         )
+        grid = panels[2, 0].get_gridspec()
+        for axes in panels[2]:
+            axes.remove()
+        by_score(figure.add_subplot(grid[2, :]), rows, looks)
         handles = key(panels[0, 0], ran, looks)
         if handles:
             figure.legend(handles=handles, loc="outside lower center", ncols=min(len(handles), 3), fontsize=11)
@@ -53,7 +62,9 @@ def drawn(rows: Sequence[Row]) -> tuple[list[Row], dict[str, tuple[str, str]]]:
     """The rows that can be drawn, and colour and mark of each entrant."""
     ran = [row for row in rows if row["figures"] and row["twin"]]
     names = [name for name in dict.fromkeys(row["entrant"] for row in ran) if name != HELD]
-    looks = {name: (COLOURS[k % len(COLOURS)], MARKS[k % len(MARKS)]) for k, name in enumerate(names)}
+    looks = {
+        name: (COLOURS[k % len(COLOURS)], MARKS[(k + k // len(COLOURS)) % len(MARKS)]) for k, name in enumerate(names)
+    }
     return [row for row in ran if row["entrant"] in looks], looks
 
 
@@ -118,21 +129,41 @@ def by_scene(axes: Axes, rows: Sequence[Row], looks: Mapping[str, tuple[str, str
 
 
 def dead_time(axes: Axes, rows: Sequence[Row], looks: Mapping[str, tuple[str, str]]) -> None:
-    """Deviation of the tension over the dead time of the drive, a line for each entrant."""
-    axes.set_title("Dead time of the drive", size=13)
+    """Deviation of the tension over the dead time of the drive, a line for each entrant; by an MRU dashed and open."""
+    axes.set_title("Dead time of the drive\n(open: heard by an MRU)", size=13)
     for name, (colour, mark) in looks.items():
-        points = []
+        points: dict[str, list[tuple[int, float]]] = {"dead": [], "heard": []}
         for one in dict.fromkeys(row["class"] for row in rows):
             found = DEAD.match(one)
             mine = [row for row in rows if (row["entrant"], row["class"]) == (name, one)]
             if (found or one == IDEAL) and (value := mean(mine, deviation)) is not None:
-                points.append((int(found[1]) if found else 0, value))
-        if points:
-            axes.plot(*zip(*sorted(points), strict=True), mark + "-", color=colour, lw=2.0, ms=8)
+                points[found[1] if found else "dead"].append((int(found[2]) if found else 0, value))
+        for kind, face, line in (("dead", colour, "-"), ("heard", "white", "--")):
+            if points[kind]:
+                axes.plot(*zip(*sorted(points[kind]), strict=True), mark + line, color=colour, mfc=face, lw=1.8, ms=8)
     if axes.lines:
         axes.set_ylim(bottom=0.0)
     axes.set_xlabel("ms, at full scale")
     axes.set_ylabel("deviation of the tension,\n% of the twin's, mean of all runs")
+
+
+def by_score(axes: Axes, rows: Sequence[Row], looks: Mapping[str, tuple[str, str]]) -> None:
+    """Score by entrant, by the truth filled and by an MRU open; dashed lines: the held winch."""
+    names = [*looks][::-1]
+    for version, full, line in ((VERSION, True, "--"), (MRU, False, ":")):
+        mine = [row for row in rows if version_of(cell_of(row)) == version]
+        found = score_of(mine)["entrants"]
+        for at, name in enumerate(names):
+            colour, mark = looks[name]
+            if name in found and found[name]["not_run"] < found[name]["cells"]:
+                face = colour if full else "white"
+                axes.plot(found[name]["score"], at, mark, color=colour, mfc=face, mew=1.8, ms=9)
+        if HELD in found:
+            axes.axvline(found[HELD]["score"], color=INK, lw=1.2, ls=line)
+    axes.set_title("Score (filled: the truth; open: heard by an MRU; lines: the held winch)", size=13)
+    axes.set_yticks(range(len(names)), names)
+    axes.set_ylim(-0.6, max(len(names), 1) - 0.4)
+    axes.set_xlim(0.0, 100.0)
 
 
 def by_class(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import tempfile
 import warnings
+from contextlib import closing
 from functools import lru_cache
 from importlib.util import find_spec
 from math import isclose
@@ -28,9 +29,11 @@ from ...sim.live_parameters import set_live
 from ...sim.scene import Scene
 from ...sim.simulator import Simulator
 from ...sim.verdict import FAILED, OK, Verdict, verdict_of
+from . import definition
 from .definition import CONTROL, TWIN, Cell, Class, Place, condition, motion, place, scaled, scene_file
-from .entrants import CALLABLE, LAW, PROGRAM, AhcError, Entrant, controller_of, words_of
+from .entrants import LAW, PROGRAM, Entrant, words_of
 from .motions import motion_for, with_gaps
+from .remote import AhcError, Remote
 
 CHANGE = 1.0  # s: live changes come at whole multiples of it, where no controller is asked in between
 SCENE, PERIOD = "AHC_SCENE", "AHC_PERIOD"  # what the program finds in its environment: file of the scene; s
@@ -113,7 +116,12 @@ def motion_of_cell(cell: Cell, duration: float) -> RecordedTow:
 
 def run_cell(entrant: Entrant, cell: Cell, span: Span) -> Done:
     """The run of an entrant in a cell; what cannot be run says why."""
-    one, at = condition(cell.condition), place(cell.scene)
+    one, at, version = condition(cell.condition), place(cell.scene), definition.version_of(cell)
+    if version not in entrant.tracks:
+        return Done(None, SKIPPED, f"its entry is not for {version}")
+    heard = version == definition.MRU
+    if heard and entrant.kind == PROGRAM:
+        return Done(None, SKIPPED, f"a program of rclpy hears every topic; {version} takes FILE.py:NAME")
     if missing := missing_keys(one):
         return Done(None, SKIPPED, f"this version has no key {missing[0]}")
     pace = at.scale**0.5
@@ -128,8 +136,12 @@ def run_cell(entrant: Entrant, cell: Cell, span: Span) -> Done:
         changes = tuple((pace * when, key, value) for when, key, value in one.changes)
         if entrant.kind == PROGRAM:
             return through_topics(entrant, scene, tow, duration, period_of(at), changes, one.expected)
-        inner = controller_of(entrant.what, scene, period_of(at)) if entrant.kind == CALLABLE else None
-        return offline(scene, tow, duration, inner, period_of(at), changes, one.expected)
+        if entrant.kind == LAW:
+            return offline(scene, tow, duration, None, period_of(at), changes, one.expected)
+        period = period_of(at, definition.HEARD_CONTROL if heard else CONTROL)
+        with closing(Remote(entrant.what)) as remote:
+            controller = remote.begin(scene, period, heard)
+            return offline(scene, tow, duration, controller, period, changes, one.expected)
     except SceneError as error:
         of_law = entrant.kind == LAW and _serves(cell)
         return Done(None, SKIPPED if of_law else FAILED, " ".join(str(error).split()))
@@ -146,10 +158,10 @@ def _serves(cell: Cell) -> bool:
     return True
 
 
-def period_of(at: Place) -> float:
-    """Control period of a scene [s]: CONTROL at its scale, in whole ticks."""
+def period_of(at: Place, control: float = CONTROL) -> float:
+    """Control period of a scene [s]: that of full scale at its scale, in whole ticks."""
     tick = at.values["solver.tick"]
-    return max(1, round(CONTROL * at.scale**0.5 / tick)) * tick
+    return max(1, round(control * at.scale**0.5 / tick)) * tick
 
 
 def offline(

@@ -8,8 +8,10 @@ from typing import NamedTuple
 from ...terminal import markdown_table
 from . import definition
 from .benchmark import Row
-from .entrants import AhcError
+from .board import cell_of
 from .figures import FIGURES, NAMES, change
+from .remote import AhcError
+from .score import METRICS, RULES, score_of
 
 THESIS = ("Westin (2018), other motion", "-91 %, -89 %")  # deviation of the tension, volume of the ellipsoid
 
@@ -112,12 +114,6 @@ def matrix(rows: Sequence[Row], key: str, form: Callable[[list[Row]], str]) -> l
     return lines
 
 
-def turned(name: str, lines: list[tuple[str, ...]]) -> list[tuple[str, ...]]:
-    """Columns as rows; name: of the first column then."""
-    head, *rest = zip(*lines, strict=True)
-    return [(name, *head[1:]), *rest]
-
-
 def _ran(rows: Sequence[Row], key: str, name: str) -> list[Row]:
     return [row for row in rows if row[key] == name and row["figures"] is not None]
 
@@ -131,12 +127,59 @@ def _deviation(rows: list[Row]) -> str:
     return _said(rows, Column("", DEVIATION, _mean, "{:+.0%}")).replace("%", " %")
 
 
+def _on(rows: Sequence[Row], version: str) -> list[Row]:
+    """Rows of a track."""
+    return [row for row in rows if definition.version_of(cell_of(row)) == version]
+
+
+def scores(rows: Sequence[Row]) -> list[tuple[str, ...]]:
+    """A line for each entrant, the best first: score on each track, mean metrics in percent, cells that count as 0."""
+    versions = [one for one in (definition.VERSION, definition.MRU) if _on(rows, one)]
+    found = [score_of(_on(rows, version))["entrants"] for version in versions]
+    parts = ", ".join(one.name for one in METRICS)
+    lines: list[tuple[str, ...]] = [("entrant", *(head for one in versions for head in (one, parts, "count as 0")))]
+    names = dict.fromkeys(row["entrant"] for row in rows)
+    for name in sorted(names, key=lambda name: [-one[name]["score"] if name in one else 0.0 for one in found[::-1]]):
+        line = [f"`{name}`"]
+        for of in (one.get(name) for one in found):
+            line += (
+                ["-"] * 3
+                if of is None or of["not_run"] == of["cells"]
+                else [
+                    f"{of['score']:.1f}",
+                    ", ".join(f"{100.0 * of[one.name]:.0f}" for one in METRICS),
+                    f"{of['disqualified'] + of['not_run']} of {of['cells']}",
+                ]
+            )
+        lines.append(tuple(line))
+    return lines
+
+
+def _seeds(rows: Sequence[Row]) -> list[Row]:
+    """Rows of the seas, in whose class it stands which set of seeds they are of."""
+    second = {one.name for one in definition.SECOND}
+    seas = [row for row in rows if definition.seed(row["motion"]) is not None]
+    return [{**row, "class": f"{'second' if row['motion'] in second else 'first'} seeds"} for row in seas]
+
+
 def results(rows: Sequence[Row]) -> str:
-    """Two tables of a leaderboard for docs/ahc.md: scenes with an ideal winch, beside the thesis; and classes."""
-    ideal = matrix([row for row in rows if row["class"] == "ideal"], "scene", _pair)
+    """Tables of a leaderboard for docs/ahc.md: scores; with an ideal winch by scene, beside the thesis; on the track
+    for prediction by dead time and seeds."""
+    others = [row for row in rows if row["entrant"] != definition.TWIN]
+    truth, heard = (_on(others, version) for version in (definition.VERSION, definition.MRU))
+    ideal = matrix([row for row in truth if row["class"] == "ideal"], "scene", _pair)
     thesis = (THESIS[0], *(THESIS[1] if name == "`full_scale`" else "-" for name in ideal[0][1:]))
-    classes = turned("class", matrix(rows, "class", _deviation))
-    return f"{markdown_table([*ideal, thesis])}\n\n{markdown_table(classes)}"
+    parts = [markdown_table(scores(rows)), markdown_table([*ideal, thesis])]
+    if heard:
+        ran = [row for row in heard if any(one["figures"] for one in heard if one["entrant"] == row["entrant"])]
+        parts.append(markdown_table(matrix([*ran, *_seeds(ran)], "class", _deviation)))
+    return "\n\n".join(parts)
+
+
+def score_markdown() -> str:
+    """What the score is, for docs/ahc.md."""
+    metrics = markdown_table([("metric", "is"), *((f"`{one.name}`", one.formula) for one in METRICS)])
+    return "\n".join((metrics, "", *(f"* {rule}." for rule in RULES)))
 
 
 def cells_markdown(rows: Sequence[Row]) -> str:
@@ -164,7 +207,12 @@ def figures_markdown() -> str:
 
 def made(text: str, rows: Sequence[Row]) -> str:
     """A page with what is made of definition and leaderboard between its markers. AhcError where it has none."""
-    parts = {"results": results(rows), "definition": definition_markdown(), "figures": figures_markdown()}
+    parts = {
+        "results": results(rows),
+        "score": score_markdown(),
+        "definition": definition_markdown(),
+        "figures": figures_markdown(),
+    }
     for name, part in parts.items():
         begin, end = f"<!-- made: {name} -->\n", "\n<!-- made: end -->"
         head, sign, rest = text.partition(begin)
@@ -179,4 +227,5 @@ def made(text: str, rows: Sequence[Row]) -> str:
 
 def definition_markdown() -> str:
     """Head line and tables of the definition, for docs/ahc.md."""
-    return f"{definition.VERSION}, definition {definition.digest()}\n\n{definition.markdown()}"
+    heads = (f"{version}, definition {definition.digest(version)}" for version in (definition.VERSION, definition.MRU))
+    return f"{'; '.join(heads)}\n\n{definition.markdown()}"
