@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 PACKAGE = Path(__file__).resolve().parents[2] / "cable_sim_ros"
 COMPILERS = ("jit.py", "by_symbol.py", "kernel_form.py", "kernel_key.py", "kernel_cache.py", "compiling.py")
-COMPILERS += ("packaged.py", "kernel_reference.py")
+COMPILERS += ("packaged.py", "kernel_reference.py", "shortcuts.py")
 FILES = {
     "__init__.py": "",
     "physics/__init__.py": "",
