@@ -9,7 +9,8 @@ from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
 from cable_sim_ros.physics.integrate import coefficients
-from cable_sim_ros.physics.rate_loop import changed, early, follow_rate
+from cable_sim_ros.physics.rate_loop import _follow_rate as follow_rate
+from cable_sim_ros.physics.rate_loop import changed, early
 from cable_sim_ros.physics.winch import DRUM, WINCH
 from cable_sim_ros.physics.winch_drive import DRIVE, DRIVING, balance, begin_turn
 

@@ -12,17 +12,9 @@ from cable_sim_ros.physics.fluid import Fluid
 from cable_sim_ros.physics.hermite import shape
 from cable_sim_ros.physics.state import NOW, WAKE
 from cable_sim_ros.physics.substeps import NO_LIMIT
-from cable_sim_ros.physics.wake_oscillator import (
-    SATURATION,
-    WAKE_FLOW,
-    WAKE_Q,
-    WAKE_RATE,
-    Wake,
-    WakeLaw,
-    add_wake,
-    advance_wake,
-    oscillate,
-)
+from cable_sim_ros.physics.wake_oscillator import SATURATION, WAKE_FLOW, WAKE_Q, WAKE_RATE, Wake, WakeLaw, oscillate
+from cable_sim_ros.physics.wake_oscillator import _add_wake as add_wake
+from cable_sim_ros.physics.wake_oscillator import _advance_wake as advance_wake
 from cable_sim_ros.physics.water import Water
 from cable_sim_ros.sim.build import StepRules
 from cable_sim_ros.sim.rig.rig import Rig, RigError, cable_of
