@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import hashlib
 import os
+from collections.abc import Callable
 from pathlib import Path
 
 import numba
@@ -31,6 +32,11 @@ def foreign_folder() -> Path:
     return files.first().parent / digest.hexdigest()[:16]
 
 
+def plain(function: Callable) -> Callable:
+    """What a kernel is compiled from, as plain Python."""
+    return getattr(function, "py_func", function)
+
+
 numba.config.CACHE_DIR = str(foreign_folder())
 
 if PLAIN:
@@ -50,5 +56,6 @@ __all__ = [
     "inline",
     "link",
     "opaque",
+    "plain",
     "prepare",
 ]

@@ -8,6 +8,7 @@ from math import inf, pi, sqrt
 
 import numpy as np
 
+from ..compiler.jit import plain
 from ..physics.cable_assembly import Cable
 from ..physics.drag_laws import DragLaw
 from ..physics.fairing import Fairing, dressed
@@ -74,7 +75,7 @@ def begin_wakes(state: State, cable: Cable) -> None:
             state.nodes[NOW, WAKE, n, [WAKE_Q, WAKE_S]] = START * np.cos(phase), START * np.sin(phase)
 
 
-_section_of_node = getattr(section_of_node, "py_func", section_of_node)
+_section_of_node = plain(section_of_node)
 
 
 def shedding(cable: Cable, section: Section, speed: float) -> float:

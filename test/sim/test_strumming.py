@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 import pytest
 
@@ -24,7 +26,7 @@ from cable_sim_ros.sim.layout import layout_of
 from cable_sim_ros.sim.live_parameters import set_live
 from cable_sim_ros.sim.rig.rig import Rig
 from cable_sim_ros.sim.simulator import Simulator, SolverError
-from cable_sim_ros.sim.tables.viv_tables import drag_factors
+from cable_sim_ros.sim.tables.viv_tables import drag_factor, strumming_of
 
 pytestmark = [pytest.mark.trust, pytest.mark.filterwarnings("ignore::cable_sim_ros.io.scenes.load.SceneWarning")]
 ON = {
@@ -33,6 +35,11 @@ ON = {
     "cable.sections.faired.drag_amplification": 1.0,
 }
 COLUMN = {name: k for k, (name, _) in enumerate(STRUM_COLUMNS)}
+
+
+def drag_factors(scene):
+    """By section, of a speed."""
+    return [partial(drag_factor, one) for one in strumming_of(scene)]
 
 
 def scene_with(**changes):

@@ -14,11 +14,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from cable_sim_ros.compiler.jit import plain
 from cable_sim_ros.physics.tick_output import STRUM_COLUMNS
 from cable_sim_ros.physics.viv_amplification import amplification, amplitude
 from cable_sim_ros.plots.strumming import draw_strum
 from cable_sim_ros.sim.scene import Scene
-from cable_sim_ros.sim.tables.viv_tables import _plain, strum_rules, strum_sections
+from cable_sim_ros.sim.tables.viv_tables import strum_rules, strum_sections
 
 from ..shipped import quiet, scene_with, started
 from . import Comparison, Result, unjudged
@@ -92,8 +93,8 @@ def land(scene: Scene) -> Landing:
 def factor_at(scene: Scene, section: int, speed: float) -> float:
     """Drag factor of one section at a normal speed [m/s] by the formulas as they stand, without their bounds."""
     rules, row = strum_rules(scene)[0], strum_sections(scene)[section]
-    a = _plain(amplitude)(int(rules["law"]), float(row["mass_damping"]), float(row["reynolds"]) * speed)
-    return float(_plain(amplification)(int(rules["formula"]), int(rules["antinode"]), a))
+    a = plain(amplitude)(int(rules["law"]), float(row["mass_damping"]), float(row["reynolds"]) * speed)
+    return float(plain(amplification)(int(rules["formula"]), int(rules["antinode"]), a))
 
 
 def facchinetti(alpha: float, zeta: float, st: float) -> float:

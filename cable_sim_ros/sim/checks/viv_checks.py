@@ -12,7 +12,7 @@ from ..layout import Layout
 from ..problem import Problem
 from ..scene import Scene
 from ..statics.static_shape import TowShape
-from ..tables.viv_tables import on, strum_amplitudes, strum_sections, strums, unbounded_factor
+from ..tables.viv_tables import on, strum_amplitude, strum_sections, strumming_of, strums, unbounded_factor
 
 FITTED = 500.0, 33000.0  # Reynolds numbers of the data of Govardhan & Williamson
 STEEP_DEG = 35.0  # inclination to the flow below which the flow across the cable says too much
@@ -92,8 +92,8 @@ def _far_warnings(layout: Layout) -> Iterator[Problem]:
         )
         remedy = "Take it as an estimate, try others by viv.multiplier, or give a measured drag_amplification"
         yield Problem("viv.law", text, remedy)
-    laws = strum_amplitudes(scene)
-    a = np.array([laws[k](v) for k, v in zip(shape.section, shape.across, strict=True)])
+    laws = strumming_of(scene)
+    a = np.array([strum_amplitude(laws[k], float(v)) for k, v in zip(shape.section, shape.across, strict=True)])
     yield from _still(scene, rows, a, shape, strumming)
     yield from _inclined(scene, rows, shape, strumming & (a > 0.0))
     yield from _bounds(scene, a[strumming])
@@ -145,10 +145,11 @@ def _bounds(scene: Scene, a: np.ndarray) -> Iterator[Problem]:
             f"{MAX_AMPLITUDE:g} that the laws are bounded by"
         )
         yield Problem("viv.multiplier", text, "Give a smaller one; cables strum with one diameter or less")
-    at_bound = float(np.mean([unbounded_factor(scene, x) >= MAX_FACTOR for x in a]))
+    law = strumming_of(scene)[0]  # the formula is that of all sections
+    at_bound = float(np.mean([unbounded_factor(law, x) >= MAX_FACTOR for x in a.tolist()]))
     if at_bound > 0.0:
         text = (
-            f"= {scene.viv.amplification.value} gives a drag factor of {unbounded_factor(scene, maximum):.3g}, and "
+            f"= {scene.viv.amplification.value} gives a drag factor of {unbounded_factor(law, maximum):.3g}, and "
             f"{100.0 * at_bound:.3g} % of the strumming cable is held at the bound of {MAX_FACTOR:g}: there the "
             "factor no longer answers to the flow"
         )

@@ -7,11 +7,12 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ...compiler.jit import plain
 from ...errors import CableSimError
 from ...physics.mesh_motion import at_least as _at_least
 from ..tables.elementary import exp
 
-_smooth = getattr(_at_least, "py_func", _at_least)  # plain Python: a scene loads without compiling
+_smooth = plain(_at_least)  # plain Python: a scene loads without compiling
 
 
 SPREAD = 20.0  # mean element of a section over its shortest

@@ -1,5 +1,5 @@
 """Integration of a tow from its body upward, for the static shape (static_shape.py): loads of the cable, of what hangs
-on it, of the seabed under it. Independent of the kernels, plain Python.
+on it, of the seabed under it. Independent of the kernels of the elements.
 """
 
 from __future__ import annotations
@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ...compiler.jit import driver, inline
 from ...physics.ancf import (
     BUOYANCY,
     CD_FIXED,
@@ -29,14 +30,27 @@ from ...physics.drag import SPEED_FLOOR
 from ...physics.drag_laws import CHOO_CASARELLA, FRICTION, GRAZING, fitted
 from ...physics.towbody import Towbody, body_record
 from ..scene import Scene
+from ..tables.current import Flow, water_at
 from ..tables.material import Hung, hung, material_rows, section_ends
-from ..tables.viv_tables import drag_factors
+from ..tables.viv_tables import Strumming, drag_factor, strumming_of
 
 STEP = 0.06  # of the length over which the tension vector turns
 MIN_STEPS = 160  # in all
+SHORTEST = 1e-4  # of the length of a section, of a step
+ROWS = int(1.0 / SHORTEST) + 2 * MIN_STEPS  # of a section at most
 
 Row = tuple[float, ...]
-Flow = Callable[[float], tuple[float, float]]  # water past the tow at a height, m/s
+
+
+class Rows(NamedTuple):
+    """Of a shape from the body up."""
+
+    s: np.ndarray  # [n] m
+    y: np.ndarray  # [n, 6] place, m, and tension vector, N
+    section: np.ndarray  # [n] its index
+    load: np.ndarray  # [n, 3] N/m
+
+
 Joint = Callable[[float], Row]  # force that what hangs there needs at a height, N
 
 
@@ -48,7 +62,7 @@ class CableLoads(NamedTuple):
     half_rho_d: float
     factor: float  # drag_amplification, of the drag across
     along: float  # and along
-    strumming: Callable[[float], float]  # computed drag factor of a normal speed [m/s], of the drag across
+    strumming: Strumming  # drag factor of a normal speed, of the drag across
     re: float  # Reynolds number of 1 m/s
     cd: float  # below 0: of the Reynolds number
     fit: int  # by this fit
@@ -63,7 +77,7 @@ class CableLoads(NamedTuple):
 def cable_loads(scene: Scene) -> list[CableLoads]:
     """Numbers for loads of every section, from the drum end."""
     cable, found = scene.cable, []
-    for section, strumming in zip(cable.sections.values(), drag_factors(scene), strict=True):
+    for section, strumming in zip(cable.sections.values(), strumming_of(scene), strict=True):
         rows = material_rows(cable, section, scene.water, scene.gravity)
         found.append(
             CableLoads(
@@ -87,14 +101,40 @@ def cable_loads(scene: Scene) -> list[CableLoads]:
     return found
 
 
-def _coefficient(c: CableLoads, re: float) -> float:
+@inline
+def hypot_of(x, y):
+    """Length of (x, y), rounded as by math.hypot: what the numba of a machine takes for it may differ by a bit."""
+    x, y = max(abs(x), abs(y)), min(abs(x), abs(y))
+    if x == 0.0:
+        return 0.0
+    xx, dx = squared(x)
+    yy, dy = squared(y)
+    total = xx + yy
+    root = sqrt(total)
+    square, over = squared(root)
+    return root + ((total - square) - over + (yy - (total - xx)) + dx + dy) / (2.0 * root)
+
+
+@inline
+def squared(x):
+    """x^2 and what its rounding leaves out (Dekker 1971)."""
+    t = 134217729.0 * x
+    high = t - (t - x)
+    low = x - high
+    square = x * x
+    return square, ((high * high - square) + 2.0 * high * low) + low * low
+
+
+@inline
+def _coefficient(c, re):
     """C_D by a law's fit."""
     if c.fit != CHOO_CASARELLA:
         return fitted(c.fit, re)[0]
     return 1.1 + 4.0 / sqrt(re) if re > 30.0 else 1.45 + 8.55 * re**-0.9
 
 
-def _coefficients(c: CableLoads, vn: float, at: float) -> tuple[float, float]:
+@inline
+def _coefficients(c, vn, at):
     """C_D of the drag across and that of f_t: of the whole speed where the cable lies in the flow."""
     if c.cd >= 0.0:
         return c.cd, c.cd
@@ -102,18 +142,19 @@ def _coefficients(c: CableLoads, vn: float, at: float) -> tuple[float, float]:
     x = (vn / (GRAZING * at)) ** 2 if vn < GRAZING * at else 1.0
     if x == 1.0 or c.fit != CHOO_CASARELLA:
         return across, across
-    whole = _coefficient(c, max(c.re * max(hypot(vn, at), c.minimum), 1e-2))
+    whole = _coefficient(c, max(c.re * max(hypot_of(vn, at), c.minimum), 1e-2))
     return across, whole + x * x * (3.0 - 2.0 * x) * (across - whole)
 
 
-def line_load(c: CableLoads, z: float, force: Row, flow: Flow) -> tuple[float, float, float]:
-    """Load per length [N/m] on cable with tension vector ``force`` at height z; flow(z): water past it."""
+@driver
+def line_load(c, z, force, flow):
+    """Load per length [N/m] on cable c (CableLoads) with tension vector ``force`` at height z; flow: water past it."""
     if z >= 0.0:
         return 0.0, 0.0, -c.weight
     fx, fy, fz = force
     t = sqrt(fx * fx + fy * fy + fz * fz) or 1e-12
     ux, uy, uz = fx / t, fy / t, fz / t
-    vx, vy = flow(z)
+    vx, vy = water_at(flow, z)
     vt = vx * ux + vy * uy
     wx, wy, wz = vx - vt * ux, vy - vt * uy, -vt * uz
     vn = sqrt(wx * wx + wy * wy + wz * wz) + 1e-9
@@ -131,7 +172,7 @@ def line_load(c: CableLoads, z: float, force: Row, flow: Flow) -> tuple[float, f
         h[0] + h[1] * co + h[2] * c2 + h[3] * c3 + h[4] * c4 + h[5] * c5
         + h[6] * si + h[7] * s2 + h[8] * s3 + h[9] * s4 + h[10] * s5
     )  # fmt: skip
-    a = c.half_rho_d * c.factor * c.strumming(vn) * cd * q2 * fn / vn
+    a = c.half_rho_d * c.factor * drag_factor(c.strumming, vn) * cd * q2 * fn / vn
     b = c.half_rho_d * c.along * cdt * q2 * max(ft, 0.0) * (1.0 if vt >= 0.0 else -1.0)
     if c.ct + c.ct_of_re > 0.0:
         ct = c.ct + c.ct_of_re * fitted(FRICTION, c.re * abs(vt))[0]
@@ -139,17 +180,75 @@ def line_load(c: CableLoads, z: float, force: Row, flow: Flow) -> tuple[float, f
     return a * wx + b * ux, a * wy + b * uy, a * wz + b * uz - c.weight + c.buoyancy
 
 
-def _slope(c: CableLoads, force: Row, load: Row) -> Row:
-    """d/ds of (x, y, z, Fx, Fy, Fz) up the cable under a load per length [N/m]."""
+@inline
+def _slope(k, row, c, force, load):
+    """Put d/ds of (x, y, z, Fx, Fy, Fz) up the cable under a load per length [N/m] into a row of k."""
     t = sqrt(force[0] ** 2 + force[1] ** 2 + force[2] ** 2) or 1e-12
     e = (1.0 + t / c.ea) / t
-    return (e * force[0], e * force[1], e * force[2], -load[0], -load[1], -load[2])
+    for i in range(3):
+        k[row, i], k[row, 3 + i] = e * force[i], -load[i]
 
 
-def _stage(c: CableLoads, y: Row, h: float, k: Row, flow: Flow) -> Row:
-    """The slope a step h along k from y; the loads do not depend on x and y."""
-    force = (y[3] + h * k[3], y[4] + h * k[4], y[5] + h * k[5])
-    return _slope(c, force, line_load(c, y[2] + h * k[2], force, flow))
+@inline
+def _keep(out, n, s, y, load):
+    """A row of s, y and load."""
+    out[n, 0] = s
+    for i in range(6):
+        out[n, 1 + i] = y[i]
+    for i in range(3):
+        out[n, 7 + i] = load[i]
+
+
+@inline
+def _bears(ground, fx, fy, weight):
+    """The tension vector above something of ``weight`` [N] that lies on the ground, or is lifted by it."""
+    down = max(weight, 0.0)
+    return fx + ground.rub[0] * down, fy + ground.rub[1] * down, 0.0
+
+
+@driver
+def _march(c, y, s, length, total, laid, flow, ground, k, out):
+    """Go up a section of ``length`` m from y [6], s m from the body; of all ``total`` m ``laid`` lie.
+
+    Rows of s, y and load per length before each step and at the end into out [ROWS, 10]; returns how many. y is then
+    that at the end.
+    k [4, 6]: scratch.
+    """
+    done, n, bottom = 0.0, 0, ground.bottom
+    while done < length - 1e-9 * total:
+        force = (y[3], y[4], y[5])
+        f = line_load(c, y[2], force, flow)
+        _keep(out, n, s + done, y, f)
+        n += 1
+        if s + done < laid - 1e-9 * total:
+            h = min(total / MIN_STEPS, length - done, laid - s - done)
+            t = hypot_of(y[3], y[4]) or 1e-12
+            e = h * (1.0 + t / c.ea) / t
+            y[0], y[1], y[2] = y[0] + e * y[3], y[1] + e * y[4], bottom
+            y[3], y[4], y[5] = _bears(ground, y[3] - h * f[0], y[4] - h * f[1], (c.weight - c.buoyancy) * h)
+            done += h
+            continue
+        t = sqrt(y[3] ** 2 + y[4] ** 2 + y[5] ** 2)
+        vx, vy = water_at(flow, y[2])
+        wet = 1.0 if y[2] < 0.0 else 0.0
+        scale = hypot_of(hypot_of(f[0], f[1]), f[2]) + 0.3 * c.half_rho_d * c.factor * (vx * vx + vy * vy) * wet
+        h = min(STEP * t / max(scale, 1e-12) + 1e-5 * total, total / MIN_STEPS, length - done)
+        h = max(h, SHORTEST * length)
+        if length - done - h < 0.3 * h:
+            h = length - done
+        _slope(k, 0, c, force, f)
+        for i in range(1, 4):  # the loads do not depend on x and y
+            part = h if i == 3 else 0.5 * h
+            force = (y[3] + part * k[i - 1, 3], y[4] + part * k[i - 1, 4], y[5] + part * k[i - 1, 5])
+            _slope(k, i, c, force, line_load(c, y[2] + part * k[i - 1, 2], force, flow))
+        sixth = h / 6.0
+        for i in range(6):
+            y[i] += sixth * (k[0, i] + 2.0 * (k[1, i] + k[2, i]) + k[3, i])
+        if y[2] < bottom:  # what would go below the ground lies on it, straight
+            y[2], y[5] = bottom, max(y[5], 0.0)
+        done += h
+    _keep(out, n, s + length, y, line_load(c, y[2], (y[3], y[4], y[5]), flow))
+    return n + 1
 
 
 def joint_forces(scene: Scene, flow: Flow) -> dict[int, Joint]:
@@ -198,59 +297,24 @@ class Ground(NamedTuple):
 def integrate(
     cables: list[CableLoads],
     spans: list[tuple[float, int]],
-    y: Row,
+    start: Row,
     flow: Flow,
     ground: Ground,
     joints: dict[int, Joint],
     laid: float = 0.0,
-) -> list[tuple[float, Row, int]]:
-    """From the body up over spans [(length, index of section)]; rows of s, y, section.
-
-    laid: m of it that lie on the ground.
-    """
+) -> Rows:
+    """From the body up over spans [(length, index of section)]; laid: m of it that lie on the ground."""
     total = sum(length for length, _ in spans)
-    out, s, bottom = [], 0.0, ground.bottom
+    parts, sections, s, y = [], [], 0.0, np.array(start)
+    k, out = np.empty((4, 6)), np.empty((ROWS, 10))
     for length, i in spans:
-        c, done = cables[i], 0.0
         if i in joints:
-            added = joints[i](y[2])
-            force = tuple(a + b for a, b in zip(y[3:], added, strict=True))
-            y = (*y[:3], *(ground.bears((*force[:2], 0.0), added[2]) if s < laid else force))
-        while done < length - 1e-9 * total:
-            out.append((s + done, y, i))
-            if s + done < laid - 1e-9 * total:
-                h = min(total / MIN_STEPS, length - done, laid - s - done)
-                t = hypot(y[3], y[4]) or 1e-12
-                f = line_load(c, bottom, y[3:], flow)
-                force = ground.bears((y[3] - h * f[0], y[4] - h * f[1], 0.0), (c.weight - c.buoyancy) * h)
-                e = h * (1.0 + t / c.ea) / t
-                y = (y[0] + e * y[3], y[1] + e * y[4], bottom, *force)
-                done += h
-                continue
-            t = sqrt(y[3] ** 2 + y[4] ** 2 + y[5] ** 2)
-            f = line_load(c, y[2], y[3:], flow)
-            vx, vy = flow(y[2])
-            scale = hypot(hypot(f[0], f[1]), f[2]) + 0.3 * c.half_rho_d * c.factor * (vx * vx + vy * vy) * (y[2] < 0.0)
-            h = min(STEP * t / max(scale, 1e-12) + 1e-5 * total, total / MIN_STEPS, length - done)
-            h = max(h, 1e-4 * length)
-            if length - done - h < 0.3 * h:
-                h = length - done
-            k1 = _slope(c, y[3:], f)
-            k2 = _stage(c, y, 0.5 * h, k1, flow)
-            k3 = _stage(c, y, 0.5 * h, k2, flow)
-            k4 = _stage(c, y, h, k3, flow)
-            sixth = h / 6.0
-            y = (
-                y[0] + sixth * (k1[0] + 2.0 * (k2[0] + k3[0]) + k4[0]),
-                y[1] + sixth * (k1[1] + 2.0 * (k2[1] + k3[1]) + k4[1]),
-                y[2] + sixth * (k1[2] + 2.0 * (k2[2] + k3[2]) + k4[2]),
-                y[3] + sixth * (k1[3] + 2.0 * (k2[3] + k3[3]) + k4[3]),
-                y[4] + sixth * (k1[4] + 2.0 * (k2[4] + k3[4]) + k4[4]),
-                y[5] + sixth * (k1[5] + 2.0 * (k2[5] + k3[5]) + k4[5]),
-            )
-            if y[2] < bottom:  # what would go below the ground lies on it, straight
-                y = (*y[:2], bottom, *y[3:5], max(y[5], 0.0))
-            done += h
+            added = joints[i](float(y[2]))
+            force = tuple(a + b for a, b in zip(y[3:].tolist(), added, strict=True))
+            y[3:] = ground.bears((*force[:2], 0.0), added[2]) if s < laid else force
+        count = _march(cables[i], y, s, length, total, laid, flow, ground, k, out)
+        parts.append(out[:count].copy())
+        sections.append(np.full(count, i))
         s += length
-        out.append((s, y, i))
-    return out
+    rows = np.concatenate(parts)
+    return Rows(rows[:, 0], rows[:, 1:7], np.concatenate(sections), rows[:, 7:])

@@ -3,7 +3,7 @@
 No mesh, no bending, no sheave: dF/ds = -f for the tension vector F, dr/ds = (1 + T/EA) F/T, by Runge-Kutta in s from
 the body; the depth of the body is shifted until the upper end comes to the sheave. Where there is a seabed and the body
 comes down to it, so much of its weight, and then so much cable, lies there that it does; what lies is laid straight and
-drags with the seabed's friction. Independent of the kernels, plain Python.
+drags with the seabed's friction. Independent of the kernels of the elements.
 """
 
 from __future__ import annotations
@@ -14,21 +14,10 @@ from typing import NamedTuple
 import numpy as np
 
 from ..scene import Scene
-from ..tables.current import flow_of
+from ..tables.current import Flow, flow_of
 from ..tables.material import Hung
 from .route import Route
-from .static_integration import (
-    CableLoads,
-    Flow,
-    Ground,
-    Joint,
-    Row,
-    cable_loads,
-    holding_force,
-    integrate,
-    joint_forces,
-    line_load,
-)
+from .static_integration import CableLoads, Ground, Joint, Rows, cable_loads, holding_force, integrate, joint_forces
 
 SHOTS = 30
 LOOSE = 1e-3  # of the scope: a shape that ends farther from the sheave is none
@@ -89,8 +78,8 @@ class _Shooting(NamedTuple):
             free -= length
         return found
 
-    def shot(self, z: float, free: float, lies: float = 0.0) -> tuple[list[tuple[float, Row, int]], float, float]:
-        """Rows of march() from a body at z with ``free`` m of cable, gap at the sheave [m] and angle there [rad].
+    def shot(self, z: float, free: float, lies: float = 0.0) -> tuple[Rows, float, float]:
+        """Rows of integrate() from a body at z with ``free`` m of cable, gap at the sheave [m] and angle there [rad].
 
         lies: share of the body's weight that the ground bears; from 1 on all of it, and more is a share of the cable.
         """
@@ -106,7 +95,7 @@ class _Shooting(NamedTuple):
         if hypot(hypot(*force[:2]), force[2]) < 1e-9:
             force = (0.0, 0.0, 1e-9)
         rows = integrate(self.cables, self.spans(free), (0.0, 0.0, z, *force), self.flow, ground, self.joints, laid)
-        end = rows[-1][1]
+        end = rows.y[-1].tolist()
         t = sqrt(sum(f * f for f in end[3:])) or 1e-12
         aft = 1.0 if (end[3] * cos(yaw) + end[4] * sin(yaw)) * self.route.side >= 0.0 else -1.0
         angle = aft * min(acos(max(-1.0, min(1.0, end[5] / t))), 0.5 * pi)
@@ -118,7 +107,7 @@ class _Shooting(NamedTuple):
         last = self.cables[-1]
         return max(LIMP * (self.top - self.ground.bottom) * (last.weight - last.buoyancy), 1e-9)
 
-    def lying(self, z: float, free: float) -> tuple[list[tuple[float, Row, int]], float, float]:
+    def lying(self, z: float, free: float) -> tuple[Rows, float, float]:
         """shot() from the ground, with as much lying there as brings the upper end to the sheave."""
         few, many = 0.0, 2.0
         for _ in range(HALVINGS):
@@ -156,7 +145,7 @@ def tow_shape(scene: Scene, route: Route, scope: float, heading: float | None = 
             rows, gap, angle = shooting.lying(z, free)
         closed = abs(gap) < LOOSE * scope
         if lies:
-            closed = closed and (rows[0][1][5] > 0.0 or hypot(*rows[0][1][3:5]) > shooting.slack)
+            closed = closed and (rows.y[0, 5] > 0.0 or hypot(*rows.y[0, 3:5].tolist()) > shooting.slack)
             if abs(free - _free(route, scope, angle)) < SETTLED * scope:
                 break
             continue
@@ -170,27 +159,25 @@ def tow_shape(scene: Scene, route: Route, scope: float, heading: float | None = 
         z += gap / rate
         if not low < z < high:
             z = 0.5 * (low + high)
-    s, y = np.array([row[0] for row in rows]), np.array([row[1] for row in rows])
-    return finished(cables, flow, (s, y, np.array([row[2] for row in rows])), angle, scope, closed)
+    return finished(cables, flow, rows, angle, scope, closed)
 
 
 def finished(
     cables: list[CableLoads],
     flow: Flow,
-    rows: tuple[np.ndarray, np.ndarray, np.ndarray],
+    rows: Rows,
     angle: float,
     scope: float,
     closed: bool,
     bend: np.ndarray | None = None,
 ) -> TowShape:
-    """A shape with what follows from its rows: s [n], place and force [n, 6], index of the section [n].
+    """A shape with what follows from its rows.
 
     bend: d2r/ds2 [n, 3], None: that under the loads of the cable where it is.
     """
-    s, y, section = rows
+    s, y, section, load = rows
     pull = y[:, 3:]
     tension = np.maximum(np.linalg.norm(pull, axis=1), 1e-12)
-    load = np.array([line_load(cables[i], row[2], row[3:], flow) for i, row in zip(section, y, strict=True)])
     tangent = pull / tension[:, None]
     across = load - (load * tangent).sum(1)[:, None] * tangent
     wet = y[:, 2] < 0.0

@@ -16,9 +16,9 @@ from ...physics.section import material_of
 from ...physics.ship import NO_EPOCH
 from ...physics.towbody import BodyModel
 from ..scene import Scene
-from ..tables.current import flow_of
+from ..tables.current import Flow, flow_of
 from .route import Route
-from .static_integration import CableLoads, Flow, cable_loads, line_load
+from .static_integration import CableLoads, Rows, cable_loads, line_load
 from .static_shape import TowShape, finished
 
 MESH_SPREAD = 0.1  # of the length, between the legs of the bight that a mesh is made for
@@ -151,7 +151,10 @@ def vehicle_shape(
     pull = np.maximum(np.sqrt((force**2).sum(1)), 1e-12)[:, None]
     bend = -(load - force * ((force * load).sum(1)[:, None] / pull**2)) / pull
     force = force * np.maximum(MIN_PULL * scene.contact.working_tension / pull, 1.0)
-    return finished(cables, flow, (s, np.concatenate((place, force), axis=1), section), angle, scope, True, bend)
+    each = zip(section, place[:, 2].tolist(), force.tolist(), strict=True)
+    loads = np.array([line_load(cables[i], z, tuple(pull), flow) for i, z, pull in each])
+    rows = Rows(s, np.concatenate((place, force), axis=1), section, loads)
+    return finished(cables, flow, rows, angle, scope, True, bend)
 
 
 def laid(s: np.ndarray, place: np.ndarray, bottom: float, ea: float, spread: float, ahead: np.ndarray) -> np.ndarray:

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from math import atan2, cos, degrees, remainder, sin
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
+from ...compiler.jit import driver, inline, plain
 from ...physics.sea import SEA
 from ...physics.water import CurrentFrame, Water, WaveKind
 from ...physics.wind import Air
@@ -36,33 +36,55 @@ def at_start(water: Water, seconds: float = 0.0) -> tuple[float, float]:
     pieces = variation_table(water.current_variation)
     if not len(pieces):
         return 1.0, 0.0
-    return _cubics_at(pieces, seconds)
+    return cubics_at(pieces, float(seconds))
 
 
-def flow_of(
-    water: Water, yaw: float, velocity: tuple[float, float] = (0.0, 0.0)
-) -> Callable[[float], tuple[float, float]]:
-    """The mean current of the start as a function of z: east and north [m/s], relative to what moves with ``velocity``.
+@driver
+def cubics_at(pieces, x):
+    """Both values at x of a table of physics/sea.py, held beyond its ends."""
+    i = min(np.searchsorted(pieces[:, 1], x), len(pieces) - 1)
+    s = min(max(x, pieces[0, 0]), pieces[-1, 1]) - pieces[i, 0]
+    u = ((pieces[i, 2] * s + pieces[i, 3]) * s + pieces[i, 4]) * s + pieces[i, 5]
+    v = ((pieces[i, 6] * s + pieces[i, 7]) * s + pieces[i, 8]) * s + pieces[i, 9]
+    return u, v
+
+
+class Flow(NamedTuple):
+    """The mean current of a start by height, relative to what moves: called with z [m] it says east and north [m/s]."""
+
+    east: float  # at the surface
+    north: float
+    east_shear: float  # per m down
+    north_shear: float
+    c: float  # factor and turn of a table
+    s: float
+    pieces: np.ndarray  # of a table, no rows: none
+
+    def __call__(self, z: float) -> tuple[float, float]:
+        return plain(water_at)(self, z)
+
+
+@inline
+def water_at(flow, z):
+    """The current at height z, east and north [m/s]; a table is held beyond its ends."""
+    x, y, table = flow.east - flow.east_shear * z, flow.north - flow.north_shear * z, flow.pieces
+    if len(table) == 0:
+        return x, y
+    u, v = cubics_at(table, z)
+    return x + flow.c * u - flow.s * v, y + flow.s * u + flow.c * v
+
+
+def flow_of(water: Water, yaw: float, velocity: tuple[float, float] = (0.0, 0.0)) -> Flow:
+    """The mean current of the start, relative to what moves with ``velocity``.
 
     yaw: heading of the start [rad].
     """
     factor, turn = at_start(water)
-    east, north, *shear = _turned(current_of(water, yaw), factor, turn).tolist()
-    east, north = east - velocity[0], north - velocity[1]
-    pieces = profile_table(water.current_table)
+    east, north, east_shear, north_shear = _turned(current_of(water, yaw), factor, turn).tolist()
     turn += yaw if water.current_frame is CurrentFrame.HEADING else 0.0
-    east_shear, north_shear = shear
-    tabled = len(pieces) > 0
-
-    def flow(z: float) -> tuple[float, float]:
-        x, y = east - east_shear * z, north - north_shear * z
-        if tabled:
-            u, v = _cubics_at(pieces, z)
-            c, s = factor * cos(turn), factor * sin(turn)
-            x, y = x + c * u - s * v, y + s * u + c * v
-        return x, y
-
-    return flow
+    pieces = np.ascontiguousarray(profile_table(water.current_table))
+    east, north = float(east - velocity[0]), float(north - velocity[1])
+    return Flow(east, north, east_shear, north_shear, factor * cos(turn), factor * sin(turn), pieces)
 
 
 def declare_water(now: np.record, water: Water, yaw: float, air: Air = STILL_AIR) -> None:
@@ -85,13 +107,6 @@ def _turned(current: np.ndarray, factor: float, turn: float) -> np.ndarray:
         return current
     c, s = factor * cos(turn), factor * sin(turn)
     return product(current.reshape(2, 2), np.array([[c, s], [-s, c]])).ravel()
-
-
-def _cubics_at(pieces: np.ndarray, x: float) -> tuple[float, float]:
-    """Both values at x of a table of physics/sea.py, held beyond its ends."""
-    i = min(max(int(np.searchsorted(pieces[:, 1], x)), 0), len(pieces) - 1)
-    s = min(max(x, pieces[0, 0]), pieces[-1, 1]) - pieces[i, 0]
-    return float(np.polyval(pieces[i, 2:6], s)), float(np.polyval(pieces[i, 6:10], s))
 
 
 def strongest(water: Water) -> tuple[float, float]:

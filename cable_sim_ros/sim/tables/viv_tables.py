@@ -1,18 +1,28 @@
-"""Strumming of a scene: its numbers for physics/viv_amplification.py, and its drag factor in plain Python."""
+"""Strumming of a scene: its numbers for physics/viv_amplification.py, and its drag factor by speed."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from math import pi
+from typing import NamedTuple
 
 import numpy as np
 
+from ...compiler.jit import driver
 from ...physics import viv_amplification
 from ...physics.drag_laws import DragLaw
 from ...physics.fairing import Fairing, dressed, fairing_weight
 from ...physics.section import Section, material_of
 from ...physics.state import STRUM_RULES, STRUM_SECTION
-from ...physics.viv_amplification import RE_SHEDDING, StrumLaw, StrumRms
+from ...physics.viv_amplification import (
+    MAX_AMPLITUDE,
+    MAX_FACTOR,
+    RE_SHEDDING,
+    StrumLaw,
+    StrumRms,
+    amplification,
+    amplitude,
+    onset,
+)
 from ..scene import Scene
 from .material import section_ends
 
@@ -61,46 +71,48 @@ def strum_sections(scene: Scene) -> np.ndarray:
     return rows
 
 
-def _plain(function: Callable) -> Callable:
-    """A formula of the kernels as plain Python."""
-    return getattr(function, "py_func", function)
+class Strumming(NamedTuple):
+    """What the drag factor of a section follows from; off where strums is 0."""
+
+    strums: int
+    law: int  # place in LAWS
+    formula: int  # in FORMULAS
+    antinode: int
+    mass_damping: float
+    reynolds: float  # of 1 m/s
+    multiplier: float
 
 
-def strum_amplitudes(scene: Scene) -> list[Callable[[float], float]]:
-    """By section: A/d for a normal speed [m/s]; without the reduction by viv.lock_in_band."""
-    rules, rows = strum_rules(scene), strum_sections(scene)
+def strumming_of(scene: Scene) -> list[Strumming]:
+    """By section."""
     if not on(scene):
-        return [lambda speed: 0.0] * len(scene.cable.sections)
-    law, amplitude, onset = int(rules[0]["law"]), _plain(viv_amplification.amplitude), _plain(viv_amplification.onset)
-
-    def of(row: np.ndarray) -> Callable[[float], float]:
-        alpha, maximum, re_1 = float(row["mass_damping"]), viv_amplification.MAX_AMPLITUDE, float(row["reynolds"])
-        multiplier = float(row["multiplier"]) * scene.viv.multiplier
-
-        def at(speed: float) -> float:
-            re = re_1 * speed
-            if not row["strums"] or re <= RE_SHEDDING:
-                return 0.0
-            return onset(re) * multiplier * min(max(amplitude(law, alpha, re), 0.0), maximum)
-
-        return at
-
-    return [of(row) for row in rows]
+        return [Strumming(0, 0, 0, 0, 0.0, 0.0, 0.0)] * len(scene.cable.sections)
+    one = strum_rules(scene)[0]
+    return [
+        Strumming(
+            *(int(row["strums"]), int(one["law"]), int(one["formula"]), int(one["antinode"])),
+            *(float(row["mass_damping"]), float(row["reynolds"]), float(row["multiplier"]) * scene.viv.multiplier),
+        )
+        for row in strum_sections(scene)
+    ]
 
 
-def unbounded_factor(scene: Scene, amplitude: float) -> float:
+@driver
+def strum_amplitude(one, speed):
+    """A/d for a normal speed [m/s]; without the reduction by viv.lock_in_band."""
+    re = one.reynolds * speed
+    if one.strums == 0 or re <= RE_SHEDDING:
+        return 0.0
+    return onset(re) * one.multiplier * min(max(amplitude(one.law, one.mass_damping, re), 0.0), MAX_AMPLITUDE)
+
+
+@driver
+def unbounded_factor(one, a):
     """Drag factor of an amplitude A/d, before its bound."""
-    formula = viv_amplification.FORMULAS.index(scene.viv.amplification)
-    antinode = int(scene.viv.rms is StrumRms.ANTINODE)
-    return _plain(viv_amplification.amplification)(formula, antinode, amplitude) if amplitude > 0.0 else 1.0
+    return amplification(one.formula, one.antinode, a) if a > 0.0 else 1.0
 
 
-def drag_factors(scene: Scene) -> list[Callable[[float], float]]:
-    """By section: drag factor of strumming for a normal speed [m/s]; without the reduction by viv.lock_in_band."""
-    if not on(scene):
-        return [lambda speed: 1.0] * len(scene.cable.sections)
-
-    def factor(amplitude: Callable[[float], float]) -> Callable[[float], float]:
-        return lambda speed: min(unbounded_factor(scene, amplitude(speed)), viv_amplification.MAX_FACTOR)
-
-    return [factor(amplitude) for amplitude in strum_amplitudes(scene)]
+@driver
+def drag_factor(one, speed):
+    """Drag factor of strumming for a normal speed [m/s]; without the reduction by viv.lock_in_band."""
+    return min(unbounded_factor(one, strum_amplitude(one, speed)), MAX_FACTOR) if one.strums else 1.0
