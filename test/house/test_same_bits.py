@@ -23,7 +23,7 @@ BESIDE = {  # no number of a run comes from them: what they are for
     "sim/checks/added_mass_checks.py": "texts of refusals",
     "sim/checks/scene_warnings.py": "texts of cautions",
     "sim/rig/rig.py": "a line of one's own, not a run",
-    "io/plausibility/regression.py": "sources of motion against bounds: convicted or not",
+    "io/plausibility/cross_check.py": "sources of motion against bounds: convicted or not",
     "io/messages/fault_hypotheses.py": "matrices of 0 and 1, to be compared with bounds",
     "io/messages/markers.py": "what RViz draws",
     "io/geodesy.py": "latitude and longitude of a layback",

@@ -13,9 +13,8 @@ from math import cos, exp, hypot, inf, pi, sin, sqrt
 from ...sim.tables.attitude import to_world
 from ..messages.fault_hypotheses import DOUBTS, rate_guesses, velocity_guesses
 from ..messages.messages import Imu, Odometry
-from .cross_check import CrossCheck
+from .cross_check import Comparison, CrossCheck
 from .outlier_gate import HeightGuard, RateGuard
-from .regression import Comparison
 
 GAP = 1.6  # s; a longer gap begins anew
 LEAK, MISFIT = (
