@@ -2,22 +2,28 @@
 
 ``problems`` stop a scene from loading; ``warnings`` are numbers that will show in the results. Lengths are of
 unstretched cable counted from its fixed end on the drum; drum, span and sheave are taken in the x-z plane.
+
+Checks of a vehicle at the far end of the cable, ``towbody.model: vehicle``; problems stop a scene.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from math import radians
 
 from ...physics.section import material_of
-from ...physics.towbody import BodyModel
+from ...physics.towbody import BodyModel, Towbody
+from ...physics.vehicle import Vehicle
 from ...physics.winch import DrumModel
 from ..compensation_setup import setpoint_warnings
+from ..inputs import MAX_PITCH
 from ..layout import FINE_ELEMENT, Layout, layout_of
 from ..mesh_blocks import SheaveAnswer
 from ..problem import Problem, apart
 from ..scene import Scene
 from ..statics.route import DRUM_RESERVE, ROUND_OFF
+from ..statics.vehicle_shape import attachment_of, max_tension, mean_compliance, pose_of, reach_problem
 from ..tables.material import extreme, hung, outboard, wet_weight
 from ..wake_tables import amplified_warnings, bare_problems, wake_problems
 from .attitude_checks import attitude_problems, attitude_warnings
@@ -42,8 +48,9 @@ from .scene_warnings import damping_warnings, drag_warnings, part_warnings, swin
 from .sea_checks import sea_problems, sea_warnings
 from .section_checks import body_problems, seat_problems, section_problems
 from .setpoint_checks import feed_forward_problems, setpoint_option_warnings
-from .vehicle_checks import driven_problems, vehicle_problems
 from .viv_checks import strum_problems, strum_warnings
+
+DRAWN = "length", "diameter"  # of a picture
 
 # longest element on the sheave over the bending length sqrt(EI/T): line load, its edges and the reactions at the ends
 # of the contact within 5 % at the shipped contact stiffness, resultant 0.001 %; at 5 they are off by 12 to 86 %, the
@@ -54,6 +61,58 @@ LONGEST_STEP = 0.1  # s, of a tick that is one step
 MAX_STRAIN = 0.1  # under the weight of the tow
 MAX_FLOOR = 1e-4  # that residual over the working tension
 MIN_FLOOR_GAP = 10.0  # penetrations that a seabed must lie below the sheave
+
+
+def vehicle_problems(scene: Scene) -> Iterator[Problem]:
+    """What makes a vehicle senseless, whatever the route of its cable is."""
+    for name, body in scene.bodies.items():
+        if body.model is BodyModel.VEHICLE:
+            yield Problem(
+                f"bodies.{name}.model",
+                "= vehicle is a body on the line: only the far end of the cable is driven from outside",
+                "Give towbody.model: vehicle, or make the cable end here",
+            )
+    if scene.towbody.model is not BodyModel.VEHICLE:
+        if scene.vehicle != Vehicle():
+            first = next(key for key, value in scene.vehicle if value != getattr(Vehicle(), key))
+            yield Problem(
+                f"vehicle.{first}",
+                f"is given, and towbody.model = {scene.towbody.model.value}: there is no vehicle",
+                "Give towbody.model: vehicle, or leave the block out",
+            )
+        return
+    bare = Towbody.model_validate({"model": "vehicle"})
+    if given := [key for key, value in scene.towbody if value != getattr(bare, key) and key not in DRAWN]:
+        yield Problem(
+            f"towbody.{given[0]}",
+            f"is given to a body of model vehicle, of which the pose alone counts: {', '.join(given)} would do nothing",
+            "Leave them out; the vehicle's weight and drag are those of its own simulator",
+        )
+    if scene.vehicle.position is None:
+        yield Problem(
+            "vehicle.position",
+            "is missing (reference point at the start, from the ship: ahead, to port, up from the water surface)",
+            "Give three numbers in m, for example `position: [-40.0, 0.0, -30.0]`",
+        )
+    if abs(radians(scene.vehicle.attitude_deg[1])) > MAX_PITCH:
+        yield Problem(
+            "vehicle.attitude_deg",
+            f"has a pitch of {scene.vehicle.attitude_deg[1]:g} deg: roll and yaw have no meaning near 90 deg",
+            "Give it in [-80, 80] deg",
+        )
+
+
+def driven_problems(layout: Layout) -> Iterator[Problem]:
+    """A vehicle that begins where its cable does not reach, or in the seabed."""
+    scene = layout.scene
+    if scene.vehicle.position is None:
+        return
+    yaw = radians(scene.ship.heading_deg)
+    strain = max_tension(scene) * mean_compliance(scene)
+    found = reach_problem(scene, attachment_of(scene, pose_of(scene, yaw)), yaw, layout.route.scope, strain)
+    if found:
+        text, _, remedy = found.partition(": ")
+        yield Problem("vehicle.position", f"cannot be: {text}", remedy[:1].upper() + remedy[1:])
 
 
 def downforce(layout: Layout) -> float:
