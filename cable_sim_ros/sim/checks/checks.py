@@ -38,7 +38,15 @@ from .consistency_checks import (
     wrap_problems,
     wrap_warnings,
 )
-from .drive_checks import drive_problems, drive_warnings, holding_problems, layer_problems, pull_warnings
+from .drive_checks import (
+    drive_problems,
+    drive_warnings,
+    feed_forward_problems,
+    holding_problems,
+    layer_problems,
+    pull_warnings,
+    setpoint_option_warnings,
+)
 from .friction_checks import friction_problems, friction_warnings
 from .instrument_checks import instrument_problems, instrument_warnings
 from .link_checks import form_problems, link_problems, link_warnings
@@ -47,7 +55,6 @@ from .rule_checks import rule_problems, rule_warnings
 from .scene_warnings import damping_warnings, drag_warnings, part_warnings, swing_warnings
 from .sea_checks import sea_problems, sea_warnings
 from .section_checks import body_problems, seat_problems, section_problems
-from .setpoint_checks import feed_forward_problems, setpoint_option_warnings
 from .viv_checks import strum_problems, strum_warnings
 
 DRAWN = "length", "diameter"  # of a picture
