@@ -1,10 +1,20 @@
-"""Trim over speed, fins over tow point, and the polar of a body with an attitude."""
+"""Trim over speed, fins over tow point, and the polar of a body with an attitude.
+
+The map is of the body alone, over the place of its tow point and the area of its tail, found and by formula. In yaw:
+tow point ahead of the hull's centre against upright fins; in pitch: tow point over it against level ones. The body is
+level and heads into the stream. By formula a turn grows where
+
+    k_h + U^2 (rho/2 sum(S C_L l) - (A - A_x)) < 0
+
+with k_h of weight and buoyancy (none in yaw), l from the tow point back to each wing, and A the added mass across
+(Munk 1924): what drag and lift of the wings do at their levers is left out.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import degrees, hypot, inf
-from typing import Any
+from math import cos, degrees, hypot, inf, radians, sin
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -16,12 +26,94 @@ from ...sim.checks.attitude_checks import critical_speed, fin_area, least_fin
 from ...sim.scene import Scene
 from ...sim.simulator import Simulator
 from ...sim.statics.route import StartError
+from ...sim.tables.rigid_tables import SLOPE_OF_A_TAIL, added_of, extent, hull_centre
 from ...sim.trim import UnstableTrim, rigid_names, trim
-from .alone import Alone, least_scale, moved, oscillations
-from .stability_map import stability_map
+from .alone import PITCH, YAW, Alone, least_scale, moved, of_tail, oscillations
+
+POINTS = 13  # of each axis
+MOST_AREA = 2.0  # times that of its own tail
+REACH = {YAW: 0.3, PITCH: 0.1}  # of the length, of the tow point from the hull's centre, or twice what it has
+AXES = {YAW: "yaw", PITCH: "pitch"}
 
 PITCHES = tuple(float(x) for x in range(-30, 31, 2))  # deg, of the polar
 AHEAD = 0.0, 0.05, 0.1, 0.2, 0.3  # of the length, from where the tow point is
+
+
+class Sums(NamedTuple):
+    """What the formula takes: S C_L l of the tail and of the other wings [m^3], area of the tail at aspect ratio 2."""
+
+    tail: float
+    others: float
+    area: float
+
+
+def _sums(body: Towbody, axis: int) -> Sums:
+    tail, others, area = 0.0, 0.0, 0.0
+    for wing in body.wings.values():
+        share = (sin if axis == YAW else cos)(radians(wing.dihedral)) ** 2
+        lift = wing.area * wing.slope * share
+        if of_tail(body, wing, axis):
+            tail, area = tail - lift * wing.place[0], area + lift / SLOPE_OF_A_TAIL
+        else:
+            others -= lift * wing.place[0]
+    return Sums(tail, others, area)
+
+
+def formula_scale(scene: Scene, body: Towbody, axis: int, speed: float) -> float | None:
+    """Least share of its tail by formula; None: none, its tail is ahead of the tow point."""
+    assert body.centre_of_gravity is not None and body.centre_of_buoyancy is not None
+    gravity, density = scene.gravity, scene.water.density
+    added, weight = added_of(body, gravity, density), body.mass * gravity
+    across, hold = float(added[1, 1] if axis == YAW else added[2, 2]), 0.0
+    if axis == PITCH:
+        hold = (weight - body.net_weight) * body.centre_of_buoyancy[2] - weight * body.centre_of_gravity[2]
+    sums = _sums(body, axis)
+    needed = across - float(added[0, 0]) - hold / speed**2 - 0.5 * density * sums.others
+    if needed <= 0.0:
+        return 0.0
+    return needed / (0.5 * density * sums.tail) if sums.tail > 0.0 else None
+
+
+def stability_map(scene: Scene, body: Towbody, speed: float, points: int | None = None) -> dict[str, Any]:
+    """Maps in yaw and pitch by name; None where the body has no tail to hold that axis."""
+    return {name: _of_axis(scene, body, axis, speed, points or POINTS) for axis, name in AXES.items()}
+
+
+def _of_axis(scene: Scene, body: Towbody, axis: int, speed: float, points: int) -> dict[str, Any] | None:
+    area = _sums(body, axis).area
+    if area <= 0.0:
+        return None
+    centre, length = hull_centre(body), extent(body, scene.gravity, scene.water.density)[0]
+    own = -centre[0] if axis == YAW else -centre[2]
+    places = np.linspace(0.0, max(2.0 * own, REACH[axis] * length), points)
+    scales = np.linspace(0.0, MOST_AREA, points)
+    scales[0] = 1e-6  # a wing has an area
+    growth, found, formula = [], list[float | None](), list[float | None]()
+    for place in places:
+        shift = (float(place) - own, 0.0) if axis == YAW else (0.0, float(place) - own)
+        there = moved(body, *shift)
+        growth.append([_growth(scene, moved(there, 0.0, 0.0, float(s), axis), axis, speed) for s in scales])
+        for scale, into in (
+            (least_scale(scene, there, speed, axis), found),
+            (formula_scale(scene, there, axis, speed), formula),
+        ):
+            into.append(None if scale is None else scale * area)
+    return {
+        "speed_mps": speed,
+        "tow_point": "ahead of the hull's centre" if axis == YAW else "over the hull's centre",
+        "tow_point_m": places.tolist(),
+        "tail_area_m2": (scales * area).tolist(),
+        "growth_per_s": np.array(growth).T.tolist(),  # [areas][places]
+        "found_m2": found,
+        "formula_m2": formula,
+        "own_tow_point_m": own,
+        "own_area_m2": area,
+    }
+
+
+def _growth(scene: Scene, body: Towbody, axis: int, speed: float) -> float:
+    """Of a small turn about this axis alone [1/s]; below 0 it dies out."""
+    return float(Alone(scene, body, speed).modes((axis,)).real.max())
 
 
 class NoAttitude(CableSimError, ValueError):
