@@ -45,8 +45,7 @@ class Speeds(click.ParamType):
 def towbody(scene, body, speeds, mapped, out) -> Answer:
     """Trim, loads, stability and polar of a body with an attitude (model: rigid), pitch nose up."""
     from ...io.scenes.load import load_scene
-    from .figures import figures_of
-    from .picture import plot
+    from .figures import figures_of, plot
 
     found = figures_of(load_scene(scene), body, speeds, mapped)
     return Answer(found, lambda: _tell(found), files=drawn(lambda: plot(found, out)) if out else ())
