@@ -135,6 +135,6 @@ def _write(rows: list[dict[str, Any]], path: Path) -> Path:
 
 
 def _draw(judged: Judged, path: Path) -> Path:
-    from .picture import draw
+    from .figures import draw
 
     return draw(judged, path)
