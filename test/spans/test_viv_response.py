@@ -6,12 +6,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from spans import INCH, span
 
-from cable_sim_ros.tools.spans.in_frequency import exact, lift
 from cable_sim_ros.tools.spans.in_frequency import green as greens
+from cable_sim_ros.tools.spans.in_frequency import lift
 from cable_sim_ros.tools.spans.in_frequency.files import changed, load_span
 from cable_sim_ros.tools.spans.in_frequency.line import Line
 from cable_sim_ros.tools.spans.in_frequency.modes import frequencies, modal_mass, shapes
-from cable_sim_ros.tools.spans.in_frequency.response import vibration
+from cable_sim_ros.tools.spans.in_frequency.response import respond, vibration
 from verification.experiments.viv import CASES, as_printed, green_rows
 
 pytestmark = pytest.mark.trust
@@ -101,7 +101,7 @@ def test_the_sweep_is_the_sum_of_green_s_functions_and_near_finite_differences(s
     for k, pairs in enumerate(forces):
         total = sum(force * greens.green(line, s[:, None], x, omega, 0.14 * omega) for x, force in pairs)
         assert swept[:, :, k] == pytest.approx(total, abs=1e-12 * np.abs(total).max())
-    other = exact.respond(line, s, mu, load, 9.0)
+    other = respond(line, s, mu, load, 9.0)
     assert np.abs(other - swept).max() < within * np.abs(swept).max()
 
 
