@@ -23,7 +23,7 @@ from ...physics.parameter import Block
 from ...physics.wake_oscillator import MIN_RE, RE_FULL, SATURATION, WakeLaw
 from ...sim.problem import Problem
 from . import load
-from .in_frequency import checks, damping, files, modes
+from .in_frequency import checks, files, modes
 from .in_frequency import span as frequency
 from .in_frequency.line import Line
 from .in_frequency.report import DEFAULT, Taken
@@ -186,7 +186,7 @@ def damping_ratios(span: Span, case: SpanCase, line: frequency.Span) -> np.ndarr
     damping; the drag of the parts that do not drive the mode."""
     string = Line(line)
     count, mass = count_modes(line, string), mass_in_fluid(span)
-    drag = damping.damping(string, line.damping, count, correlation_length(line, string)).ratios
+    drag = modes.damping(string, line.damping, count, correlation_length(line, string)).ratios
     dry, wave = span.cable.mass_per_length / mass, pi * np.arange(1, count + 1) / case.length
     frequency = modes.frequencies(string, count)
     own = span.damping_ratio * dry * natural_frequency(span, case) / frequency

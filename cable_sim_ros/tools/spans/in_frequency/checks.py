@@ -110,12 +110,12 @@ def _place(span: Span) -> Iterator[Problem]:
 
 
 def _grids(span: Span, line: Line) -> Iterator[Problem]:
-    from . import damping, modes
+    from . import modes
 
     count, asked = count_modes(span, line), span.response
     f = modes.frequencies(line, count)
     ratios = np.array(
-        span.damping.ratios or damping.damping(line, span.damping, count, correlation_length(span, line)).ratios
+        span.damping.ratios or modes.damping(line, span.damping, count, correlation_length(span, line)).ratios
     )
     found = lift_range(span, line)
     if (asked.frequency_step or 0.0) * MIN_STEPS > found.shed:

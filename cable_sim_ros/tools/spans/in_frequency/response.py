@@ -19,7 +19,8 @@ import numpy as np
 from scipy.linalg import solve_banded
 from scipy.sparse import csr_matrix
 
-from . import damping, green, grid, lift, modes
+from . import green, grid, lift, modes
+from . import modes as damping
 from .line import Line
 from .modes import bands
 from .span import Method, Span
