@@ -31,7 +31,7 @@ def telegrams(bag, kind, out, rate, number, name, tension_unit, heave_down, scen
     """The telegrams that the instruments of the recorded run BAG would have sent, as a log: a logger's stamp, a blank
     and a telegram a line."""
     from . import lci90i, pashr, tss1
-    from .telegram_log import write_log
+    from .sources import write_log
 
     source = click.get_current_context().get_parameter_source
     for option, of in OF_FORMAT.items():
