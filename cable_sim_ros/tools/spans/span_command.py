@@ -36,7 +36,7 @@ def span(file: str, cases: tuple[str, ...], out: Path | None) -> Answer:
     A wake oscillator on every node, see docs/wake.md; `cable-sim viv` takes the same file in the frequency domain.
     """
     from .in_time import wake_run
-    from .picture_in_time import draw_span
+    from .picture_in_frequency import draw_span
 
     ready(out)
     with progress_bar() as progress:
