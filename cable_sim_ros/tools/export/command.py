@@ -38,7 +38,7 @@ def _names(values: tuple[str, ...]) -> list[str]:
 @answers
 def export(bag, out, form, fields, every, tables, force) -> Answer:
     """Write the recorded RUN, a recording or the folder of a run, as CSV, NetCDF, Parquet or MATLAB file."""
-    from .export import export as write
+    from .formats import export as write
 
     done = write(bag, out, form, _names(fields), every, _names(tables), force)
 
