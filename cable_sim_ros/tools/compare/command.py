@@ -74,8 +74,7 @@ def compare(a, b, mapping, mapping_b, limits, junit, align, search, begin, end, 
             f"--band {band[0]:g} {band[1]:g}: the upper end must be twice the lower one or more; nothing was compared"
         )
     ready(out)
-    from .comparison import compare_recordings
-    from .picture import draw_comparison
+    from .comparison import compare_recordings, draw_comparison
     from .recordings import read_recording
 
     asked = None if limits is None else load_limits(limits)
