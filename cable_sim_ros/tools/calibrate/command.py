@@ -98,7 +98,7 @@ def calibrate(scene, settings, out, picture, every, **asked) -> Answer:
     kept = {key: value for key, value in given.items() if key not in intake}
     files, warnings = _scene(result, scene, base, kept, out) if out is not None else ([], [])
     if picture is not None:
-        from .picture import draw_calibration
+        from .result import draw_calibration
 
         files += drawn(lambda: draw_calibration(result, picture))
     verdict = result.verdict.lines(what=MEANING, page="docs/calibrate.md")
