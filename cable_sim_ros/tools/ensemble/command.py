@@ -149,7 +149,7 @@ def assumed(plan: EnsemblePlan) -> list[str]:
 
 def _picture(folder: Path, one: Followed, tow: Scene, report: dict[str, Any]) -> Path:
     from .copies import FIGURES
-    from .picture import plot
+    from .coverage import plot
     from .recording import PICTURE
 
     panels = []
