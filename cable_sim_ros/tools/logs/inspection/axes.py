@@ -1,15 +1,18 @@
-"""Signs and axes that contradict each other: heave and antenna height, gravity, roll and pitch against their rates."""
+"""Signs and axes that contradict each other: heave and antenna height, gravity, roll and pitch against their rates.
+
+A finding of an inspection: where, what, in words, and the numbers that show it.
+"""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Iterator
+from typing import NamedTuple
 
 import numpy as np
 
 from ..log import SECOND, Log, Source
 from ..not_valid import last_before, stamps_of_both
-from .finding import Finding
 
 HEAVE = re.compile(r"(^|[^a-z])heave([^a-z]|$)", re.I)
 HEIGHT = re.compile(r"^(alt|altitude|height.*|.*_height|hgt)$", re.I)
@@ -19,6 +22,22 @@ FEWEST = 60  # records
 SURE = 0.7  # correlation that says which sign
 WINDOW = 60.0  # s of the mean that is taken off: tide and drift of the satellites
 STALE = 2.0  # s
+
+
+class Finding(NamedTuple):
+    """where: source, or source.field; what: a word of KINDS; text: a line; evidence: numbers by name."""
+
+    where: str
+    what: str
+    text: str
+    evidence: dict[str, float]
+
+
+KINDS = (
+    "gap", "jitter", "clock", "clock_jump", "renamed", "constant", "reset", "jump", "rounded", "repeated", "unit",
+    "heave_sign", "vertical_axis", "exchanged", "heading_jump", "slow", "negative",
+)  # fmt: skip
+EXAMPLES = 3  # of one kind in a field
 
 
 def of_axes(log: Log) -> list[Finding]:

@@ -10,7 +10,7 @@ import numpy as np
 from ....io.sources.rounding import resolution
 from ..log import SECOND, Source
 from ..mapping.units import UNITS, named
-from .finding import EXAMPLES, Finding
+from .axes import EXAMPLES, Finding
 
 FEWEST = 30  # records, of fewer nothing is said
 REPEATED = 0.3  # share of values that repeat the one before, which a log faster than its sensor has
