@@ -9,8 +9,7 @@ import numpy as np
 
 from ..log import SECOND, Log, Source
 from ..mapping.time_base import dated
-from .axes import EXAMPLES, Finding, of_axes
-from .channels import of_fields
+from .axes import EXAMPLES, Finding, of_axes, of_fields
 
 GAP, LEAST_GAP = 5.0, 1.0  # periods, and s: a longer step is a gap
 JITTER = 0.2  # of the period, rms: worth a line
