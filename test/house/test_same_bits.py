@@ -27,7 +27,6 @@ BESIDE = {  # no number of a run comes from them: what they are for
     "io/messages/fault_hypotheses.py": "matrices of 0 and 1, to be compared with bounds",
     "io/messages/markers.py": "what RViz draws",
     "io/geodesy.py": "latitude and longitude of a layback",
-    "tools/logs/inspection/axes.py": "findings on a log",
     "tools/logs/inspection/inspect_log.py": "the same",
     "tools/logs/mapping/apply.py": "an import: a run has the numbers of the bag that it made",
     "tools/logs/mapping/lever_arm.py": "the same",

@@ -13,7 +13,7 @@ from ..mapping.mapping_file import load_mapping
 from ..mapping.units import UNITS, named
 from ..mapping.words import WORDS
 from ..read_signals import best_of
-from .axes import Finding
+from .inspect_log import Finding
 
 NAMES: tuple[tuple[str, str], ...] = (  # pattern of a field's name, word
     (r"^roll(_rad|_deg)?$", "roll"),
