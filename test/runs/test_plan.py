@@ -16,8 +16,7 @@ from cable_sim_ros.runs.passage import MEANING
 from cable_sim_ros.sim.layout import layout_of
 from cable_sim_ros.sim.verdict import check, verdict_of
 from cable_sim_ros.terminal import markdown_table
-from cable_sim_ros.tools.plan.plan import NEEDS, most_power, motor_pull, needs_of, plan_of
-from cable_sim_ros.tools.plan.winch_size import NoWinch, smallest
+from cable_sim_ros.tools.plan.plan import NEEDS, NoWinch, most_power, motor_pull, needs_of, plan_of, smallest
 from cable_sim_ros.tools.report.subject import subject_of
 from cable_sim_ros.tools.report.verdict import cards
 

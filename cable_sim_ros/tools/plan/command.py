@@ -93,7 +93,7 @@ def plan(scene, out, smallest, report, **asked) -> Answer:
 def _smallest(scene: str, seeds: int, asked: dict[str, Any], result: Run) -> dict[str, Any]:
     """The smallest winch for the job of a run, in so many seeds."""
     from ...physics.water import WaveKind
-    from .winch_size import SEED, smallest
+    from .plan import SEED, smallest
 
     assert result.scene is not None
     if seeds > 1 and result.scene.water.waves.kind is not WaveKind.JONSWAP:
