@@ -20,9 +20,9 @@ from . import expected_errors
 from .answer import Answer, answers, asks_json
 from .expected_errors import need_ros
 from .motion_options import SHIPPED_BAG, motion_options, simulated
-from .number import Number
 from .options import (
     FILE,
+    Number,
     all_option,
     bag_options,
     bag_scene_option,

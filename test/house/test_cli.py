@@ -12,8 +12,7 @@ from click.testing import CliRunner
 
 from cable_sim_ros.cli import commands, expected_errors
 from cable_sim_ros.cli.answer import Answer, answers, drawn
-from cable_sim_ros.cli.number import Number
-from cable_sim_ros.cli.options import Heave
+from cable_sim_ros.cli.options import Heave, Number
 from cable_sim_ros.io.sources.motion_table import MotionError
 from cable_sim_ros.limits import MAX_TOW_SPEED
 from cable_sim_ros.physics.ship import Ship

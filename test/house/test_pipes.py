@@ -13,7 +13,7 @@ from click.testing import CliRunner
 
 from cable_sim_ros import files
 from cable_sim_ros.cli.commands import main
-from cable_sim_ros.cli.number import Number
+from cable_sim_ros.cli.options import Number
 from cable_sim_ros.io.bags.bag import BagReader, BagWriter
 from cable_sim_ros.io.scenes.resources import find_bag
 

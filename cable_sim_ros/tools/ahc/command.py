@@ -8,8 +8,7 @@ from typing import Any
 import click
 
 from ...cli.answer import Answer, answers, drawn, json_of
-from ...cli.number import Count
-from ...cli.options import FILE, folder_option, ready
+from ...cli.options import FILE, Count, folder_option, ready
 from ...cli.progress import progress_bar
 from ...cli.report_option import report_option, said, typed
 from ...errors import CODE_FAILED, CODE_OK

@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from ...cli.answer import Answer, answers, drawn
-from ...cli.number import Number
-from ...cli.options import FILE, Heave, set_option
+from ...cli.options import FILE, Heave, Number, set_option
 from ...cli.progress import progress_bar
 from ...limits import LONGEST_RUN
 from ...sim.flag_rules import DOUBTFUL, FAILED

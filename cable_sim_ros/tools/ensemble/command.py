@@ -12,8 +12,7 @@ import click
 
 from ...cli.answer import Answer, answers, asks_json, drawn
 from ...cli.expected_errors import need_ros
-from ...cli.number import Count
-from ...cli.options import folder_option, node_options, ready, tow_scene_option
+from ...cli.options import Count, folder_option, node_options, ready, tow_scene_option
 from ...cli.progress import progress_bar
 from ...errors import CODE_DAMAGED, CODE_DOUBTFUL, CODE_OK
 from ...terminal import say

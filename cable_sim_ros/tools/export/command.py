@@ -7,8 +7,7 @@ from pathlib import Path
 import click
 
 from ...cli.answer import Answer, answers
-from ...cli.number import Number
-from ...cli.options import force_option
+from ...cli.options import Number, force_option
 from ...terminal import say
 
 

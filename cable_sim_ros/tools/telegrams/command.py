@@ -5,8 +5,7 @@ from __future__ import annotations
 import click
 from click.core import ParameterSource
 
-from ...cli.number import Number
-from ...cli.options import FILE, bag_scene_option
+from ...cli.options import FILE, Number, bag_scene_option
 from ...terminal import say
 
 OF_FORMAT = {"number": "lci90i", "name": "lci90i", "tension_unit": "lci90i", "heave_down": "pashr"}

@@ -11,8 +11,7 @@ import click
 
 from ...cli.answer import Answer, answers
 from ...cli.expected_errors import need_ros
-from ...cli.number import Count, Number
-from ...cli.options import FILE, node_options, start_option, tow_scene_option
+from ...cli.options import FILE, Count, Number, node_options, start_option, tow_scene_option
 from ...limits import LONGEST_RUN
 from ...terminal import say
 
