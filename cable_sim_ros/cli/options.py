@@ -1,6 +1,8 @@
 """Options that mean the same in every command that takes them, and what they are checked for.
 
 Every number is finite, and in a range that is said where it is not kept.
+
+The option ``--keys`` of commands whose file is of a kind of its own: lists what such a file may hold, and leaves.
 """
 
 from __future__ import annotations
@@ -15,6 +17,8 @@ from typing import Any
 import click
 
 from ..limits import LONGEST_RUN
+from ..physics.parameter import Block
+from ..terminal import say
 
 FILE, FOLDER = click.Path(dir_okay=False, path_type=Path), click.Path(file_okay=False, path_type=Path)
 CONVENTION_HELP = "Axes of the IMU and odometry messages in the bag; the node's motion.convention."
@@ -27,6 +31,25 @@ SET_HELP = (
     "taken in (heave.imu_position=[1, 0, 2]). May be repeated."
 )
 EVERYTHING = "cable_sim_ros.everything"  # of click's context: print all figures
+
+
+def keys_option(kind: Callable[[], type[Block]], heading: str = "") -> Callable:
+    """kind: gives the block of the whole file; called, and so imported, only where the option is used.
+
+    heading: Markdown that stands above the tables.
+    """
+
+    def tell(context: click.Context, _parameter: click.Parameter, asked: bool) -> None:
+        if not asked:
+            return
+        from ..runs.manual import tables
+
+        say(heading + "\n".join(tables(kind())), nl=False, lines=True)
+        context.exit()
+
+    return click.option(
+        "--keys", is_flag=True, is_eager=True, expose_value=False, callback=tell, help="List the keys of a FILE."
+    )
 
 
 class Number(click.FloatRange):

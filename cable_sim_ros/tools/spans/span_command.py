@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 from ...cli.answer import Answer, answers
-from ...cli.keys import keys_option
-from ...cli.options import folder_option, ready
+from ...cli.options import folder_option, keys_option, ready
 from ...cli.progress import progress_bar
 from ...physics.parameter import Block
 from ...terminal import print_table, say
