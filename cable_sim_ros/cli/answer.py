@@ -7,7 +7,8 @@ from __future__ import annotations
 
 import json
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from functools import wraps
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -16,7 +17,7 @@ import click
 
 from ..errors import CODE_OK
 from ..files import write_text
-from ..terminal import say
+from ..terminal import clean, plain_console, say
 
 
 class Answer(NamedTuple):
@@ -94,3 +95,25 @@ def drawn(*draws: Callable[[], Path]) -> list[tuple[str, Path]]:
     except RuntimeError as error:
         say(f"warning: {error}", err=True)
         return []
+
+
+@contextmanager
+def progress_bar(unit: str = "s", quiet: bool = False) -> Iterator[Callable[[str, float, float], None]]:
+    """Function (what, done, in all) that shows a bar on a terminal, else nothing; unit: of what is counted; quiet:
+    show none, as with --json."""
+    if quiet or asks_json() or not sys.stderr.isatty():
+        yield lambda what, done, total: None
+        return
+    from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+
+    texts = (TextColumn(f"{{task.{name}}}", markup=False) for name in ("description", "fields[now]"))
+    columns = next(texts), BarColumn(), next(texts), TimeElapsedColumn(), TimeRemainingColumn()
+    with Progress(*columns, console=plain_console(err=True), transient=True) as bar:
+        task = bar.add_task("loading", total=None, now="")
+        yield lambda what, done, total: bar.update(
+            task,
+            description=clean(what),
+            completed=done,
+            total=total or None,
+            now=f"{done:.0f} of {total:.0f} {unit}" if total else "",
+        )

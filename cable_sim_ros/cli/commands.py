@@ -17,7 +17,7 @@ from ..limits import LONGEST_RUN, MAX_TOW_SPEED
 from ..terminal import clean, print_table, say
 from ..version import __version__
 from . import expected_errors
-from .answer import Answer, answers, asks_json
+from .answer import Answer, answers, asks_json, progress_bar
 from .expected_errors import need_ros
 from .motion_options import SHIPPED_BAG, motion_options, simulated
 from .options import (
@@ -39,7 +39,6 @@ from .options import (
     settings_options,
     start_option,
 )
-from .progress import progress_bar
 from .report import answer_of
 from .report_option import ARGUMENTS, report_option, reporting, unrecorded
 

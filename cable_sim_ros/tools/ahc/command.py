@@ -7,9 +7,8 @@ from typing import Any
 
 import click
 
-from ...cli.answer import Answer, answers, drawn, json_of
+from ...cli.answer import Answer, answers, drawn, json_of, progress_bar
 from ...cli.options import FILE, Count, folder_option, ready
-from ...cli.progress import progress_bar
 from ...cli.report_option import report_option, said, typed
 from ...errors import CODE_FAILED, CODE_OK
 from ...files import read_text, write_text

@@ -8,9 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from ...cli.answer import Answer, answers, drawn
+from ...cli.answer import Answer, answers, drawn, progress_bar
 from ...cli.options import FILE, Heave, Number, set_option
-from ...cli.progress import progress_bar
 from ...limits import LONGEST_RUN
 from ...sim.flag_rules import DOUBTFUL, FAILED
 from ...terminal import in_lines, print_table, say

@@ -10,10 +10,9 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from ...cli.answer import Answer, answers, asks_json, drawn
+from ...cli.answer import Answer, answers, asks_json, drawn, progress_bar
 from ...cli.expected_errors import need_ros
 from ...cli.options import Count, folder_option, node_options, ready, tow_scene_option
-from ...cli.progress import progress_bar
 from ...errors import CODE_DAMAGED, CODE_DOUBTFUL, CODE_OK
 from ...terminal import say
 from .limits import COPIES, LEAST_COPIES, MAX_COPIES, MAX_SEED, SEED

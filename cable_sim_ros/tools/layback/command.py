@@ -7,9 +7,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import click
 
-from ...cli.answer import Answer, answers, drawn
+from ...cli.answer import Answer, answers, drawn, progress_bar
 from ...cli.options import Number, folder_option, ready
-from ...cli.progress import progress_bar
 from ...errors import CableSimError
 from ...terminal import print_table, say
 

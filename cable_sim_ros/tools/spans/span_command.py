@@ -7,9 +7,8 @@ from typing import TYPE_CHECKING
 
 import click
 
-from ...cli.answer import Answer, answers
+from ...cli.answer import Answer, answers, progress_bar
 from ...cli.options import folder_option, keys_option, ready
-from ...cli.progress import progress_bar
 from ...physics.parameter import Block
 from ...terminal import print_table, say
 

@@ -9,9 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from ...cli.answer import Answer, answers
+from ...cli.answer import Answer, answers, progress_bar
 from ...cli.options import folder_option, keys_option, ready
-from ...cli.progress import progress_bar
 from ...files import write_text
 from ...physics.parameter import Block
 

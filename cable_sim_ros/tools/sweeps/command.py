@@ -12,9 +12,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from ...cli.answer import Answer, answers, asks_json
+from ...cli.answer import Answer, answers, asks_json, progress_bar
 from ...cli.options import folder_option, workers_option
-from ...cli.progress import progress_bar
 from ...cli.report_option import report_option, said, typed
 from ...errors import CODE_DOUBTFUL, CODE_FAILED, CODE_OK, RunError
 from ...files import read_text

@@ -10,9 +10,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from ...cli.answer import Answer, answers, drawn
+from ...cli.answer import Answer, answers, drawn, progress_bar
 from ...cli.options import folder_option, set_option, workers_option
-from ...cli.progress import progress_bar
 from ...files import open_file
 from ...terminal import print_table, say
 from ..sweeps.command import stoppable
