@@ -16,9 +16,8 @@ from ..files import write_text
 from ..limits import LONGEST_RUN, MAX_TOW_SPEED
 from ..terminal import clean, print_table, say
 from ..version import __version__
-from . import expected_errors
-from .answer import Answer, answers, asks_json, progress_bar
-from .expected_errors import need_ros
+from . import answer as expected_errors
+from .answer import Answer, answers, asks_json, need_ros, progress_bar
 from .motion_options import SHIPPED_BAG, motion_options, simulated
 from .options import (
     FILE,

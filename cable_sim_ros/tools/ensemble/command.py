@@ -10,8 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from ...cli.answer import Answer, answers, asks_json, drawn, progress_bar
-from ...cli.expected_errors import need_ros
+from ...cli.answer import Answer, answers, asks_json, drawn, need_ros, progress_bar
 from ...cli.options import Count, folder_option, node_options, ready, tow_scene_option
 from ...errors import CODE_DAMAGED, CODE_DOUBTFUL, CODE_OK
 from ...terminal import say
