@@ -16,13 +16,15 @@ from ..files import write_text
 from ..limits import LONGEST_RUN, MAX_TOW_SPEED
 from ..terminal import clean, print_table, say
 from ..version import __version__
-from . import answer as expected_errors
-from .answer import Answer, answers, asks_json, need_ros, progress_bar
+from . import options as expected_errors
 from .motion_options import SHIPPED_BAG, motion_options, simulated
 from .options import (
     FILE,
+    Answer,
     Number,
     all_option,
+    answers,
+    asks_json,
     bag_options,
     bag_scene_option,
     folder_option,
@@ -31,8 +33,10 @@ from .options import (
     junit_option,
     limits_option,
     markers_option,
+    need_ros,
     needs_out,
     out_option,
+    progress_bar,
     ready,
     setpoint_option,
     settings_options,

@@ -10,8 +10,8 @@ import pytest
 from pydantic import ValidationError
 
 import cable_sim_ros
-from cable_sim_ros.cli.answer import deliver
 from cable_sim_ros.cli.commands import main
+from cable_sim_ros.cli.options import deliver
 from cable_sim_ros.cli.report import answer_of
 from cable_sim_ros.io.messages import channels
 from cable_sim_ros.io.messages.channels import EVERY, Channel, Context, channels_of

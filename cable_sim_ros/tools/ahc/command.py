@@ -7,8 +7,7 @@ from typing import Any
 
 import click
 
-from ...cli.answer import Answer, answers, drawn, json_of, progress_bar
-from ...cli.options import FILE, Count, folder_option, ready
+from ...cli.options import FILE, Answer, Count, answers, drawn, folder_option, json_of, progress_bar, ready
 from ...cli.report_option import report_option, said, typed
 from ...errors import CODE_FAILED, CODE_OK
 from ...files import read_text, write_text

@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from ...cli.answer import Answer, answers, drawn, progress_bar
-from ...cli.options import FILE, Heave, Number, set_option
+from ...cli.options import FILE, Answer, Heave, Number, answers, drawn, progress_bar, set_option
 from ...limits import LONGEST_RUN
 from ...sim.flag_rules import DOUBTFUL, FAILED
 from ...terminal import in_lines, print_table, say

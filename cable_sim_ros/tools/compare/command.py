@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from ...cli.answer import Answer, answers, drawn
-from ...cli.options import Number, folder_option, junit_option, limits_option, ready
+from ...cli.options import Answer, Number, answers, drawn, folder_option, junit_option, limits_option, ready
 from ...errors import CODE_FAILED
 from ...sim.flag_rules import DOUBTFUL, FAILED
 from ...terminal import in_lines, print_table, say

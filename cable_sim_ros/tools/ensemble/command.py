@@ -10,8 +10,19 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from ...cli.answer import Answer, answers, asks_json, drawn, need_ros, progress_bar
-from ...cli.options import Count, folder_option, node_options, ready, tow_scene_option
+from ...cli.options import (
+    Answer,
+    Count,
+    answers,
+    asks_json,
+    drawn,
+    folder_option,
+    need_ros,
+    node_options,
+    progress_bar,
+    ready,
+    tow_scene_option,
+)
 from ...errors import CODE_DAMAGED, CODE_DOUBTFUL, CODE_OK
 from ...terminal import say
 from .limits import COPIES, LEAST_COPIES, MAX_COPIES, MAX_SEED, SEED

@@ -6,8 +6,7 @@ from pathlib import Path
 
 import click
 
-from ...cli.answer import Answer, answers
-from ...cli.options import Number, force_option
+from ...cli.options import Answer, Number, answers, force_option
 from ...terminal import say
 
 

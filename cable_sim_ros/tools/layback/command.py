@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import click
 
-from ...cli.answer import Answer, answers, drawn, progress_bar
-from ...cli.options import Number, folder_option, ready
+from ...cli.options import Answer, Number, answers, drawn, folder_option, progress_bar, ready
 from ...errors import CableSimError
 from ...terminal import print_table, say
 

@@ -9,9 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from ...cli.answer import Answer, answers
 from ...cli.motion_options import motion_options, simulated
-from ...cli.options import folder_option, settings_options
+from ...cli.options import Answer, answers, folder_option, settings_options
 from ...cli.report import tell_faults, tell_rules
 from ...cli.report_option import Reporter, report_option, reporting
 from ...errors import RunError

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from ...cli.answer import leave
+from ...cli.options import leave
 from ...cli.report_option import checked_place, said, typed
 
 

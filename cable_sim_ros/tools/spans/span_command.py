@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from ...cli.answer import Answer, answers, progress_bar
-from ...cli.options import folder_option, keys_option, ready
+from ...cli.options import Answer, answers, folder_option, keys_option, progress_bar, ready
 from ...physics.parameter import Block
 from ...terminal import print_table, say
 

@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from ...cli.answer import Answer, answers, progress_bar
-from ...cli.options import folder_option, keys_option, ready
+from ...cli.options import Answer, answers, folder_option, keys_option, progress_bar, ready
 from ...files import write_text
 from ...physics.parameter import Block
 

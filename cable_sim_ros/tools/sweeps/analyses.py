@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from ...cli.answer import Answer, answers
+from ...cli.options import Answer, answers
 from ...errors import CODE_DOUBTFUL, CODE_FAILED, CODE_OK
 from ...sim.flag_rules import OK
 from ...terminal import say

@@ -12,8 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from ...cli.answer import Answer, answers, asks_json, progress_bar
-from ...cli.options import folder_option, workers_option
+from ...cli.options import Answer, answers, asks_json, folder_option, progress_bar, workers_option
 from ...cli.report_option import report_option, said, typed
 from ...errors import CODE_DOUBTFUL, CODE_FAILED, CODE_OK, RunError
 from ...files import read_text

@@ -11,8 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from ...cli.answer import Answer, answers
-from ...cli.options import folder_option, set_option, workers_option
+from ...cli.options import Answer, answers, folder_option, set_option, workers_option
 from ...errors import CODE_DOUBTFUL, CODE_FAILED, CODE_OK, CableSimError
 from ...files import open_file
 from ...sim.flag_rules import DOUBTFUL, FAILED

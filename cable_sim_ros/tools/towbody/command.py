@@ -7,7 +7,7 @@ from typing import Any
 
 import click
 
-from ...cli.answer import Answer, answers, drawn
+from ...cli.options import Answer, answers, drawn
 from ...terminal import print_table, say
 
 MOST_SPEEDS = 100

@@ -10,8 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from ...cli.answer import Answer, answers, drawn, progress_bar
-from ...cli.options import folder_option, set_option, workers_option
+from ...cli.options import Answer, answers, drawn, folder_option, progress_bar, set_option, workers_option
 from ...files import open_file
 from ...terminal import print_table, say
 from ..sweeps.command import stoppable

@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from ...cli.answer import Answer, answers, need_ros
-from ...cli.options import FILE, Count, Number, node_options, start_option, tow_scene_option
+from ...cli.options import FILE, Answer, Count, Number, answers, need_ros, node_options, start_option, tow_scene_option
 from ...limits import LONGEST_RUN
 from ...terminal import say
 
