@@ -18,9 +18,11 @@ from cable_sim_ros.cli.options import (
     json_of,
     progress_bar,
     ready,
+    report_option,
+    said,
+    typed,
     workers_option,
 )
-from cable_sim_ros.cli.report_option import report_option, said, typed
 from cable_sim_ros.errors import CODE_FAILED, CODE_OK
 from cable_sim_ros.files import write_text
 from cable_sim_ros.limits import LONGEST_RUN

@@ -19,6 +19,7 @@ from ..version import __version__
 from . import options as expected_errors
 from .motion_options import SHIPPED_BAG, motion_options, simulated
 from .options import (
+    ARGUMENTS,
     FILE,
     Answer,
     Number,
@@ -38,12 +39,14 @@ from .options import (
     out_option,
     progress_bar,
     ready,
+    report_option,
+    reporting,
     setpoint_option,
     settings_options,
     start_option,
+    unrecorded,
 )
 from .report import answer_of
-from .report_option import ARGUMENTS, report_option, reporting, unrecorded
 
 if TYPE_CHECKING:
     from ..runs.mesh import MeshChange

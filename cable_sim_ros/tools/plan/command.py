@@ -10,9 +10,8 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from ...cli.motion_options import motion_options, simulated
-from ...cli.options import Answer, answers, folder_option, settings_options
+from ...cli.options import Answer, Reporter, answers, folder_option, report_option, reporting, settings_options
 from ...cli.report import tell_faults, tell_rules
-from ...cli.report_option import Reporter, report_option, reporting
 from ...errors import RunError
 from ...sim.flag_rules import FAILED
 from ...terminal import print_table, say

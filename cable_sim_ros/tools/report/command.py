@@ -6,8 +6,7 @@ from pathlib import Path
 
 import click
 
-from ...cli.options import leave
-from ...cli.report_option import checked_place, said, typed
+from ...cli.options import checked_place, leave, said, typed
 
 
 @click.command()

@@ -12,8 +12,17 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from ...cli.options import Answer, answers, asks_json, folder_option, progress_bar, workers_option
-from ...cli.report_option import report_option, said, typed
+from ...cli.options import (
+    Answer,
+    answers,
+    asks_json,
+    folder_option,
+    progress_bar,
+    report_option,
+    said,
+    typed,
+    workers_option,
+)
 from ...errors import CODE_DOUBTFUL, CODE_FAILED, CODE_OK, RunError
 from ...files import read_text
 from ...terminal import say
