@@ -16,8 +16,7 @@ from ...sim.flag_rules import DAMAGE
 from ...sim.scene import Scene
 from ...sim.tables.attitude import angles_of
 from ...sim.verdict import Reason, Verdict, check
-from .errors import ViewError
-from .moment import NO_CONTACT, Moment
+from .moment import NO_CONTACT, Moment, ViewError
 
 
 class BagRun:

@@ -11,8 +11,8 @@ import numpy as np
 
 from ...files import whole
 from .bag_run import BagRun
-from .errors import PageError, ViewError, need
 from .film_frame import FilmFrame
+from .moment import PageError, ViewError, need
 from .play_bag import check_start
 
 KINDS = (".mp4", ".gif")

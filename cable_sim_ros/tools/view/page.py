@@ -23,8 +23,7 @@ from ...plots.run import thinned
 from ...sim.scene import Scene
 from . import words
 from .cameras import CAMERAS, FIELD, WHOLE, camera
-from .errors import PageError, need
-from .moment import Moment
+from .moment import Moment, PageError, need
 from .stage import Stage
 from .strips import POINTS, scale, strips_of
 

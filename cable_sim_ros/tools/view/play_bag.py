@@ -10,7 +10,7 @@ from ...plots.sea_surface import SeaSurface
 from . import words
 from .bag_run import BagRun
 from .cameras import WHOLE
-from .errors import ViewError
+from .moment import ViewError
 from .page import CHARTS, Pace, Page
 from .stage import Stage, nice
 

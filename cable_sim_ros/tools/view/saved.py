@@ -18,7 +18,7 @@ from ...version import __version__
 from . import words
 from .bag_run import BagRun
 from .cameras import FIELD, camera
-from .errors import PageError
+from .moment import PageError
 from .page import Page, serve
 from .play_bag import check_start, stage_of
 from .strips import POINTS, Strip, scale, strips_of
