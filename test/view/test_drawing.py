@@ -25,9 +25,8 @@ from cable_sim_ros.tools.view import words
 from cable_sim_ros.tools.view.bag_run import BagRun
 from cable_sim_ros.tools.view.beside_node import Memory
 from cable_sim_ros.tools.view.cameras import CAMERAS, camera, followed
-from cable_sim_ros.tools.view.moment import parts_of, smooth_shape
+from cable_sim_ros.tools.view.moment import parts_of, scale, smooth_shape, strips_of
 from cable_sim_ros.tools.view.page import Pace, addresses
-from cable_sim_ros.tools.view.strips import scale, strips_of
 
 
 def call(*arguments):

@@ -18,9 +18,8 @@ from ...plots.sea_surface import SeaSurface
 from ...plots.side import FAINT, INK, ORANGE
 from .bag_run import BagRun
 from .cameras import SHEAVE, ahead
-from .moment import COLUMN, Moment, parts_of, smooth_shape
+from .moment import COLUMN, Moment, parts_of, scale, smooth_shape, strips_of
 from .stage import nice
-from .strips import scale, strips_of
 from .words import GREY, OF_STATE, alarms, force
 
 if TYPE_CHECKING:

@@ -23,9 +23,8 @@ from ...plots.run import thinned
 from ...sim.scene import Scene
 from . import words
 from .cameras import CAMERAS, FIELD, WHOLE, camera
-from .moment import Moment, PageError, need
+from .moment import CHART_POINTS, Moment, PageError, need, scale, strips_of
 from .stage import Stage
-from .strips import POINTS, scale, strips_of
 
 LOOPBACK = ("127.0.0.1", "localhost", "::1")
 ALL = ("0.0.0.0", "::", "")  # hosts that are every address of the machine
@@ -344,7 +343,7 @@ class Page:
             for strip, chart in zip(self.strips, self._charts):
                 value = np.asarray(strip.of(part), float)
                 bottom, top = scale(value, strip.least)
-                chart.data = thinned(time_s, value, POINTS)
+                chart.data = thinned(time_s, value, CHART_POINTS)
                 chart.scales = {
                     "x": {"time": False, "range": (max(now - WINDOW, 0.0), max(now, WINDOW))},
                     "y": {"range": (bottom, top)},

@@ -18,10 +18,9 @@ from ...version import __version__
 from . import words
 from .bag_run import BagRun
 from .cameras import FIELD, camera
-from .moment import PageError
+from .moment import CHART_POINTS, PageError, Strip, scale, strips_of
 from .page import Page, serve
 from .play_bag import check_start, stage_of
-from .strips import POINTS, Strip, scale, strips_of
 
 LENGTH = 60.0  # s, where none is asked for
 MOST = 6000  # pictures: some 100 MB of page in the browser
@@ -108,7 +107,7 @@ def _charts(run: BagRun, strips: tuple[Strip, ...], begin: float, end: float) ->
         return ""
     parts = []
     for k, strip in enumerate(strips):
-        time, value = thinned(seconds[low:high], np.asarray(strip.of(run.run.frames[low:high]), float), POINTS)
+        time, value = thinned(seconds[low:high], np.asarray(strip.of(run.run.frames[low:high]), float), CHART_POINTS)
         bottom, top = scale(value, strip.least)
         x = 46 + (WIDE - 52) * (time - begin) / max(end - begin, 1e-9)
         y = (k + 1) * HIGH - 8 - (HIGH - 30) * (value - bottom) / (top - bottom)
