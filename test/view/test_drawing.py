@@ -22,10 +22,9 @@ from cable_sim_ros.physics.tick_output import TICK_OUTPUT, Flag
 from cable_sim_ros.plots.sea_surface import SeaSurface
 from cable_sim_ros.runs import offline
 from cable_sim_ros.tools.view import words
-from cable_sim_ros.tools.view.bag_run import BagRun
 from cable_sim_ros.tools.view.beside_node import Memory
 from cable_sim_ros.tools.view.cameras import CAMERAS, camera, followed
-from cable_sim_ros.tools.view.moment import parts_of, scale, smooth_shape, strips_of
+from cable_sim_ros.tools.view.moment import BagRun, parts_of, scale, smooth_shape, strips_of
 from cable_sim_ros.tools.view.page import Pace, addresses
 
 

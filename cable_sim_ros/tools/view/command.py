@@ -91,7 +91,7 @@ def view(bag, scene, namespace, wait, open_, host, port, rate, top, save, start,
                 follow(server, watcher, tow, rate, top, alive, camera)
         return
     from ...io.scenes.resources import find_bag
-    from .bag_run import BagRun
+    from .moment import BagRun
 
     if save is not None:
         from .saved import save_page
@@ -177,8 +177,8 @@ class Size(click.ParamType):
 def film(bag, out, scene, camera, start, seconds, speed, fps, size, top) -> Answer:
     """Make a film of a recorded BAG for a slide: tow, sheave with its line loads, strip charts."""
     from ...io.scenes.resources import find_bag
-    from .bag_run import BagRun
     from .film import check_film, make_film
+    from .moment import BagRun
 
     check_film(out)
     gif = out.suffix.lower() == ".gif"

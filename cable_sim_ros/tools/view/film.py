@@ -10,9 +10,8 @@ from typing import NamedTuple
 import numpy as np
 
 from ...files import whole
-from .bag_run import BagRun
 from .film_frame import FilmFrame
-from .moment import PageError, ViewError, need
+from .moment import BagRun, PageError, ViewError, need
 from .play_bag import check_start
 
 KINDS = (".mp4", ".gif")

@@ -16,9 +16,8 @@ from ...physics.section import CableModel
 from ...plots.run import STYLE, thinned
 from ...plots.sea_surface import SeaSurface
 from ...plots.side import FAINT, INK, ORANGE
-from .bag_run import BagRun
 from .cameras import SHEAVE, ahead
-from .moment import COLUMN, Moment, parts_of, scale, smooth_shape, strips_of
+from .moment import COLUMN, BagRun, Moment, parts_of, scale, smooth_shape, strips_of
 from .stage import nice
 from .words import GREY, OF_STATE, alarms, force
 

@@ -8,9 +8,8 @@ from typing import Any
 
 from ...plots.sea_surface import SeaSurface
 from . import words
-from .bag_run import BagRun
 from .cameras import WHOLE
-from .moment import ViewError
+from .moment import BagRun, ViewError
 from .page import CHARTS, Pace, Page
 from .stage import Stage, nice
 

@@ -16,9 +16,8 @@ from ...files import write_text
 from ...plots.run import thinned
 from ...version import __version__
 from . import words
-from .bag_run import BagRun
 from .cameras import FIELD, camera
-from .moment import CHART_POINTS, PageError, Strip, scale, strips_of
+from .moment import CHART_POINTS, BagRun, PageError, Strip, scale, strips_of
 from .page import Page, serve
 from .play_bag import check_start, stage_of
 
