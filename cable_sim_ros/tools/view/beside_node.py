@@ -13,7 +13,7 @@ from ...physics.tick_output import TICK_OUTPUT
 from ...plots.sea_surface import SeaSurface
 from ...sim.scene import Scene
 from ...sim.verdict import judge_counts, overload
-from . import words
+from . import moment as words
 from .moment import NO_CONTACT, Moment
 from .page import CHARTS, WINDOW, Pace, Page
 from .stage import Stage

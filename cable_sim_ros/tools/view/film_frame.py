@@ -17,9 +17,8 @@ from ...plots.run import STYLE, thinned
 from ...plots.sea_surface import SeaSurface
 from ...plots.side import FAINT, INK, ORANGE
 from .cameras import SHEAVE, ahead
-from .moment import COLUMN, BagRun, Moment, parts_of, scale, smooth_shape, strips_of
+from .moment import COLUMN, GREY, OF_STATE, BagRun, Moment, alarms, force, parts_of, scale, smooth_shape, strips_of
 from .stage import nice
-from .words import GREY, OF_STATE, alarms, force
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -5,6 +5,8 @@ What ends `cable-sim view` and `film`: input that cannot be shown (code 2), or a
 Strip charts: what they show, and their scale.
 
 A recorded run as moments that can be drawn: one for each shape of the cable in the bag, with its verdict.
+
+Alarms, verdict and figures of a moment in words; colours of the page.
 """
 
 from __future__ import annotations
@@ -12,6 +14,7 @@ from __future__ import annotations
 import os
 import warnings
 from collections.abc import Callable
+from html import escape
 from importlib import import_module
 from types import ModuleType
 from typing import NamedTuple
@@ -22,15 +25,19 @@ from ...errors import CableSimError, RunError
 from ...io.bags.bag import DamageWarning
 from ...io.messages.markers import Colours
 from ...io.recordings.recorded_run import load_run, places_of, scene_of_recording
-from ...physics.tick_output import CONTACT_COLUMNS, SHAPE_COLUMNS
+from ...physics.tick_output import CONTACT_COLUMNS, SHAPE_COLUMNS, Flag
 from ...physics.towbody import BodyModel
 from ...runs import mean_track
 from ...runs.summary import pitch_and_roll, since_first
 from ...runs.verdict import judge
-from ...sim.flag_rules import DAMAGE
+from ...sim.flag_rules import DAMAGE, DOUBTFUL, FAILED, OK, RULES
 from ...sim.scene import Scene
 from ...sim.tables.attitude import angles_of
 from ...sim.verdict import Reason, Verdict, check
+
+RULE = {rule.flag: rule for rule in RULES}
+GREEN, AMBER, RED, GREY = "#1f7a4d", "#b45f06", "#b3261e", "#5f6b76"
+OF_STATE = {OK: GREEN, DOUBTFUL: AMBER, FAILED: RED}
 
 CHART_POINTS = 240  # pieces of a chart, of which least and largest are kept
 
@@ -38,6 +45,75 @@ COLUMN = {name: k for k, (name, _) in enumerate(CONTACT_COLUMNS)}
 ARC = [name for name, _ in SHAPE_COLUMNS].index("arc_length")
 POINTS, FINE = 240, 400  # of the cable, about; nodes beyond which it is drawn straight between them
 NO_CONTACT = np.zeros((0, len(CONTACT_COLUMNS)))
+
+
+def alarms(status: int) -> list[tuple[str, str, str]]:
+    """(flag, what it says, colour) of each flag set in a status word, the worst first."""
+    found = []
+    for flag in Flag:
+        if flag and status & flag:
+            rule = RULE.get(flag.name or "")
+            state = rule.state if rule else OK
+            alarm = rule is not None and rule.alarm
+            rank = 0 if state == FAILED else 1 if alarm and state == DOUBTFUL else 2 if alarm else 3
+            colour = RED if state == FAILED else AMBER if alarm else GREY
+            found.append((rank, flag.name or "", flag.text, colour))
+    return [(name, text, colour) for _, name, text, colour in sorted(found)]
+
+
+def force(newton: float) -> str:
+    """A force as it is read: N below one kN."""
+    return f"{newton / 1e3:.2f} kN" if abs(newton) >= 1e3 else f"{newton:.1f} N"
+
+
+def figures(frame) -> list[tuple[str, str]]:
+    """Name and value of what is read off first."""
+    speed = float(np.hypot(*frame["ship_velocity"][:2]))
+    return [
+        ("tension, sheave", force(float(frame["tension"]))),
+        ("tension, drum", force(float(frame["tension_drum"]))),
+        ("pay-out", f"{float(frame['payout']):.2f} m"),
+        ("pay-out rate", f"{float(frame['payout_rate']):+.2f} m/s"),
+        ("towbody depth", f"{-float(frame['body_position'][2]):.1f} m"),
+        ("layback", f"{float(frame['layback']):.1f} m"),
+        ("departure angle", f"{np.degrees(float(frame['departure_angle'])):.1f}°"),
+        ("wrap angle", f"{np.degrees(float(frame['wrap_angle'])):.0f}°"),
+        ("ship's speed", f"{speed:.2f} m/s"),
+        ("sheave height", f"{float(frame['sheave_position'][2]):+.2f} m"),
+    ]
+
+
+def pill(text: str, colour: str) -> str:
+    """A word on a coloured ground."""
+    return (
+        f'<span style="background:{colour};color:#fff;border-radius:4px;padding:2px 8px;font-weight:700">'
+        f"{escape(text)}</span>"
+    )
+
+
+def verdict_html(verdict: Verdict, of: str) -> str:
+    """State and each reason in a sentence."""
+    rows = "".join(f'<div style="margin-top:3px">{escape(str(reason))}</div>' for reason in verdict.reasons)
+    return f"<div>{escape(of)} {pill(verdict.state, OF_STATE.get(verdict.state, GREY))}{rows}</div>"
+
+
+def alarms_html(status: int) -> str:
+    """Flags of this moment; a line that says so where there is none."""
+    rows = [
+        f'<div style="margin-top:3px"><b style="color:{colour}">{escape(name)}</b> {escape(text)}</div>'
+        for name, text, colour in alarms(status)
+    ]
+    return "<div>alarms now: " + ("none</div>" if not rows else "</div>" + "".join(rows))
+
+
+def figures_html(frame) -> str:
+    """`figures`, two in a row."""
+    cells = "".join(
+        f'<div style="display:flex;justify-content:space-between"><span style="opacity:.7">{escape(name)}</span>'
+        f'<b style="font-variant-numeric:tabular-nums">{escape(value)}</b></div>'
+        for name, value in figures(frame)
+    )
+    return f'<div style="display:grid;grid-template-columns:1fr 1fr;gap:1px 18px;font-size:13px">{cells}</div>'
 
 
 class Strip(NamedTuple):

@@ -15,7 +15,7 @@ import numpy as np
 from ...files import write_text
 from ...plots.run import thinned
 from ...version import __version__
-from . import words
+from . import moment
 from .cameras import FIELD, camera
 from .moment import CHART_POINTS, BagRun, PageError, Strip, scale, strips_of
 from .page import Page, serve
@@ -88,7 +88,7 @@ def _box(run: BagRun, strips: tuple[Strip, ...], legend: str, begin: float, end:
     inner = (
         f'<div style="font-size:16px;font-weight:700">{escape(run.scene.name)}</div>'
         f'<div style="opacity:.75">{about}; cable-sim {escape(__version__)}</div>'
-        f"{words.verdict_html(run.verdict, 'verdict:')}{_charts(run, strips, begin, end)}{legend}"
+        f"{moment.verdict_html(run.verdict, 'verdict:')}{_charts(run, strips, begin, end)}{legend}"
     )
     return (
         '<details open style="position:fixed;right:12px;top:12px;z-index:1000;width:364px;'
