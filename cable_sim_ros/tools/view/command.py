@@ -177,7 +177,7 @@ class Size(click.ParamType):
 def film(bag, out, scene, camera, start, seconds, speed, fps, size, top) -> Answer:
     """Make a film of a recorded BAG for a slide: tow, sheave with its line loads, strip charts."""
     from ...io.scenes.resources import find_bag
-    from .film import check_film, make_film
+    from .film_frame import check_film, make_film
     from .moment import BagRun
 
     check_film(out)
