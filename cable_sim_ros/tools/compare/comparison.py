@@ -27,10 +27,9 @@ from .alignment import SEARCH, Clock, clock_of
 from .limits import Judged, Limits, judge
 from .pairing import LINES, NotPaired, clean, paired
 from .recordings import Recording
-from .score import SLOPE, Score, score
+from .score import SLOPE, Score, ellipsoid, inside, score
 from .spectra import BAND
 from .units import Finding, findings, floor_of, step_of
-from .waves import ellipsoid, inside
 
 SCORED = (  # quantities of a comparison, in this order; the motion of the ship is what both are given
     *("tension", "tension_drum", "payout", "payout_rate", "departure_angle"),
