@@ -16,7 +16,7 @@ import numpy as np
 from scipy.optimize import least_squares
 from scipy.stats import t as student
 
-from ..compare.intervals import correlation_time
+from ..compare.spectra import correlation_time
 from .free import CalibrateError, Free
 from .observed import Observed
 from .tow_model import Curves

@@ -16,9 +16,19 @@ from ...sim.rules.rainflow import Rainflow
 from ...sim.tables.elementary import principal
 from ..logs.signals import QUANTITIES, Signal
 from .alignment import wave_part
-from .intervals import Interval, blocks, correlation_time, jackknife, left_out
 from .pairing import NotPaired, Pair, clean, paired
-from .spectra import BAND, band_of, coherence_of, lag_of, spectra
+from .spectra import (
+    BAND,
+    Interval,
+    band_of,
+    blocks,
+    coherence_of,
+    correlation_time,
+    jackknife,
+    lag_of,
+    left_out,
+    spectra,
+)
 
 PLAY = 0.25  # standard deviations that a crossing of the mean must go beyond it, either way: noise makes no wave
 LEVELS = (0.1, 0.01, 0.001)  # of the time, in which A is above
