@@ -173,7 +173,7 @@ def stoppable(folder: Path | None) -> Iterator[None]:
     try:
         yield
     except KeyboardInterrupt:
-        from ..report.parts import counted
+        from ..report.subject import counted
         from .store import Store
 
         if folder is None:
