@@ -12,7 +12,7 @@ from ...io.scenes.winch_plan import WinchPlan
 from ...io.sources.recorded_tow import RecordedTow
 from ...sim.scene import Scene
 from ..compare.pairing import SECOND
-from ..logs.signals import Signal
+from ..logs.own_signals import Signal
 from .confidence import Confidence, Interval, confidence, linear_intervals, minuit, profile
 from .free import CONSEQUENCE, CalibrateError, flat, free_of
 from .lags import first_lags

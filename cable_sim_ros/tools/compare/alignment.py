@@ -8,7 +8,7 @@ import numpy as np
 from scipy.fft import irfft, next_fast_len, rfft
 from scipy.stats import t as student
 
-from ..logs.signals import Signal
+from ..logs.own_signals import Signal
 from .pairing import MAX_GRID, Cleaned, NotPaired, Pair, clean, paired
 from .spectra import BAND, LEAST_LAG, LEVEL, Interval, band_of, correlation_time, fitted_lag, lag_of, spectra
 

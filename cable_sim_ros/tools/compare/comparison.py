@@ -22,7 +22,7 @@ from ...plots.heading import STAMP
 from ...plots.run import BLUE, FAINT, INK, ORANGE, PURPLE, thinned
 from ...sim.flag_rules import DOUBTFUL, FAILED, OK
 from ...sim.verdict import Reason, Verdict, check
-from ..logs.signals import QUANTITIES, Signal
+from ..logs.own_signals import QUANTITIES, Signal
 from .alignment import SEARCH, Clock, clock_of
 from .limits import Judged, Limits, judge
 from .pairing import LINES, NotPaired, clean, paired

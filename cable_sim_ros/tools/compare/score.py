@@ -14,7 +14,7 @@ import numpy as np
 
 from ...sim.rules.rainflow import Rainflow
 from ...sim.tables.elementary import principal
-from ..logs.signals import QUANTITIES, Signal
+from ..logs.own_signals import QUANTITIES, Signal
 from .alignment import wave_part
 from .pairing import NotPaired, Pair, clean, paired
 from .spectra import (

@@ -37,10 +37,9 @@ from ....sim.tables.attitude import quaternion
 from ....version import __version__
 from ..log import SECOND, LogError
 from ..mapping.mapping_file import find_mapping
-from ..own_signals import IMPORT, SIGNALS_TOPIC
+from ..own_signals import IMPORT, QUANTITIES, SIGNALS_TOPIC, Signal
 from ..read_signals import Reading, read
 from ..several import Paths
-from ..signals import QUANTITIES, Signal
 from . import attitude
 from .attitude import FORCES, RATES
 from .motion import ShipMotion, motion_of_signals

@@ -16,7 +16,7 @@ import numpy as np
 from ....sim.tables.attitude import angles_of
 from ..log import SECOND, Log, LogError
 from ..not_valid import last_before
-from ..signals import QUANTITIES, Signal
+from ..own_signals import QUANTITIES, Signal
 from .find import SHOWN, column_of, find_sources, listed, near, one_after_another
 from .lever_arm import Vector, at_base_link
 from .mapping_file import Clock, Entry, Frame, Mapping, dimension_of, fields_of, sources_of, word_of

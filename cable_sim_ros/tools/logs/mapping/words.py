@@ -5,7 +5,7 @@ from __future__ import annotations
 from math import pi
 from typing import NamedTuple
 
-from ..signals import QUANTITIES
+from ..own_signals import QUANTITIES
 
 
 class Word(NamedTuple):
