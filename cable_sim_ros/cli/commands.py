@@ -241,8 +241,8 @@ def live(bag, scene, duration, imu_only, out, report) -> Answer:
     """Play BAG over real topics into the node, in real time: summary, picture, recorded bag."""
     need_ros()
     from ..io.recordings.recorded_run import load_run
+    from ..io.scenes.document import find_bag
     from ..io.scenes.load import load_scene
-    from ..io.scenes.resources import find_bag
     from ..ros.play.live import live as run_live
     from ..runs.offline import Run, judged
     from ..runs.result import write_summary
@@ -334,7 +334,7 @@ def recover(source: str, target: str) -> None:
     """Copy what can be read of the damaged or cut-off bag SOURCE (a path, or the name of a shipped one) into a new bag
     TARGET. Exit code 3: not all of it."""
     from ..io.recordings.recovery import recover as recover_bag
-    from ..io.scenes.resources import find_bag
+    from ..io.scenes.document import find_bag
 
     result = recover_bag(find_bag(source), target)
     say(f"{target}: {result.messages} messages over {result.duration:.2f} s")

@@ -11,11 +11,10 @@ import numpy as np
 
 from ..io.messages.markers import check_rate
 from ..io.recordings.journal import read_journal
-from ..io.scenes.document import SceneError
+from ..io.scenes.document import SceneError, find_bag
 from ..io.scenes.fault_plan import PLANS, FaultPlan, load_faults, timed
 from ..io.scenes.live_changes import Change, changes_of
 from ..io.scenes.load import load_scene, override
-from ..io.scenes.resources import find_bag
 from ..io.scenes.ship_plan import ShipPlan
 from ..io.scenes.winch_plan import WinchPlan
 from ..io.sources.imported_bag import at_speed, provenance

@@ -14,7 +14,7 @@ import numpy as np
 from ..files import write_text
 from ..io.bags.bag import BagError
 from ..io.bags.bag_writer import cannot_make
-from ..io.scenes.resources import RUN_BAG
+from ..io.scenes.document import RUN_BAG
 from ..io.sources.recorded_tow import Residual
 from ..sim.scene import Scene
 from ..sim.verdict import Verdict

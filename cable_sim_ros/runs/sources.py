@@ -12,8 +12,8 @@ from typing import Any
 
 from ..io.bags.bag_writer import BagError
 from ..io.motion.arrival_order import Intake, Took
+from ..io.scenes.document import find_bag
 from ..io.scenes.load import SceneWarning, load_scene, override, scene_from_text
-from ..io.scenes.resources import find_bag
 from ..io.scenes.ship_plan import ShipPlan
 from ..io.sources.coarse_bag import smooth_odometry
 from ..io.sources.imported_bag import at_speed, take_provenance

@@ -18,8 +18,8 @@ from cable_sim_ros.io.messages.channels import EVERY, Channel, Context, channels
 from cable_sim_ros.io.messages.instrument_channels import INSTRUMENTS
 from cable_sim_ros.io.messages.markers import markers_channel
 from cable_sim_ros.io.messages.messages import KINDS
+from cable_sim_ros.io.scenes.document import shipped_bags, shipped_scenes
 from cable_sim_ros.io.scenes.load import load_scene, override
-from cable_sim_ros.io.scenes.resources import shipped_bags, shipped_scenes
 from cable_sim_ros.io.scenes.winch_plan import WinchPlan
 from cable_sim_ros.physics.sensor_models import DEVICES
 from cable_sim_ros.physics.towbody import LineBody

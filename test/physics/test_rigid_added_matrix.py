@@ -107,8 +107,8 @@ def test_files_give_the_matrix_that_is_in_them(tmp_path):
 
 
 def test_a_scene_finds_the_file_beside_itself_and_keeps_what_is_in_it(tmp_path, monkeypatch):
+    from cable_sim_ros.io.scenes.document import find_scene
     from cable_sim_ros.io.scenes.load import dump_scene
-    from cable_sim_ros.io.scenes.resources import find_scene
 
     text = find_scene("side_scan_fish").read_text()
     matrix = np.round(spheroid(), 6).tolist()

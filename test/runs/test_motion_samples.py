@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from cable_sim_ros import ShipMotion, Simulator, motion_of_bag, run
-from cable_sim_ros.io.scenes.resources import find_bag
+from cable_sim_ros.io.scenes.document import find_bag
 from cable_sim_ros.io.sources.motion_table import MotionError
 from cable_sim_ros.io.sources.recorded_tow import RecordedTow, read_tow
 from cable_sim_ros.physics.tick_output import Source

@@ -9,7 +9,7 @@ import pytest
 
 from cable_sim_ros import ControllerError, WinchCommand, replay, run
 from cable_sim_ros.io.bags.bag import BagReader
-from cable_sim_ros.io.scenes.resources import find_bag
+from cable_sim_ros.io.scenes.document import find_bag
 from cable_sim_ros.io.sources.recorded_tow import RecordedTow, read_tow
 from cable_sim_ros.physics.tick_output import Flag
 from cable_sim_ros.runs import sources

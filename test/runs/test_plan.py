@@ -9,8 +9,8 @@ from click.testing import CliRunner
 
 from cable_sim_ros.cli import commands
 from cable_sim_ros.io.recordings.recorded_run import load_run
+from cable_sim_ros.io.scenes.document import find_bag
 from cable_sim_ros.io.scenes.load import SceneWarning, load_scene, override, scene_from_text
-from cable_sim_ros.io.scenes.resources import find_bag
 from cable_sim_ros.runs import offline, recorded
 from cable_sim_ros.runs.passage import MEANING
 from cable_sim_ros.sim.layout import layout_of

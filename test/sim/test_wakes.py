@@ -7,8 +7,8 @@ import warnings
 import numpy as np
 import pytest
 
+from cable_sim_ros.io.scenes.document import find_scene
 from cable_sim_ros.io.scenes.load import SceneError, SceneWarning, load_scene, override, scene_from_text
-from cable_sim_ros.io.scenes.resources import find_scene
 from cable_sim_ros.physics.fluid import Fluid
 from cable_sim_ros.physics.section import Material
 from cable_sim_ros.physics.state import NOW, WAKE

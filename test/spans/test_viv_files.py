@@ -13,8 +13,8 @@ from spans import data, span
 from cable_sim_ros import viv
 from cable_sim_ros.cli import commands
 from cable_sim_ros.io.scenes import yaml12
+from cable_sim_ros.io.scenes.document import find_viv, shipped_viv
 from cable_sim_ros.io.scenes.load import SceneError, load_scene
-from cable_sim_ros.io.scenes.resources import find_viv, shipped_viv
 from cable_sim_ros.runs.manual import tables
 from cable_sim_ros.tools.spans.in_frequency import checks, files, report, sensitivity
 from cable_sim_ros.tools.spans.in_frequency.response import leading, vibration

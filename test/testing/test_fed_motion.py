@@ -8,7 +8,7 @@ import pytest
 from cable_sim_ros import ShipMotion
 from cable_sim_ros.errors import TowError
 from cable_sim_ros.io.messages.messages import Event, decode_odometry, stamp_of
-from cable_sim_ros.io.scenes.resources import ResourceError
+from cable_sim_ros.io.scenes.document import ResourceError
 from cable_sim_ros.physics.ship import Ship
 from cable_sim_ros.testing.feeder import Feeder
 from cable_sim_ros.testing.motion import messages

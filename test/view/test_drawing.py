@@ -16,8 +16,8 @@ from cable_sim_ros.io.bags.bag import BagReader
 from cable_sim_ros.io.bags.bag_writer import BagWriter
 from cable_sim_ros.io.messages import shapes
 from cable_sim_ros.io.messages.markers import cable_points, colour_scale
+from cable_sim_ros.io.scenes.document import find_bag
 from cable_sim_ros.io.scenes.load import SceneWarning, dump_scene
-from cable_sim_ros.io.scenes.resources import find_bag
 from cable_sim_ros.physics.tick_output import TICK_OUTPUT, Flag
 from cable_sim_ros.plots.sea_surface import SeaSurface
 from cable_sim_ros.runs import offline

@@ -14,8 +14,8 @@ from ruamel.yaml import YAML
 from ruamel.yaml.comments import CommentedMap, CommentedSeq
 
 from ...files import read_text, write_text
+from ...io.scenes.document import find_scene
 from ...io.scenes.load import scene_from_text
-from ...io.scenes.resources import find_scene
 from ...sim.scene import Scene
 from .free import CalibrateError
 

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from ...io.bags.bag import BagError, BagReader
-from ...io.scenes.resources import find_bag
+from ...io.scenes.document import find_bag
 from ...io.sources.imported_bag import LOST as MARK
 from ...io.sources.imported_bag import provenance
 from ...io.sources.recorded_tow import RecordedTow, read_tow, recorded_frames

@@ -94,8 +94,8 @@ def ensemble(bag, file, scene, copies, seed, out, twins, outside, namespace, wai
 
 
 def _over_a_bag(bag, file, changed, scene, out, twins, outside) -> Answer:
+    from ...io.scenes.document import find_bag
     from ...io.scenes.load import SceneWarning
-    from ...io.scenes.resources import find_bag
     from .coverage import covered, outside_of
     from .plan import load_plan
     from .recording import CSV_NAME, JSON_NAME, doubts_of, figures, follow_recording, scene_kept, write_table

@@ -120,7 +120,7 @@ def layback(source, scene, mapping, ranges, out, **asked) -> Answer:
     """
     ready(out)
     known, lines = _ranges(ranges)
-    from ...io.scenes.resources import find_bag
+    from ...io.scenes.document import find_bag
     from .ways import read_table
 
     asked["table"] = asked["table"] and read_table(asked["table"])

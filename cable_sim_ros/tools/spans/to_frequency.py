@@ -17,7 +17,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...files import read_text
-from ...io.scenes import resources, yaml12
+from ...io.scenes import document, yaml12
 from ...physics.drag_laws import CHOO_CASARELLA, LAWS, DragLaw, choo_casarella, fitted, smooth
 from ...physics.parameter import Block
 from ...physics.wake_oscillator import MIN_RE, RE_FULL, SATURATION, WakeLaw
@@ -74,8 +74,8 @@ class FrequencyCase(NamedTuple):
 def is_span_file(path_or_name: str | os.PathLike) -> bool:
     """Is it a readable file, or the name of a shipped one, with `span:` at its top?"""
     try:
-        data, _ = yaml12.parse(read_text(resources.find_span(path_or_name)))
-    except (resources.ResourceError, yaml12.YamlError, UnicodeDecodeError, OSError):
+        data, _ = yaml12.parse(read_text(document.find_span(path_or_name)))
+    except (document.ResourceError, yaml12.YamlError, UnicodeDecodeError, OSError):
         return False
     return isinstance(data, Mapping) and "span" in data
 

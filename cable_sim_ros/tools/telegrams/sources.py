@@ -18,7 +18,7 @@ import numpy as np
 
 from ...files import write_bytes
 from ...io.recordings.recorded_run import load_run, scene_of_recording
-from ...io.scenes.resources import find_bag
+from ...io.scenes.document import find_bag
 from ...physics.sensor_models import DEVICES
 from ...sim.scene import Scene
 from ...sim.tables.attitude import angles_of

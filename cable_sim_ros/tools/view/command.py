@@ -90,7 +90,7 @@ def view(bag, scene, namespace, wait, open_, host, port, rate, top, save, start,
             with _served(host, port, tow.name) as server:
                 follow(server, watcher, tow, rate, top, alive, camera)
         return
-    from ...io.scenes.resources import find_bag
+    from ...io.scenes.document import find_bag
     from .moment import BagRun
 
     if save is not None:
@@ -176,7 +176,7 @@ class Size(click.ParamType):
 @answers
 def film(bag, out, scene, camera, start, seconds, speed, fps, size, top) -> Answer:
     """Make a film of a recorded BAG for a slide: tow, sheave with its line loads, strip charts."""
-    from ...io.scenes.resources import find_bag
+    from ...io.scenes.document import find_bag
     from .film_frame import check_film, make_film
     from .moment import BagRun
 

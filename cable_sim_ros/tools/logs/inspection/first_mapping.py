@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 
 from ....files import read_text
-from ....io.scenes.resources import find_mapping, shipped_mappings
+from ....io.scenes.document import find_mapping, shipped_mappings
 from ....io.scenes.yaml12 import dump
 from ..log import Log
 from ..mapping.find import find_sources
