@@ -11,8 +11,7 @@ from cable_sim_ros.cli.commands import main
 from cable_sim_ros.io.bags.bag import BagError
 from cable_sim_ros.io.bags.bag_writer import BagWriter
 from cable_sim_ros.io.messages.messages import KINDS, decode_imu, decode_odometry
-from cable_sim_ros.io.messages.mounting import times
-from cable_sim_ros.io.messages.ned_to_enu import in_enu
+from cable_sim_ros.io.messages.mounting import in_enu, times
 from cable_sim_ros.io.scenes.load import SceneError, load_scene
 from cable_sim_ros.io.sources.bag_motion import read_motion
 from cable_sim_ros.io.sources.motion_table import MotionError

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from ..messages.messages import Event
-from ..messages.ned_to_enu import heading_of, moved_on
+from ..messages.mounting import heading_of, moved_on
 from .motion_curves import Given, Rounding, judged
 from .recorded_tow import RecordedTow, odometry_of
 
