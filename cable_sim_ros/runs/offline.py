@@ -17,9 +17,17 @@ from ..io.scenes.live_changes import Change, changes_of
 from ..io.scenes.load import load_scene, override
 from ..io.scenes.ship_plan import ShipPlan
 from ..io.scenes.winch_plan import WinchPlan
-from ..io.sources.imported_bag import at_speed, provenance
 from ..io.sources.motion_table import MotionError
-from ..io.sources.recorded_tow import RecordedTow, SameTicks, paired, read_tow, recorded_frames, residuals
+from ..io.sources.recorded_tow import (
+    RecordedTow,
+    SameTicks,
+    at_speed,
+    paired,
+    provenance,
+    read_tow,
+    recorded_frames,
+    residuals,
+)
 from ..io.sources.vehicle_motion import Pose
 from ..limits import LONGEST_RUN
 from ..physics.tick_output import Flag

@@ -8,8 +8,7 @@ from ..io.bags.bag_writer import BagError
 from ..io.recordings.journal import read_journal
 from ..io.recordings.recorded_run import load_run
 from ..io.scenes.load import scene_from_text
-from ..io.sources.imported_bag import provenance
-from ..io.sources.recorded_tow import read_tow
+from ..io.sources.recorded_tow import provenance, read_tow
 from ..sim.rules.watch import watched
 from .offline import judged
 from .result import Run

@@ -16,9 +16,8 @@ from ..io.scenes.document import find_bag
 from ..io.scenes.load import SceneWarning, load_scene, override, scene_from_text
 from ..io.scenes.ship_plan import ShipPlan
 from ..io.sources.coarse_bag import smooth_odometry
-from ..io.sources.imported_bag import at_speed, take_provenance
 from ..io.sources.motion_table import MotionError, planned, read_table, sine_heave
-from ..io.sources.recorded_tow import RecordedTow, read_tow
+from ..io.sources.recorded_tow import RecordedTow, at_speed, read_tow, take_provenance
 from ..io.sources.sea_motion import sea_motion
 from ..io.sources.vehicle_motion import Pose, at_rest, with_vehicle
 from ..physics.inputs import EPOCH, MOTION_ROWS, SOURCE, make_inputs

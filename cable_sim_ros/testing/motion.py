@@ -14,9 +14,8 @@ from ..errors import TowError
 from ..io.messages.commands import as_joint_state
 from ..io.messages.messages import Event
 from ..io.scenes.document import find_bag
-from ..io.sources.imported_bag import at_speed
 from ..io.sources.motion_table import MotionWarning, Samples, odometry_events, read_table, sine_heave
-from ..io.sources.recorded_tow import read_tow
+from ..io.sources.recorded_tow import at_speed, read_tow
 from ..sim.inputs import ShipMotion
 from ..sim.scene import Ship
 from .arguments import number, refused

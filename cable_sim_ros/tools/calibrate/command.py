@@ -123,7 +123,7 @@ def _refuse(out: Path | None, picture: Path | None, every: float | None, **asked
 def _fitted(run: Scene, intake: dict[str, Any], bag: str, **asked: Any) -> Calibration:
     """Fit the numbers of a scene to what was measured; intake: settings of how messages are taken in."""
     from ...io.scenes.winch_plan import WinchPlan
-    from ...io.sources.imported_bag import provenance
+    from ...io.sources.recorded_tow import provenance
     from ...runs.sources import motion_of, notes_of, sea_motion_kept
     from ...sim.verdict import check
     from ..compare.recordings import read_recording

@@ -30,9 +30,9 @@ from ....io.messages.message_classes import (
     imu_bytes,
     serialized,
 )
-from ....io.sources.imported_bag import ALONG
 from ....io.sources.motion_curves import Rounding
 from ....io.sources.motion_table import MotionError, stream_odometry
+from ....io.sources.recorded_tow import ALONG
 from ....sim.tables.attitude import quaternion
 from ....version import __version__
 from ..log import SECOND, LogError
