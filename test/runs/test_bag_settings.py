@@ -13,8 +13,8 @@ from cable_sim_ros.io.bags.bag_writer import BagWriter
 from cable_sim_ros.io.messages.messages import KINDS, decode_imu, decode_odometry
 from cable_sim_ros.io.messages.mounting import in_enu, times
 from cable_sim_ros.io.scenes.load import SceneError, load_scene
-from cable_sim_ros.io.sources.bag_motion import read_motion
 from cable_sim_ros.io.sources.motion_table import MotionError
+from cable_sim_ros.io.sources.recorded_tow import read_motion
 from cable_sim_ros.physics.heave_filter import Convention
 from cable_sim_ros.runs import offline
 from cable_sim_ros.runs.settings import apply_to_scene, settings_of, topics_of

@@ -23,8 +23,7 @@ from ...io.bags.bag import BagReader
 from ...io.messages.messages import COMMANDED, Event, stamp_of
 from ...io.messages.mounting import in_enu
 from ...io.scenes.document import find_bag
-from ...io.sources.bag_motion import read_motion
-from ...io.sources.recorded_tow import at_speed, needs_speed
+from ...io.sources.recorded_tow import at_speed, needs_speed, read_motion
 from ...limits import LONGEST_RUN
 from ...terminal import plain_console
 from .. import discovery
