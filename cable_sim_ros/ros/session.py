@@ -22,7 +22,7 @@ from ..compiler.packaged import packaged
 from ..io.messages.messages import SHIPS, VEHICLES, Event
 from ..io.motion.arrival_order import Intake, Took
 from ..io.motion.clock import DataClock
-from ..io.motion.refusals import TOPICS
+from ..io.motion.motion import TOPICS
 from ..io.recordings.journal import STATIC, Journal, Start
 from ..physics.inputs import MOTION_ROWS, SOURCE, make_inputs
 from ..physics.state import NOW

@@ -8,8 +8,7 @@ from __future__ import annotations
 
 from ..io.messages.fault_hypotheses import DOUBTS
 from ..io.motion.arrival_order import Intake, Took
-from ..io.motion.motion import MotionIngest
-from ..io.motion.refusals import TOPICS
+from ..io.motion.motion import TOPICS, MotionIngest
 from ..io.sources.motion_table import MotionError
 from ..io.sources.recorded_tow import RecordedTow
 from ..physics.heave_filter import Convention, Heave, MotionInput

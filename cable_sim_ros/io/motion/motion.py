@@ -6,6 +6,8 @@ counted by cause; nothing that is not finite gets through. messages.py decodes t
 `stamps.py` makes jittering stamps regular, `position_rate_fit.py` makes positions and rates fit each other.
 
 One topic of motion: its stamps, arrivals and rate; and slow means.
+
+How long each topic of motion was refused for what its parts say of each other, and what was used in its place.
 """
 
 from __future__ import annotations
@@ -22,8 +24,11 @@ from ..messages.messages import CAUSES, Odometry, Refused, decode_imu, decode_od
 from ..messages.mounting import mounting_of
 from ..plausibility.plausibility import HeaderWatch, Watch
 from .position_rate_fit import PositionRateFit
-from .refusals import IMU, ODOMETRY, Refusals
 from .stamps import RegularStamps
+
+IMU, ODOMETRY = "imu/data", "odom"
+TOPICS = {"imu": IMU, "odometry": ODOMETRY}  # by kind of message
+LONGEST = 1.0  # s that one message stands for, at most
 
 SECOND = 1_000_000_000
 BACKWARDS = SECOND  # ns; a stamp further back than this is a jump of the clock, not a late message
@@ -31,6 +36,56 @@ BACKWARDS = SECOND  # ns; a stamp further back than this is a jump of the clock,
 JUMPED = 10  # backward stamps in a row that make a time jump
 LEARNT = 10.0  # s of odometry, from which on its mean speed outlives a second of wrong one
 RETURN = 2.0  # odometry is taken again after this many time-outs without a gap: no flapping at low rates
+
+
+class Refusals:
+    """One for both topics; what is counted outlives a jump of the clock."""
+
+    def __init__(self) -> None:
+        self._seconds: dict[str, dict[str, float]] = {IMU: {}, ODOMETRY: {}}  # by topic and cause
+        self._newest: dict[str, int] = {}  # stamp of the newest message of a topic, refused or not, ns
+        self._cause: dict[str, str] = {}  # of its refusal; "": it was taken
+
+    def judged(self, topic: str, cause: str, stamp: int) -> None:
+        """A message was held against itself and the others; cause: why it is refused, "" where it is not."""
+        since = (stamp - self._newest.get(topic, stamp)) * 1e-9
+        self._newest[topic], self._cause[topic] = stamp, cause
+        if cause and since > 0.0:
+            seconds = self._seconds[topic]
+            seconds[cause] = seconds.get(cause, 0.0) + min(since, LONGEST)
+
+    def refused(self, kind: str, cause: str) -> None:
+        """A message of a kind was refused, for whatever cause."""
+        self._cause[TOPICS.get(kind, kind)] = cause
+
+    def why(self, kind: str) -> str:
+        """Cause, and what to do, of the newest message of a kind where it was refused; "" where it was not."""
+        cause = self._cause.get(TOPICS[kind], "")
+        return f"{cause}: {CAUSES[cause]}" if cause else ""
+
+    def report(self, witnessed: bool) -> list[tuple[str, float]]:
+        """Text and seconds for each topic that was refused; witnessed: the odometry fits a refused IMU, which then
+        casts no doubt on it."""
+        found = []
+        for topic, other in ((IMU, ODOMETRY), (ODOMETRY, IMU)):
+            causes = self._seconds[topic]
+            if not causes or (topic == IMU and other in self._newest and witnessed):
+                continue
+            cause = max(causes, key=lambda name: causes[name])
+            found.append(
+                (f"{topic} was refused ({cause}): {CAUSES[cause]}; {self._instead(other)}", sum(causes.values()))
+            )
+        return found
+
+    def _instead(self, other: str) -> str:
+        if other not in self._newest:
+            return "nothing else came, so that the ship was on its mean track meanwhile"
+        beside = sum(self._seconds[other].values())
+        if beside:
+            return f"{other} was refused too, for {beside:.3g} s"
+        if other == IMU:
+            return "imu/data alone gave the motion, about a mean track"
+        return "odom was used, but could not be held against it: what is wrong with the one may be wrong with both"
 
 
 class Stream:

@@ -11,7 +11,7 @@ from collections import deque
 from typing import NamedTuple
 
 from ...io.messages.cdr import JointTemplate
-from ...io.motion.refusals import TOPICS
+from ...io.motion.motion import TOPICS
 from ...physics.tick_output import Flag
 from ..status import ERROR, OK, WARN, Status, text_of
 
