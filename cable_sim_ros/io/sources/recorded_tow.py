@@ -31,8 +31,7 @@ from ..messages.channels import CHANNELS, channel_of, decode, decode_frames
 from ..messages.commands import NEVER
 from ..messages.messages import COMMANDS, KINDS, VEHICLES, Event, Refused, decode_odometry, find_topics, stamp_of
 from ..messages.mounting import heading_of, moved_on
-from ..motion.arrival_order import Intake, Took
-from ..motion.clock import CONFIRM, DataClock, Stamp
+from ..motion.arrival_order import CONFIRM, DataClock, Intake, Stamp, Took
 from ..recordings import journal
 from .motion_curves import Given, Rounding, judged
 
