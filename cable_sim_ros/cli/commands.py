@@ -245,8 +245,7 @@ def live(bag, scene, duration, imu_only, out, report) -> Answer:
     from ..io.scenes.load import load_scene
     from ..ros.play.live import live as run_live
     from ..runs.offline import Run, judged
-    from ..runs.result import write_summary
-    from ..runs.summary import OUTSIDE, summarize
+    from ..runs.summary import OUTSIDE, summarize, write_summary
     from ..runs.transient import start_up
     from ..runs.verdict import played
     from ..sim.rules.watch import watched

@@ -37,7 +37,7 @@ from ..physics.parameter import Block
 from ..terminal import clean, plain_console, say
 
 if TYPE_CHECKING:
-    from ..runs.result import Run
+    from ..runs.summary import Run
 
 ARGUMENTS = "cable_sim_ros.arguments"  # of click's context: the command line as typed
 
@@ -131,7 +131,7 @@ def _failed(reporter: Reporter, error: CableSimError) -> None:
     import numpy as np
 
     from ..physics.tick_output import TICK_OUTPUT
-    from ..runs.result import Run
+    from ..runs.summary import Run
     from ..sim.verdict import check, verdict_of
 
     ended = getattr(error, "run", None)  # of a controller that raised: the run so far

@@ -44,15 +44,14 @@ from .controller import Controller, ControlLoop, alone
 from .journal_replay import JournalReplay
 from .message_run import MessageRun
 from .metrics import METRICS as METRICS
-from .result import Run as Run
-from .result import bag_path, write_summary
 from .resume import Resumed, report_of
 from .resume import save as save_run
 from .settings import NOTHING, Settings, apply_to_bag, apply_to_scene, of_intake, recorded_intake, refuse_without_bag
 from .sources import in_the_sea, motion_of, notes_of, scene_of_bag, sea_motion_kept, seconds_of
 from .step_choice import doubts_of_steps, metrics_of_steps, overwritten, stepped
 from .stepping import Progress, Stepped, silent
-from .summary import after_start, of_bodies, summarize
+from .summary import Run as Run
+from .summary import after_start, bag_path, of_bodies, summarize, write_summary
 from .transient import growth, start_up, still_growing
 from .travel import phase_figures
 

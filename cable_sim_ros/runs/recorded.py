@@ -11,9 +11,8 @@ from ..io.scenes.load import scene_from_text
 from ..io.sources.recorded_tow import provenance, read_tow
 from ..sim.rules.watch import watched
 from .offline import judged
-from .result import Run
 from .sources import in_the_sea, sea_motion_kept
-from .summary import summarize
+from .summary import Run, summarize
 from .transient import start_up
 
 

@@ -13,7 +13,7 @@ from ...sim.flag_rules import DOUBTFUL, FAILED
 from ...terminal import in_lines, print_table, say
 
 if TYPE_CHECKING:
-    from ...runs.result import Run
+    from ...runs.summary import Run
     from .comparison import Comparison
     from .limits import Limits
     from .score import Score
@@ -109,7 +109,7 @@ def load_limits(path: Path) -> Limits:
 
 def score_replay(result: Run, bag: str, limits: Limits | None, out: Path | None) -> Comparison:
     """What a bag recorded (A) against its replay (B); into the figures of the replay too."""
-    from ...runs.result import write_summary
+    from ...runs.summary import write_summary
     from ..logs.own_signals import signals_of_frames
     from .comparison import compare_recordings
     from .recordings import Recording, read_recording

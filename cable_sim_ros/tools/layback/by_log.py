@@ -15,9 +15,9 @@ from ...io.sources.csv_table import CONSEQUENCE
 from ...limits import MAX_TOW_SPEED
 from ...physics.winch import DrumModel
 from ...runs import offline
-from ...runs.result import Run
 from ...runs.step_choice import longest_tick, metrics_of_steps, stepped
 from ...runs.stepping import Progress, silent
+from ...runs.summary import Run
 from ...sim.inputs import ShipMotion, WinchCommand
 from ...sim.layout import layout_of
 from ...sim.scene import Scene

@@ -201,7 +201,7 @@ def _of_recording(source: Path, scene: str | None, ranges: Ranges, asked: dict[s
     from ...io.recordings.recorded_run import load_run
     from ...io.scenes.load import load_scene, scene_from_text
     from ...runs.offline import judged
-    from ...runs.result import Run
+    from ...runs.summary import Run
     from .laid import laid, samples_of
     from .report import Place
     from .tow_log import EPOCH, STEP

@@ -17,7 +17,7 @@ from ...sim.flag_rules import FAILED
 from ...terminal import print_table, say
 
 if TYPE_CHECKING:
-    from ...runs.result import Run
+    from ...runs.summary import Run
     from ...sim.verdict import Verdict
 
 SIMULATES = (  # options of a run that a recording has made already

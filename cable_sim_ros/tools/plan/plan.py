@@ -12,8 +12,7 @@ import numpy as np
 from ...errors import RunError
 from ...physics.winch_drive import DriveModel
 from ...runs.passage import EVENTS, events
-from ...runs.result import Run
-from ...runs.summary import since_first, tick_length
+from ...runs.summary import Run, since_first, tick_length
 from ...sim.layout import layout_of
 from ...sim.rules.watch import breaking_load, working_load
 from ...sim.scene import Scene

@@ -20,8 +20,7 @@ from ...io.bags.bag import BagReader
 from ...io.recordings.recorded_run import RecordedRun, load_run
 from ...io.scenes.load import dump_scene
 from ...plots.run import seconds
-from ...runs.result import Run
-from ...runs.summary import after_start, format_value, tick_length
+from ...runs.summary import Run, after_start, format_value, tick_length
 from ...sim.scene import Scene
 
 MOST = 1e9  # written without an exponent up to here

@@ -12,7 +12,7 @@ from typing import Any
 from ...errors import CableSimError
 from ...files import place, write_text
 from ...plots.heading import date_of
-from ...runs.result import Run
+from ...runs.summary import Run
 from ...sim.flag_rules import FAILED
 from . import compared, health, inputs, outcome, simulated, spectrum, verdict
 from .subject import Card, Section, Subject, subject_of
