@@ -39,7 +39,7 @@ from ..sim.scene import Scene
 from ..sim.simulator import Simulator
 from ..sim.tables.rigid_tables import flaps_of
 from ..sim.verdict import Reason
-from . import motion_preview, refinement_check, verdict
+from . import refinement_check, sources, verdict
 from .controller import Controller, ControlLoop, alone
 from .journal_replay import JournalReplay
 from .message_run import MessageRun
@@ -333,7 +333,7 @@ def replay(
             doubts.append(verdict.check("JOURNAL", "; ".join(faults)))
     else:
         tow.events = at_speed(tow.events, tow.about, scene.ship.tow_speed)
-        motion_preview.look(tow, scene, *recorded_intake(tow))
+        sources.look(tow, scene, *recorded_intake(tow))
         one = MessageRun(scene, tow, progress=progress)
         result = _run_of(one.sim, one.tick, tow, one.run(None, target, markers), target)
         result.metrics.update(_intake_metrics(one))
