@@ -13,7 +13,7 @@ from typing import NamedTuple
 from ...io.messages.cdr import JointTemplate
 from ...io.motion.motion import TOPICS
 from ...physics.tick_output import Flag
-from ..status import ERROR, OK, WARN, Status, text_of
+from ..parts import ERROR, OK, WARN, Status, text_of
 
 KINDS = ("imu", "odometry", "command")
 TOPIC, MSGTYPE = "sim/inputs", "sensor_msgs/msg/JointState"

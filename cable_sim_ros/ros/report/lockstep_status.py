@@ -6,7 +6,7 @@ import math
 from typing import Any
 
 from ...io.motion.time_sequencer import CONFIRM
-from ..status import ERROR, OK, WARN, Status, text_of
+from ..parts import ERROR, OK, WARN, Status, text_of
 from ..stepped import SECOND, SteppedSession
 
 

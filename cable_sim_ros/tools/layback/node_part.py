@@ -17,8 +17,7 @@ import numpy as np
 
 from ...io.geodesy import FARTHEST, on_earth
 from ...physics.parameter import Block, quantity
-from ...ros.parts import NodePart
-from ...ros.status import OK, WARN, Status
+from ...ros.parts import OK, WARN, NodePart, Status
 from ...sim.scene import Scene
 from ...sim.tables.attitude import angles_of
 from ...sim.tables.current import flow_of
