@@ -39,6 +39,7 @@ from .executor import spin
 from .graph_monitor import EVERY as NEIGHBOURS_EVERY
 from .graph_monitor import Neighbours
 from .lockstep import rate_problem
+from .overload import write_json
 from .parameters import NONE, ParameterError, Row, checked, foreign, settle
 from .parts import started
 from .play.clock_topic import ClockTopic
@@ -51,7 +52,6 @@ from .rules import rule_keeper
 from .services import simulation_interfaces
 from .services.control import SimulationControl
 from .services.recording_control import RecordingControl
-from .statistics import write_json
 from .stepped import SteppedSession, session_of
 from .topics import diagnostic_array, inputs_there, message_class, publishers_of, rows_of
 

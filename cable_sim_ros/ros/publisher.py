@@ -23,8 +23,8 @@ from ..physics.tick_output import TICK_OUTPUT
 from ..sim.checks.deviation_checks import PITCHED_OVER, SKIP, deviation_damped, pitch_against
 from ..sim.verdict import Reason
 from .loop import HALT, HEADS_ROWS, Loop, raise_priority
+from .overload import Samples
 from .rules import RuleKeeper
-from .statistics import Samples
 
 AT_ONCE = 1.5  # ticks from one tick output to the next: more is a gap, and no acceleration is taken over it
 

@@ -22,12 +22,12 @@ from ...sim.flag_rules import OK as OK_RUN
 from ...sim.flag_rules import RULES
 from ...sim.rules.latch import said
 from ...sim.verdict import Verdict, check, judge_counts, of_node, overload, verdict_of
+from ..overload import Rate
 from ..parts import ERROR, OK, WARN, Status
 from ..parts import text_of as _text
 from ..publisher import TickPublisher
 from ..rules import RuleKeeper
 from ..session import NO_POSE, Session
-from ..statistics import Rate
 from ..stepped import SteppedSession
 from .health import InputHealth
 from .lockstep_status import lockstep_metrics, lockstep_status
