@@ -2,6 +2,8 @@
 
 What nobody hears and no recording has is not serialised. What the verdict of a node needs of its tick outputs beside
 counts are sums over the ticks, for it keeps no tick outputs.
+
+The rules on watch of a running node: its ticks come one by one in one thread, its report is asked for in another.
 """
 
 from __future__ import annotations
@@ -12,6 +14,7 @@ import time
 from collections import Counter
 from collections.abc import Callable, Sequence
 from math import asin, atan2, cos, degrees, inf, isfinite, nan, sin, sqrt
+from typing import Any
 
 import numpy as np
 from rclpy._rclpy_pybind11 import RCLError
@@ -21,12 +24,54 @@ from ..io.recordings.journal import Journal
 from ..io.recordings.recorder import Recorder
 from ..physics.tick_output import TICK_OUTPUT
 from ..sim.checks.deviation_checks import PITCHED_OVER, SKIP, deviation_damped, pitch_against
+from ..sim.rules.watch import RuleWatch, rule_watch
+from ..sim.scene import Scene
 from ..sim.verdict import Reason
 from .loop import HALT, HEADS_ROWS, Loop, raise_priority
 from .overload import Samples
-from .rules import RuleKeeper
+
+PIECE = 20  # ticks that are judged together: one by one costs ten times as much
 
 AT_ONCE = 1.5  # ticks from one tick output to the next: more is a gap, and no acceleration is taken over it
+
+
+class RuleKeeper:
+    """A RuleWatch that may be asked from any thread."""
+
+    def __init__(self, watch: RuleWatch) -> None:
+        self._watch = watch
+        self._waiting: list[np.record] = []
+        self._lock = threading.Lock()
+
+    def add(self, frame: np.record) -> None:
+        """One tick output, a copy."""
+        with self._lock:
+            self._waiting.append(frame)
+            if len(self._waiting) >= PIECE:
+                self._judge()
+
+    def report(self) -> dict[str, Any]:
+        """As `RuleWatch.report`, of every tick so far."""
+        with self._lock:
+            self._judge()
+            return self._watch.report()
+
+    @property
+    def broken(self) -> tuple[str, ...]:
+        """Rules broken, by name, up to PIECE ticks ago."""
+        with self._lock:
+            return self._watch.broken
+
+    def _judge(self) -> None:
+        if self._waiting:
+            self._watch.add(np.array(self._waiting, self._waiting[0].dtype))
+            self._waiting = []
+
+
+def rule_keeper(scene: Scene) -> RuleKeeper | None:
+    """The rules of a scene, None where it watches none."""
+    watch = rule_watch(scene)
+    return None if watch is None else RuleKeeper(watch)
 
 
 class Moments:

@@ -25,8 +25,7 @@ from ...sim.verdict import Verdict, check, judge_counts, of_node, overload, verd
 from ..overload import Rate
 from ..parts import ERROR, OK, WARN, Status
 from ..parts import text_of as _text
-from ..publisher import TickPublisher
-from ..rules import RuleKeeper
+from ..publisher import RuleKeeper, TickPublisher
 from ..session import NO_POSE, Session
 from ..stepped import SteppedSession
 from .health import InputHealth
