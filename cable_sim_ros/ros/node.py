@@ -42,7 +42,7 @@ from .lockstep import rate_problem
 from .overload import write_json
 from .parameters import NONE, ParameterError, Row, checked, foreign, settle
 from .parts import started
-from .play.clock_topic import ClockTopic
+from .play.clock_player import ClockTopic
 from .process import Stop, autostart, refuse_unknown, start_ros
 from .publisher import DirectPublisher, TickPublisher, rule_keeper
 from .report.diagnostics import Watch, final_metrics, verdict_of_node
