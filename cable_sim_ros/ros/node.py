@@ -49,8 +49,7 @@ from .report.diagnostics import Watch, final_metrics, verdict_of_node
 from .report.health import MSGTYPE as AGES_TYPE
 from .report.health import TOPIC as AGES_TOPIC
 from .services import simulation_interfaces
-from .services.control import SimulationControl
-from .services.recording_control import RecordingControl
+from .services.control import RecordingControl, SimulationControl
 from .stepped import SteppedSession, session_of
 from .topics import diagnostic_array, inputs_there, message_class, publishers_of, rows_of
 
