@@ -28,8 +28,7 @@ from ..parts import text_of as _text
 from ..publisher import RuleKeeper, TickPublisher
 from ..session import NO_POSE, Session
 from ..stepped import SteppedSession
-from .health import InputHealth
-from .lockstep_status import lockstep_metrics, lockstep_status
+from .health import InputHealth, lockstep_metrics, lockstep_status
 
 LAST_SECOND = 1_050_000_000  # ns
 BLENDED_OVER = 10_050_000_000  # ns
