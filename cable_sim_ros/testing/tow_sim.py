@@ -193,7 +193,7 @@ class Tow:
         source: a bag (path or name of a shipped one), a CSV file, a sequence of ShipMotion; or heave=(m, s), a sine.
         start, duration: part of it, s; imu_only: without odometry; commands: with the winch commands of the bag.
         """
-        from .motion import messages
+        from .feeder import messages
 
         self._open()
         ship = self._link.scene.ship
