@@ -16,7 +16,7 @@ import numpy as np
 from cable_sim_ros.io.scenes.load import load_scene, override
 from cable_sim_ros.sim.scene import Scene
 from cable_sim_ros.terminal import markdown_table
-from cable_sim_ros.tools.ensemble.ranges import Ranges
+from cable_sim_ros.tools.ensemble.plan import Ranges
 from cable_sim_ros.tools.layback.by_log import simulated
 from cable_sim_ros.tools.layback.laid import WAYS, Laid, laid, samples_of
 from cable_sim_ros.tools.layback.static_place import Tow, static_place

@@ -147,7 +147,7 @@ def of_copies(scene: Scene, texts: list[str]) -> list[str]:
 
 def assumed(plan: EnsemblePlan) -> list[str]:
     """A line for each range, with its size."""
-    from . import ranges
+    from . import plan as ranges
 
     further = plan.ranges.items()
     return ranges.assumed(plan.half_widths) + [

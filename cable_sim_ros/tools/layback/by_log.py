@@ -24,7 +24,7 @@ from ...sim.scene import Scene
 from ...sim.simulator import Simulator, SolverError
 from ...sim.statics.route import DRUM_RESERVE
 from ...sim.tables.sensor_tables import aboard
-from ..ensemble.ranges import Ranges, with_drag
+from ..ensemble.plan import Ranges, with_drag
 from ..logs.log import LogError
 from .laid import Samples, courses, samples_of, spread
 from .static_place import NoShape, Tow, static_place

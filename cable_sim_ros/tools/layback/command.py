@@ -14,7 +14,7 @@ from ...terminal import print_table, say
 if TYPE_CHECKING:
     from ...sim.scene import Scene
     from ...sim.verdict import Verdict
-    from ..ensemble.ranges import Ranges
+    from ..ensemble.plan import Ranges
     from .laid import Laid
     from .report import Place
 
@@ -152,7 +152,7 @@ def _ranges(words: tuple[str, ...]) -> tuple[Ranges, list[str]]:
     from pydantic import ValidationError
 
     from ...physics.parameter import declared
-    from ..ensemble.ranges import Ranges, assumed
+    from ..ensemble.plan import Ranges, assumed
 
     rows, values = {row.key: row for row in declared(Ranges)}, {}
     for word in words:

@@ -15,8 +15,7 @@ from ...physics.section import material_of
 from ...sim.scene import Scene
 from ...sim.tables.current import flow_of
 from ..ensemble.copies import EnsembleEnded
-from ..ensemble.plan import EnsembleError
-from ..ensemble.ranges import Ranges
+from ..ensemble.plan import EnsembleError, Ranges
 from . import ways
 from .manoeuvre import MOVING, manoeuvres
 from .static_place import NoShape, Tow, band_of

@@ -22,7 +22,7 @@ from ...sim.scene import Scene
 from ...sim.tables.attitude import angles_of
 from ...sim.tables.current import flow_of
 from ...terminal import clean
-from ..ensemble.ranges import Ranges
+from ..ensemble.plan import Ranges
 from .manoeuvre import manoeuvres
 from .static_place import COVERAGE, NoShape, Tow, band_of
 

@@ -16,7 +16,7 @@ from ...sim.layout import layout_of
 from ...sim.scene import Scene
 from ...sim.statics.static_shape import tow_shape
 from ...sim.tables.current import flow_of
-from ..ensemble.ranges import Ranges, with_drag
+from ..ensemble.plan import Ranges, with_drag
 
 STILL = 1e-6  # m/s
 OTHERWISE = (0.0, 1e-3, -1e-3)  # of the cable out

@@ -19,8 +19,7 @@ from ...runs.stepping import Progress
 from ...sim.inputs import ShipMotion, WinchCommand, push
 from ...sim.scene import Scene
 from ..ensemble.copies import Band, Ensemble, EnsembleEnded
-from ..ensemble.plan import NOMINAL, Draw, EnsemblePlan, fits
-from ..ensemble.ranges import Ranges
+from ..ensemble.plan import NOMINAL, Draw, EnsemblePlan, Ranges, fits
 from ..ensemble.recording import APART, follow_recording
 from .manoeuvre import MOVING, strength
 
