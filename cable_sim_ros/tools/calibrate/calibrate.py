@@ -15,8 +15,7 @@ from ..compare.pairing import SECOND
 from ..logs.own_signals import Signal
 from .confidence import Confidence, Interval, confidence, linear_intervals, minuit, profile
 from .free import CONSEQUENCE, CalibrateError, flat, free_of
-from .lags import first_lags
-from .least_squares import MAX_GAIN, Fit, Nuisance, Problem, fit
+from .least_squares import MAX_GAIN, Fit, Nuisance, Problem, first_lags, fit
 from .limits import HOLD_OUT, MAX_LAG
 from .observed import Observed, chosen, observed
 from .reasons import judge
