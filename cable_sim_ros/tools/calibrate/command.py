@@ -201,7 +201,7 @@ def _scene(
     if not result.converged:
         return [], [f"scene:     {out} was not written: the fit has not converged"]
     from ...io.scenes.load import override
-    from .write_scene import rounded, write_scene
+    from .result import rounded, write_scene
 
     values = {**settings, **{key: rounded(value) for key, value in result.values.items()}}
     head = _head(result) + [
