@@ -17,9 +17,8 @@ from ...sim.tables.current import flow_of
 from ..ensemble.copies import EnsembleEnded
 from ..ensemble.plan import EnsembleError, Ranges
 from . import ways
-from .manoeuvre import MOVING, manoeuvres
 from .static_place import NoShape, Tow, band_of
-from .towed import NO_LEVER, SIZE, Copied, body_places, yaw_of
+from .towed import MOVING, NO_LEVER, SIZE, Copied, body_places, manoeuvres, yaw_of
 
 POINTS = 8  # static tows with an interval over a run, at most
 STILL = 1e-6  # m

@@ -23,8 +23,8 @@ from ...sim.tables.attitude import angles_of
 from ...sim.tables.current import flow_of
 from ...terminal import clean
 from ..ensemble.plan import Ranges
-from .manoeuvre import manoeuvres
 from .static_place import COVERAGE, NoShape, Tow, band_of
+from .towed import manoeuvres
 
 if TYPE_CHECKING:
     from ...ros.node import CableSimNode
