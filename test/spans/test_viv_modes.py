@@ -8,7 +8,6 @@ from scipy.special import j0, y0
 from spans import span
 
 from cable_sim_ros.tools.spans.in_frequency.files import changed, load_span
-from cable_sim_ros.tools.spans.in_frequency.line import Line
 from cable_sim_ros.tools.spans.in_frequency.modes import (
     damping,
     exact_frequencies,
@@ -18,7 +17,7 @@ from cable_sim_ros.tools.spans.in_frequency.modes import (
     shapes,
 )
 from cable_sim_ros.tools.spans.in_frequency.response import correlation_length, count_modes, vibration
-from cable_sim_ros.tools.spans.in_frequency.span import Region, Shape
+from cable_sim_ros.tools.spans.in_frequency.span import Line, Region, Shape
 from verification.experiments.viv import CASES, mode_rows
 
 pytestmark = pytest.mark.trust

@@ -9,9 +9,9 @@ from spans import INCH, span
 from cable_sim_ros.tools.spans.in_frequency import green as greens
 from cable_sim_ros.tools.spans.in_frequency import lift
 from cable_sim_ros.tools.spans.in_frequency.files import changed, load_span
-from cable_sim_ros.tools.spans.in_frequency.line import Line
 from cable_sim_ros.tools.spans.in_frequency.modes import frequencies, modal_mass, shapes
 from cable_sim_ros.tools.spans.in_frequency.response import respond, vibration
+from cable_sim_ros.tools.spans.in_frequency.span import Line
 from verification.experiments.viv import CASES, as_printed, green_rows
 
 pytestmark = pytest.mark.trust

@@ -8,9 +8,8 @@ import numpy as np
 
 from ....sim.problem import Problem
 from .grid import MAX_STEPS, even_steps, lift_range, uneven
-from .line import Line
 from .response import Vibration, correlation_length, count_modes, modes_shed
-from .span import MAX_SEGMENTS, Span
+from .span import MAX_SEGMENTS, Line, Span
 
 COARSE = 4.0  # parts of the cable per half wave of its top mode
 STEP_TOO_LONG = 2.0  # half widths of the narrowest resonance

@@ -8,8 +8,7 @@ import numpy as np
 from scipy.interpolate import PchipInterpolator
 
 from . import lift, modes
-from .line import Line
-from .span import Method, Span
+from .span import Line, Method, Span
 
 MAX_STEPS, EQUAL = 20_000, 2_000  # steps; more equal ones than the second are not taken where none is asked for
 TAIL = 4.0  # standard deviations of the lift above its top frequency

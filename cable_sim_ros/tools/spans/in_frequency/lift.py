@@ -11,8 +11,7 @@ from math import pi, sqrt
 import numpy as np
 from scipy.special import erfc
 
-from .line import Line
-from .span import Correlation, LiftBlock, Reading
+from .span import Correlation, LiftBlock, Line, Reading
 
 READINGS = {  # factor on the shedding frequency of the lift, factor on the correlation length
     Reading.A: (1.0, 1.0),

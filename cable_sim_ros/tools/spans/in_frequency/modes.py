@@ -12,8 +12,7 @@ from scipy.integrate import trapezoid
 from scipy.sparse import dia_matrix, diags
 from scipy.sparse.linalg import eigsh
 
-from .line import Line
-from .span import DampingBlock, Region, Shape
+from .span import DampingBlock, Line, Region, Shape
 
 MIN_CELLS, CELLS_PER_MODE = 400, 40  # of the finite differences
 MAX_EXACT = 50  # modes; the error of WKB falls as the square of the mode number

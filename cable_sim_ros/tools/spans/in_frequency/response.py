@@ -21,9 +21,8 @@ from scipy.sparse import csr_matrix
 
 from . import green, grid, lift, modes
 from . import modes as damping
-from .line import Line
 from .modes import bands
-from .span import Method, Span
+from .span import Line, Method, Span
 
 CELLS_PER_WAVE, MIN_CELLS, MAX_CELLS = 60, 400, 20_000
 
