@@ -19,7 +19,7 @@ import numpy as np
 from scipy.linalg import solve_banded
 from scipy.sparse import csr_matrix
 
-from . import green, grid, lift, modes
+from . import green, grid, modes
 from . import modes as damping
 from .modes import bands
 from .span import Line, Method, Span
@@ -176,8 +176,8 @@ def spectrum(span: Span, line: Line, seen, frequency, f_n, ratios, length, progr
     linear in the frequency and beyond which it is constant; length: L_c [m].
     """
     x = np.linspace(0.0, line.length, span.response.segments + 1)
-    forces = lift.patterns(span.lift, length, x) * (line.length / span.response.segments)
-    local = lift.load(line, span.lift, span.flow.turbulence, x, frequency)
+    forces = grid.patterns(span.lift, length, x) * (line.length / span.response.segments)
+    local = grid.load(line, span.lift, span.flow.turbulence, x, frequency)
     omega = 2.0 * pi * frequency
     mu = green.damped(omega, np.interp(frequency, f_n, 4.0 * pi * ratios * f_n))
     s = np.unique(np.concatenate((x, seen)))
