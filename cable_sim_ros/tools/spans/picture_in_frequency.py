@@ -9,8 +9,8 @@ import numpy as np
 
 from ...plots.canvas import canvas
 from ...plots.run import BLUE, FAINT, INK, ORANGE, WATER
-from .in_frequency.report import MAX_MODES
 from .in_frequency.response import Vibration, leading
+from .in_frequency.sensitivity import MAX_MODES
 from .in_frequency.span import Span
 from .in_time.wake_run import SpanRun
 

@@ -25,8 +25,8 @@ from ...sim.problem import Problem
 from . import load
 from .in_frequency import checks, files, modes
 from .in_frequency import span as frequency
-from .in_frequency.report import DEFAULT, Taken
 from .in_frequency.response import Vibration, correlation_length, count_modes
+from .in_frequency.sensitivity import DEFAULT, Taken
 from .in_frequency.span import Line
 from .span_file import Span, SpanCase, SpanEnds, mass_in_fluid, natural_frequency, reynolds, sheds
 
