@@ -8,10 +8,9 @@ from ....files import read_text
 from ....io.scenes.document import find_mapping, shipped_mappings
 from ....io.scenes.yaml12 import dump
 from ..log import Log
-from ..mapping.find import find_sources
 from ..mapping.mapping_file import load_mapping
 from ..mapping.units import UNITS, named
-from ..mapping.words import WORDS
+from ..mapping.words import WORDS, find_sources
 from ..read_signals import best_of
 from .inspect_log import Finding
 

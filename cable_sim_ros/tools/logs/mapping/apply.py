@@ -17,12 +17,11 @@ from ....sim.tables.attitude import angles_of
 from ..log import SECOND, Log, LogError
 from ..not_valid import last_before
 from ..own_signals import QUANTITIES, Signal
-from .find import SHOWN, column_of, find_sources, listed, near, one_after_another
 from .lever_arm import Vector, at_base_link
 from .mapping_file import Clock, Entry, Frame, Mapping, dimension_of, fields_of, sources_of, word_of
 from .time_base import ascending, begin_of, dated, device_of, every, least_delay, thinned
 from .units import AMBIGUOUS, UNITS, named, nearest
-from .words import VECTORS, WORDS
+from .words import SHOWN, VECTORS, WORDS, column_of, find_sources, listed, near, one_after_another
 
 FEWEST, SHORTEST = 30, 5.0  # records and s that stand still
 AS_USUAL = 0.3  # of its deviation in the whole log: a signal that keeps to less is at rest itself
