@@ -26,8 +26,7 @@ from ...sim.statics.route import DRUM_RESERVE
 from ...sim.tables.sensor_tables import aboard
 from ..ensemble.plan import Ranges, with_drag
 from ..logs.log import LogError
-from .laid import Samples, courses, samples_of, spread
-from .static_place import NoShape, Tow, static_place
+from .laid import NoShape, Samples, Tow, courses, samples_of, spread, static_place
 from .tow_log import STEP, TowLog
 from .towed import NO_LEVER, Towed, joined
 

@@ -23,7 +23,7 @@ from ...sim.tables.attitude import angles_of
 from ...sim.tables.current import flow_of
 from ...terminal import clean
 from ..ensemble.plan import Ranges
-from .static_place import COVERAGE, NoShape, Tow, band_of
+from .laid import COVERAGE, NoShape, Tow, band_of
 from .towed import manoeuvres
 
 if TYPE_CHECKING:
