@@ -16,7 +16,6 @@ from ..files import write_text
 from ..limits import LONGEST_RUN, MAX_TOW_SPEED
 from ..terminal import clean, print_table, say
 from ..version import __version__
-from . import options as expected_errors
 from .motion_options import SHIPPED_BAG, motion_options, simulated
 from .options import (
     ARGUMENTS,
@@ -28,6 +27,7 @@ from .options import (
     asks_json,
     bag_options,
     bag_scene_option,
+    code_of,
     folder_option,
     force_option,
     imu_option,
@@ -46,6 +46,7 @@ from .options import (
     start_option,
     unrecorded,
 )
+from .options import report as report_error
 from .report import answer_of
 
 if TYPE_CHECKING:
@@ -106,10 +107,10 @@ class Commands(click.Group):
             error.message = clean(error.message, lines=isinstance(error, click.MissingParameter))  # type: ignore[misc]
             raise
         except Exception as error:
-            code = expected_errors.code_of(error)
+            code = code_of(error)
             if code is None:
                 raise
-            context.exit(expected_errors.report(error, code, context.meta[JSON]))
+            context.exit(report_error(error, code, context.meta[JSON]))
 
 
 def _broken(name: str, error: extensions.ExtensionError) -> click.Command:

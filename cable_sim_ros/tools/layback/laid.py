@@ -28,7 +28,7 @@ from ..ensemble.plan import EnsembleError, Ranges, with_drag
 from . import ways
 from .towed import MOVING, NO_LEVER, SIZE, Copied, body_places, manoeuvres, yaw_of
 
-STILL = 1e-6  # m/s
+STILL = 1e-6  # m, m/s
 OTHERWISE = (0.0, 1e-3, -1e-3)  # of the cable out
 DEEP = 0.5  # of the scope: the depth whose current is turned
 
