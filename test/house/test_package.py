@@ -191,7 +191,6 @@ def test_every_scene_and_bag_is_installed(arguments):
 
 
 @pytest.mark.parametrize("name", document.shipped_scenes())
-@pytest.mark.filterwarnings("ignore::cable_sim_ros.io.scenes.load.SceneWarning")
 def test_every_shipped_scene_loads_and_is_called_like_its_file(name):
     assert load_scene(name).name == name
 

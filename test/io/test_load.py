@@ -20,7 +20,7 @@ from cable_sim_ros.io.scenes.load import (
     scene_from_text,
 )
 
-pytestmark = [pytest.mark.check, pytest.mark.filterwarnings("ignore::cable_sim_ros.io.scenes.load.SceneWarning")]
+pytestmark = pytest.mark.check
 
 SCENE = """\
 name: short_tow

@@ -312,7 +312,6 @@ def rough(event, random):
     return Event(stamp, event.arrival, "odometry", event.data[:4] + head + event.data[12:-680] + numbers.tobytes())
 
 
-@pytest.mark.filterwarnings("ignore::cable_sim_ros.io.scenes.load.SceneWarning")
 def test_rough_odometry_tows_as_clean_odometry_does():
     from cable_sim_ros.io.scenes.load import load_scene
     from cable_sim_ros.runs.message_run import MessageRun

@@ -19,7 +19,7 @@ from cable_sim_ros.physics.heave_filter import Convention
 from cable_sim_ros.runs import offline
 from cable_sim_ros.runs.settings import apply_to_scene, settings_of, topics_of
 
-pytestmark = [pytest.mark.trust, pytest.mark.filterwarnings("ignore::cable_sim_ros.io.scenes.load.SceneWarning")]
+pytestmark = pytest.mark.trust
 SECONDS = 6.0
 SOUTH = (0.0, 0.0, -(0.5**0.5), 0.5**0.5)  # Rz(-90 deg)
 

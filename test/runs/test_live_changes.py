@@ -16,7 +16,6 @@ from cable_sim_ros.io.sources.recorded_tow import RecordedTow, read_tow
 from cable_sim_ros.physics.winch_drive import BRAKE, FOLLOW
 from cable_sim_ros.runs import sources
 
-pytestmark = pytest.mark.filterwarnings("ignore::cable_sim_ros.io.scenes.load.SceneWarning")
 S = 1_000_000_000
 MOTOR = {
     "drive.model": "motor",

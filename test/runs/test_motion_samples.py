@@ -12,7 +12,7 @@ from cable_sim_ros.io.sources.recorded_tow import RecordedTow, read_tow
 from cable_sim_ros.physics.tick_output import Source
 from cable_sim_ros.runs import sources
 
-pytestmark = [pytest.mark.trust, pytest.mark.filterwarnings("ignore::cable_sim_ros.io.scenes.load.SceneWarning")]
+pytestmark = pytest.mark.trust
 S = 1_000_000_000
 
 

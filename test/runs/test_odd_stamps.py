@@ -15,7 +15,6 @@ from cable_sim_ros.io.scenes.load import load_scene, override
 from cable_sim_ros.io.sources.recorded_tow import RecordedTow, by_stamps, read_tow, usable_arrivals
 from cable_sim_ros.runs.message_run import MessageRun
 
-pytestmark = pytest.mark.filterwarnings("ignore::cable_sim_ros.io.scenes.load.SceneWarning")
 S = 1_000_000_000
 SECONDS = 4.0
 

@@ -20,7 +20,7 @@ from cable_sim_ros.tools.plan.plan import NEEDS, NoWinch, most_power, motor_pull
 from cable_sim_ros.tools.report.subject import subject_of
 from cable_sim_ros.tools.report.verdict import cards
 
-pytestmark = [pytest.mark.trust, pytest.mark.filterwarnings("ignore::cable_sim_ros.io.scenes.load.SceneWarning")]
+pytestmark = pytest.mark.trust
 SHORT = [
     "water.waves.kind=off",
     "water.waves.height=0",
