@@ -6,7 +6,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from cable_sim_ros.cli.answer import Answer
+from cable_sim_ros.cli.options import Answer
 from cable_sim_ros.errors import CODE_OK
 from cable_sim_ros.files import write_text
 from cable_sim_ros.terminal import say

@@ -8,11 +8,21 @@ from pathlib import Path
 
 import click
 
-from cable_sim_ros.cli.answer import Answer, answers, drawn, json_of
-from cable_sim_ros.cli.number import Count, Number
-from cable_sim_ros.cli.options import folder_option, ready, workers_option
-from cable_sim_ros.cli.progress import progress_bar
-from cable_sim_ros.cli.report_option import report_option, said, typed
+from cable_sim_ros.cli.options import (
+    Answer,
+    Count,
+    Number,
+    answers,
+    drawn,
+    folder_option,
+    json_of,
+    progress_bar,
+    ready,
+    report_option,
+    said,
+    typed,
+    workers_option,
+)
 from cable_sim_ros.errors import CODE_FAILED, CODE_OK
 from cable_sim_ros.files import write_text
 from cable_sim_ros.limits import LONGEST_RUN

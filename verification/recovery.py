@@ -13,7 +13,7 @@ import numpy as np
 from cable_sim_ros.io.scenes.document import SceneWarning
 from cable_sim_ros.io.scenes.load import load_scene, override
 from cable_sim_ros.physics.tick_output import Flag
-from cable_sim_ros.plots.saved import save
+from cable_sim_ros.plots.run import save
 from cable_sim_ros.plots.strips import LOOKS, WIDTH
 from cable_sim_ros.runs.offline import run
 from cable_sim_ros.runs.passage import events

@@ -40,7 +40,7 @@ packaged.pack(files.folders[0], packaged.origins, Path(sys.argv[1]), target)
 def scenes(folder: Path) -> list[Path]:
     """The shipped scenes, full_scale the first."""
     sys.path.insert(0, str(ROOT))
-    from cable_sim_ros.io.scenes.resources import shipped_scenes
+    from cable_sim_ros.io.scenes.document import shipped_scenes
 
     names = sorted(shipped_scenes(), key=lambda name: (name != "full_scale", name))
     return [folder / "config" / f"{name}.yaml" for name in names]

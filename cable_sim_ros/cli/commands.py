@@ -16,32 +16,38 @@ from ..files import write_text
 from ..limits import LONGEST_RUN, MAX_TOW_SPEED
 from ..terminal import clean, print_table, say
 from ..version import __version__
-from . import expected_errors
-from .answer import Answer, answers, asks_json
-from .expected_errors import need_ros
 from .motion_options import SHIPPED_BAG, motion_options, simulated
-from .number import Number
 from .options import (
+    ARGUMENTS,
     FILE,
+    Answer,
+    Number,
     all_option,
+    answers,
+    asks_json,
     bag_options,
     bag_scene_option,
+    code_of,
     folder_option,
     force_option,
     imu_option,
     junit_option,
     limits_option,
     markers_option,
+    need_ros,
     needs_out,
     out_option,
+    progress_bar,
     ready,
+    report_option,
+    reporting,
     setpoint_option,
     settings_options,
     start_option,
+    unrecorded,
 )
-from .progress import progress_bar
+from .options import report as report_error
 from .report import answer_of
-from .report_option import ARGUMENTS, report_option, reporting, unrecorded
 
 if TYPE_CHECKING:
     from ..runs.mesh import MeshChange
@@ -101,10 +107,10 @@ class Commands(click.Group):
             error.message = clean(error.message, lines=isinstance(error, click.MissingParameter))  # type: ignore[misc]
             raise
         except Exception as error:
-            code = expected_errors.code_of(error)
+            code = code_of(error)
             if code is None:
                 raise
-            context.exit(expected_errors.report(error, code, context.meta[JSON]))
+            context.exit(report_error(error, code, context.meta[JSON]))
 
 
 def _broken(name: str, error: extensions.ExtensionError) -> click.Command:
@@ -236,12 +242,11 @@ def live(bag, scene, duration, imu_only, out, report) -> Answer:
     """Play BAG over real topics into the node, in real time: summary, picture, recorded bag."""
     need_ros()
     from ..io.recordings.recorded_run import load_run
+    from ..io.scenes.document import find_bag
     from ..io.scenes.load import load_scene
-    from ..io.scenes.resources import find_bag
     from ..ros.play.live import live as run_live
     from ..runs.offline import Run, judged
-    from ..runs.result import write_summary
-    from ..runs.summary import OUTSIDE, summarize
+    from ..runs.summary import OUTSIDE, summarize, write_summary
     from ..runs.transient import start_up
     from ..runs.verdict import played
     from ..sim.rules.watch import watched
@@ -329,7 +334,7 @@ def recover(source: str, target: str) -> None:
     """Copy what can be read of the damaged or cut-off bag SOURCE (a path, or the name of a shipped one) into a new bag
     TARGET. Exit code 3: not all of it."""
     from ..io.recordings.recovery import recover as recover_bag
-    from ..io.scenes.resources import find_bag
+    from ..io.scenes.document import find_bag
 
     result = recover_bag(find_bag(source), target)
     say(f"{target}: {result.messages} messages over {result.duration:.2f} s")

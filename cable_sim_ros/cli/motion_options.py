@@ -9,9 +9,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from ..limits import LONGEST_RUN
-from .number import Number
-from .options import Heave, imu_option, setpoint_option
-from .progress import progress_bar
+from .options import Heave, Number, imu_option, progress_bar, setpoint_option
 
 if TYPE_CHECKING:
     from ..runs.offline import Run

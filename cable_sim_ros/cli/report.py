@@ -10,8 +10,7 @@ import click
 
 from ..sim.flag_rules import OK
 from ..terminal import plain_console, print_table, say
-from .answer import Answer, drawn
-from .options import EVERYTHING
+from .options import EVERYTHING, Answer, drawn
 
 if TYPE_CHECKING:
     from ..io.sources.recorded_tow import Residual

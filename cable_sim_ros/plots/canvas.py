@@ -9,8 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ..version import __version__
-from .run import FAINT, STYLE
-from .saved import save
+from .run import FAINT, STYLE, save
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

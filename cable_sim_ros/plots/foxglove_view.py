@@ -19,7 +19,7 @@ from ..io.bags.bag import BagError, read_bag
 from ..io.bags.typestore import STORE
 from ..io.messages.markers import TOPIC
 from ..io.messages.rotation import rotate
-from ..io.scenes.resources import share_folder
+from ..io.scenes.document import share_folder
 from ..terminal import say
 from .canvas import canvas
 

@@ -5,8 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 
-from .overload import STILL
-from .statistics import Samples
+from .overload import STILL, Samples
 
 SECOND = 1_000_000_000
 STEP = 2_000_000  # ns; a larger change of wall clock against CLOCK_MONOTONIC between two messages is a step of it

@@ -39,19 +39,17 @@ from .executor import spin
 from .graph_monitor import EVERY as NEIGHBOURS_EVERY
 from .graph_monitor import Neighbours
 from .lockstep import rate_problem
+from .overload import write_json
 from .parameters import NONE, ParameterError, Row, checked, foreign, settle
 from .parts import started
-from .play.clock_topic import ClockTopic
+from .play.clock_player import ClockTopic
 from .process import Stop, autostart, refuse_unknown, start_ros
-from .publisher import DirectPublisher, TickPublisher
+from .publisher import DirectPublisher, TickPublisher, rule_keeper
 from .report.diagnostics import Watch, final_metrics, verdict_of_node
 from .report.health import MSGTYPE as AGES_TYPE
 from .report.health import TOPIC as AGES_TOPIC
-from .rules import rule_keeper
 from .services import simulation_interfaces
-from .services.control import SimulationControl
-from .services.recording_control import RecordingControl
-from .statistics import write_json
+from .services.control import RecordingControl, SimulationControl
 from .stepped import SteppedSession, session_of
 from .topics import diagnostic_array, inputs_there, message_class, publishers_of, rows_of
 

@@ -15,10 +15,10 @@ from typing import Any, NamedTuple, Union, get_args, get_origin
 
 from ..errors import CableSimError
 from ..io.recordings.recording_place import name_problem, root_problem, state_problem
+from ..io.scenes.document import find_scene
 from ..io.scenes.fault_plan import FaultError, load_faults, timed
 from ..io.scenes.live_changes import CONSEQUENCE, SECOND, ChangeError, Timetable, fit, refuse_unacting, tick_of
 from ..io.scenes.load import SceneError, SceneWarning, load_scene, override
-from ..io.scenes.resources import find_scene
 from ..physics.parameter import Block
 from ..sim.scene import Scene
 from .blocks import NodeBlock

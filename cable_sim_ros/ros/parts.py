@@ -1,14 +1,33 @@
-"""Parts of the node that a tool adds: parameters under a name of their own, and what acts on them while it runs."""
+"""Parts of the node that a tool adds: parameters under a name of their own, and what acts on them while it runs.
+
+One task of /diagnostics, and numbers in its text.
+"""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
-from typing import Any, ClassVar
+from typing import Any, ClassVar, NamedTuple
 
 from ..extensions import NODE_PARTS, ExtensionError, found, load, package_of
 from ..physics.parameter import Block, quantity
 from ..sim.scene import Scene
-from .status import Status
+
+OK, WARN, ERROR = 0, 1, 2
+
+
+class Status(NamedTuple):
+    """One task: name, level, a sentence, and figures as text."""
+
+    name: str
+    level: int
+    message: str
+    values: dict[str, str]
+
+
+def text_of(number: float) -> str:
+    """Three decimals; "-" where there is no number."""
+    return "-" if math.isnan(number) else f"{number:.3f}"
 
 
 class NodePart:

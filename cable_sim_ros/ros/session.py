@@ -20,9 +20,8 @@ import numpy as np
 
 from ..compiler.packaged import packaged
 from ..io.messages.messages import SHIPS, VEHICLES, Event
-from ..io.motion.arrival_order import Intake, Took
-from ..io.motion.clock import DataClock
-from ..io.motion.refusals import TOPICS
+from ..io.motion.arrival_order import DataClock, Intake, Took
+from ..io.motion.motion import TOPICS
 from ..io.recordings.journal import STATIC, Journal, Start
 from ..physics.inputs import MOTION_ROWS, SOURCE, make_inputs
 from ..physics.state import NOW

@@ -12,7 +12,7 @@ from ..io.messages.markers import markers_channel
 from ..io.messages.messages import JOINT_COMMAND, KINDS
 from ..sim.scene import Scene
 from .blocks import Publish
-from .status import Status
+from .parts import Status
 
 
 def message_class(msgtype: str) -> type:

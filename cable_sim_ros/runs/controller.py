@@ -14,7 +14,7 @@ from ..sim.inputs import FlapCommand, InputError, WinchCommand
 from ..sim.tables.attitude import quaternion
 
 if TYPE_CHECKING:
-    from .result import Run
+    from .summary import Run
 
 Command = WinchCommand | FlapCommand
 Controller = Callable[[np.record], Command | Sequence[Command] | None]  # row of the last tick; None: as it was

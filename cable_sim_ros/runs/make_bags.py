@@ -24,7 +24,7 @@ from scipy.signal import butter, sosfiltfilt, welch
 from ..files import read_text
 from ..io.bags.bag import BagError, BagWriter
 from ..io.messages.message_classes import Imu, Odometry, imu_bytes, odometry_bytes
-from ..io.scenes.resources import share_folder
+from ..io.scenes.document import share_folder
 from ..limits import MAX_TOW_SPEED
 from ..sim.tables.attitude import body_rates, quaternion, rotation
 

@@ -28,7 +28,7 @@ from ..sim.rebase import carried_over
 from ..sim.scene import Scene
 from ..sim.tables.rigid_tables import flaps_of
 from ..sim.verdict import Reason
-from . import mean_track, motion_preview
+from . import mean_track, sources
 from .controller import ControllerError, ControlLoop
 from .resume import Resumed, nothing_left
 from .runner import Runner
@@ -108,7 +108,7 @@ class MessageRun(Runner):
         if self.tow is not None:
             self.doubts += mean_track.pitch_sign(frames)
         if self.feeder is not None:
-            self.doubts += motion_preview.doubts(self.feeder.intake.ingest, count * self.tick / SECOND)
+            self.doubts += sources.doubts(self.feeder.intake.ingest, count * self.tick / SECOND)
         return stepped
 
     def _prepare(self) -> tuple[Start, int]:

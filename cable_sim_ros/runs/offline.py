@@ -11,16 +11,23 @@ import numpy as np
 
 from ..io.messages.markers import check_rate
 from ..io.recordings.journal import read_journal
-from ..io.scenes.document import SceneError
+from ..io.scenes.document import SceneError, find_bag
 from ..io.scenes.fault_plan import PLANS, FaultPlan, load_faults, timed
 from ..io.scenes.live_changes import Change, changes_of
 from ..io.scenes.load import load_scene, override
-from ..io.scenes.resources import find_bag
 from ..io.scenes.ship_plan import ShipPlan
 from ..io.scenes.winch_plan import WinchPlan
-from ..io.sources.imported_bag import at_speed, provenance
 from ..io.sources.motion_table import MotionError
-from ..io.sources.recorded_tow import RecordedTow, SameTicks, paired, read_tow, recorded_frames, residuals
+from ..io.sources.recorded_tow import (
+    RecordedTow,
+    SameTicks,
+    at_speed,
+    paired,
+    provenance,
+    read_tow,
+    recorded_frames,
+    residuals,
+)
 from ..io.sources.vehicle_motion import Pose
 from ..limits import LONGEST_RUN
 from ..physics.tick_output import Flag
@@ -32,20 +39,19 @@ from ..sim.scene import Scene
 from ..sim.simulator import Simulator
 from ..sim.tables.rigid_tables import flaps_of
 from ..sim.verdict import Reason
-from . import motion_preview, refinement_check, verdict
+from . import refinement_check, sources, verdict
 from .controller import Controller, ControlLoop, alone
 from .journal_replay import JournalReplay
 from .message_run import MessageRun
 from .metrics import METRICS as METRICS
-from .result import Run as Run
-from .result import bag_path, write_summary
 from .resume import Resumed, report_of
 from .resume import save as save_run
 from .settings import NOTHING, Settings, apply_to_bag, apply_to_scene, of_intake, recorded_intake, refuse_without_bag
 from .sources import in_the_sea, motion_of, notes_of, scene_of_bag, sea_motion_kept, seconds_of
 from .step_choice import doubts_of_steps, metrics_of_steps, overwritten, stepped
 from .stepping import Progress, Stepped, silent
-from .summary import after_start, of_bodies, summarize
+from .summary import Run as Run
+from .summary import after_start, bag_path, of_bodies, summarize, write_summary
 from .transient import growth, start_up, still_growing
 from .travel import phase_figures
 
@@ -327,7 +333,7 @@ def replay(
             doubts.append(verdict.check("JOURNAL", "; ".join(faults)))
     else:
         tow.events = at_speed(tow.events, tow.about, scene.ship.tow_speed)
-        motion_preview.look(tow, scene, *recorded_intake(tow))
+        sources.look(tow, scene, *recorded_intake(tow))
         one = MessageRun(scene, tow, progress=progress)
         result = _run_of(one.sim, one.tick, tow, one.run(None, target, markers), target)
         result.metrics.update(_intake_metrics(one))

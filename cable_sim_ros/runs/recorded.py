@@ -8,13 +8,11 @@ from ..io.bags.bag_writer import BagError
 from ..io.recordings.journal import read_journal
 from ..io.recordings.recorded_run import load_run
 from ..io.scenes.load import scene_from_text
-from ..io.sources.imported_bag import provenance
-from ..io.sources.recorded_tow import read_tow
+from ..io.sources.recorded_tow import provenance, read_tow
 from ..sim.rules.watch import watched
 from .offline import judged
-from .result import Run
 from .sources import in_the_sea, sea_motion_kept
-from .summary import summarize
+from .summary import Run, summarize
 from .transient import start_up
 
 

@@ -27,7 +27,7 @@ from .stepping import Progress
 from .summary import summarize
 
 if TYPE_CHECKING:
-    from .result import Run
+    from .summary import Run
 
 SETTLED = ("SLACK", "SNAP_STEP", "RINGING_DAMPED", "RENDER_PLACE")  # doubtful because of mesh and step alone
 AGREED = 0.02  # of the largest tension, and of the deviation

@@ -1,4 +1,10 @@
-"""Where a run takes its ship motion from (a bag, a table, a heave, a plan, a sea); a replay its scene."""
+"""Where a run takes its ship motion from (a bag, a table, a heave, a plan, a sea); a replay its scene.
+
+A look at the beginning of a bag before anything is simulated: motion that nothing can be made of is refused.
+
+A node learns within seconds that its sensors speak in other axes, and stops using them. A bag is known as a whole, so
+the run says so at once instead of a tow whose ship lies still.
+"""
 
 from __future__ import annotations
 
@@ -11,16 +17,18 @@ from pathlib import Path
 from typing import Any
 
 from ..io.bags.bag_writer import BagError
+from ..io.messages.fault_hypotheses import DOUBTS
 from ..io.motion.arrival_order import Intake, Took
+from ..io.motion.motion import TOPICS, MotionIngest
+from ..io.scenes.document import find_bag
 from ..io.scenes.load import SceneWarning, load_scene, override, scene_from_text
-from ..io.scenes.resources import find_bag
 from ..io.scenes.ship_plan import ShipPlan
 from ..io.sources.coarse_bag import smooth_odometry
-from ..io.sources.imported_bag import at_speed, take_provenance
 from ..io.sources.motion_table import MotionError, planned, read_table, sine_heave
-from ..io.sources.recorded_tow import RecordedTow, read_tow
+from ..io.sources.recorded_tow import RecordedTow, at_speed, read_tow, take_provenance
 from ..io.sources.sea_motion import sea_motion
 from ..io.sources.vehicle_motion import Pose, at_rest, with_vehicle
+from ..physics.heave_filter import Convention, Heave, MotionInput
 from ..physics.inputs import EPOCH, MOTION_ROWS, SOURCE, make_inputs
 from ..physics.integrate import TOLERANCE
 from ..physics.tick_output import Source
@@ -28,13 +36,50 @@ from ..sim.inputs import ShipMotion
 from ..sim.layout import layout_of
 from ..sim.scene import Scene
 from ..sim.tables.attitude import body_rates
-from . import motion_preview
+from ..sim.verdict import Reason, refused_motion
 from .settings import NOTHING, Settings, apply_to_bag, apply_to_scene, recorded_intake, refuse_without_bag
+
+GLANCE, LOOK = 1.0, 20.0  # s of motion: where the first convicts nobody, the rest is not looked at
+MAX = 20_000  # messages
+NED = ("motion_ned", "gravity_sign", "attitude_ned", "heave_sign")
 
 HEAVE_SECONDS = 60.0  # s of a run under a sinusoidal heave where no duration is given
 PASSES, MIN_SPEED = 2.0, 0.5  # times the way of the cable out that a ship goes after its plan, at m/s at least
 RAMPS = 3.0  # of water.ramp, of a run in the waves of the scene, where that is longer
 ALONE = "water.waves.ship_motion = independent|.*while the ship does not rise with them"  # not of a ship in the waves
+
+
+def look(tow: RecordedTow, scene: Scene, motion: MotionInput, heave: Heave) -> None:
+    """Raise MotionError where every source of motion stands convicted after the first LOOK seconds; note which do."""
+    intake, received = Intake(make_inputs(), scene, motion, heave), dict[str, int]()
+    for event in tow.events[:MAX]:
+        if not event.is_motion:
+            continue
+        after = (event.time - tow.start) * 1e-9
+        if intake.motion(event) is Took.JUMPED:
+            return
+        received[event.kind] = received.get(event.kind, 0) + 1
+        if after > LOOK or (after > GLANCE and not any(intake.ingest.convicted.values())):
+            break
+    found = {TOPICS[kind]: intake.ingest.convicted[TOPICS[kind]] for kind in received}
+    if not found or not all(found.values()):
+        tow.unfit = {kind for kind in received if found[TOPICS[kind]]}
+        return
+    said = "; ".join(f"{topic} ({cause}): {DOUBTS[cause]}" for topic, cause in found.items())
+    remedy = ""
+    if set(found.values()) & set(NED) and motion.convention is Convention.ENU:
+        remedy = " Is it in NED axes? Then give --convention ned."
+    if "gravity_sign" in found.values() and not motion.force_reversed:
+        remedy += " Does the driver send gravity for specific force? Then --set motion.force_reversed=true."
+    raise MotionError(
+        f"{tow.path}: none of the ship's motion can be used. {said}. Nothing was simulated: it would be a tow on its "
+        f"mean track.{remedy} See the causes in docs/motion.md"
+    )
+
+
+def doubts(ingest: MotionIngest, length: float) -> tuple[Reason, ...]:
+    """Reasons that refused sources of motion give to the verdict; length: of the motion, s."""
+    return refused_motion(ingest.refusals(), length)
 
 
 def motion_of(
@@ -101,7 +146,7 @@ def _ship_motion(
     tow = read_tow(find_bag(motion), imu_only=imu_only, topics=topics)
     apply_to_bag(tow, settings)
     tow.events = at_speed(tow.events, tow.about, scene.ship.tow_speed)
-    motion_preview.look(tow, scene, *recorded_intake(tow))
+    look(tow, scene, *recorded_intake(tow))
     smooth_odometry(tow, scene.sheave.position)
     take_provenance(tow, scene.sheave.position)
     return tow

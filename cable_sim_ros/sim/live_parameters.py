@@ -19,9 +19,8 @@ from ..physics.sensor_models import TARGETS
 from ..physics.state import NOW
 from ..physics.winch_drive import MODES, WinchMode
 from .checks.attitude_checks import attitude_problems
-from .checks.drive_checks import mode_problems
+from .checks.drive_checks import feed_forward_problems, mode_problems
 from .checks.instrument_checks import fault_problems, feed_problems
-from .checks.setpoint_checks import feed_forward_problems
 from .scene import Scene
 from .simulator import Simulator, StartError
 from .tables.rigid_tables import wings_of

@@ -28,8 +28,7 @@ from ..ros.parameters import FOREIGN, settle
 from ..ros.topics import inputs_there, message_class
 from .arguments import COMMAND
 from .chain import NODE, SETTLE, Chain
-from .feeder import AHEAD, Feeder
-from .motion import SECOND
+from .feeder import AHEAD, SECOND, Feeder
 
 SERVICE = 30.0  # s for an answer
 STALLED = 60.0  # s of wall time without a tick output

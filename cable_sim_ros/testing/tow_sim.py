@@ -1,10 +1,16 @@
-"""A node under test: started in a process and domain of its own, fed, stepped, commanded, read, always ended."""
+"""A node under test: started in a process and domain of its own, fed, stepped, commanded, read, always ended.
+
+Files in shared memory that a killed process of a test leaves behind: Fast DDS removes its own only where it ends.
+
+With discovery on this host alone rmw_fastrtps always adds the shared memory transport, whatever its settings say.
+"""
 
 from __future__ import annotations
 
 import json
 import math
 import os
+import re
 import shutil
 import sys
 import tempfile
@@ -21,9 +27,11 @@ from ..errors import TowError
 from ..ros import watchdog
 from ..ros.child import MARK, Process, opened
 from ..sim.flag_rules import DOUBTFUL, OK
-from . import shared_memory
 from .arguments import COMMAND, SENT_AGAIN, agree, as_text, number, process_of, scene_text, too_late, unmet, with_motion
 from .domain import reserve
+
+SHARED = Path("/dev/shm")
+_NAME = re.compile(rf"{SHARED}/(fastdds_\w+)$", re.M)
 
 READY_WITHIN = 300.0  # s; compiling everything from nothing takes minutes on a slow machine
 COMPILING = "the first start on a machine compiles for up to two minutes: give ready_within=300 or leave it out"
@@ -32,6 +40,34 @@ STALLED = 30.0  # s of wall time, beside what real time takes
 SECOND = 1_000_000_000
 ALONE = {"ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}  # neither heard by a ship nor hearing it
 OPENING = ("ROS_LOCALHOST_ONLY", "ROS_STATIC_PEERS", "ROS_DISCOVERY_SERVER", "ROS_SUPER_CLIENT")  # lead out of it
+
+
+def mapped(process: int) -> set[str]:
+    """Names of the files of Fast DDS that a process has mapped; none where it has ended or is another user's."""
+    try:
+        return set(_NAME.findall(Path(f"/proc/{process}/maps").read_text("utf-8", errors="replace")))
+    except OSError:
+        return set()
+
+
+def remove(names: set[str], within: float = 1.0) -> set[str]:
+    """Remove those that no living process has mapped, with their locks; returns what was removed.
+
+    within: s that are waited for those of this process, which lets go of them soon after it has left the domain.
+    """
+    there = {name for name in names if (SHARED / name).exists()}
+    if not there:
+        return set()
+    deadline = time.monotonic() + within
+    while there & mapped(os.getpid()) and time.monotonic() < deadline:
+        time.sleep(0.02)
+    for process in os.listdir("/proc"):
+        if process.isdigit():
+            there -= mapped(int(process))
+    for name in there:
+        for file in (name, f"{name}_el", f"sem.{name}_mutex"):
+            (SHARED / file).unlink(missing_ok=True)
+    return there
 
 
 def tow(scene: str | os.PathLike = "full_scale", **options: Any) -> Tow:
@@ -125,7 +161,7 @@ class Tow:
         self._link.client.give_up = self.check
         self._await(lambda: self.state == "waiting", within, "ready for motion", remedy=f"; {COMPILING}")
         self._await(self._link.connected, START_WITHIN, "connected")
-        self._segments |= shared_memory.mapped(self.node.pid)
+        self._segments |= mapped(self.node.pid)
 
     @property
     def state(self) -> str:
@@ -157,7 +193,7 @@ class Tow:
         source: a bag (path or name of a shipped one), a CSV file, a sequence of ShipMotion; or heave=(m, s), a sine.
         start, duration: part of it, s; imu_only: without odometry; commands: with the winch commands of the bag.
         """
-        from .motion import messages
+        from .feeder import messages
 
         self._open()
         ship = self._link.scene.ship
@@ -210,7 +246,7 @@ class Tow:
             what = f"ready: {name} has no publisher of {' or '.join(topics)}"
             self._await(lambda: not link.chain.missing(), within, what)
             link.came(name, within, self.check)
-            self._segments |= shared_memory.mapped(process.pid)
+            self._segments |= mapped(process.pid)
         return process
 
     def set(self, name: str, value: Any) -> None:
@@ -397,4 +433,4 @@ class Tow:
 
     def _sweep(self) -> None:
         self.leftovers = watchdog.end(self._mark, patience=2.0)
-        shared_memory.remove(self._segments)
+        remove(self._segments)

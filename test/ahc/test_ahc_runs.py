@@ -11,7 +11,7 @@ from click.testing import CliRunner
 from cable_sim_ros.cli import commands
 from cable_sim_ros.errors import TowError
 from cable_sim_ros.io.messages.messages import decode_odometry
-from cable_sim_ros.tools.ahc import benchmark, board, definition, motions, simulate, tables
+from cable_sim_ros.tools.ahc import benchmark, board, definition, simulate, tables
 from cable_sim_ros.tools.ahc.definition import Cell, Class
 from cable_sim_ros.tools.ahc.entrants import AhcError, Entrant, external, laws
 from cable_sim_ros.tools.ahc.simulate import Span
@@ -75,7 +75,7 @@ def test_a_recorded_ship_is_put_on_the_track_of_a_scene_at_its_scale():
 
 def test_gaps_are_cut_out_of_the_motion():
     whole = simulate.motion_of_cell(FULL_SCALE, 60.0)
-    stamps = np.array([event.time for event in motions.with_gaps(whole, ((10.0, 12.0), (20.0, 20.5))).events])
+    stamps = np.array([event.time for event in simulate.with_gaps(whole, ((10.0, 12.0), (20.0, 20.5))).events])
     since = (stamps - stamps[0]) * 1e-9
     assert not ((since > 10.0) & (since < 12.0)).any() and not ((since > 20.0) & (since < 20.5)).any()
     assert len(whole.events) - len(stamps) == pytest.approx(50 * 2.5, abs=2)

@@ -19,10 +19,9 @@ from cable_sim_ros.sim.simulator import Simulator
 from cable_sim_ros.tools.calibrate import least_squares
 from cable_sim_ros.tools.calibrate.calibrate import Options, calibrate
 from cable_sim_ros.tools.calibrate.free import free_of, keys_of, value_of
+from cable_sim_ros.tools.calibrate.result import text_with
 from cable_sim_ros.tools.calibrate.tow_model import TowModel
-from cable_sim_ros.tools.calibrate.write_scene import text_with
-from cable_sim_ros.tools.logs.own_signals import signals_of_frames
-from cable_sim_ros.tools.logs.signals import Signal
+from cable_sim_ros.tools.logs.own_signals import Signal, signals_of_frames
 
 DRAG = "cable.sections.armoured.drag_amplification"
 TRUE = 2.0

@@ -9,8 +9,7 @@ from made_tow import NUMBERS, TRUE, log, tow
 from cable_sim_ros.tools.calibrate import confidence as confidence_module
 from cable_sim_ros.tools.calibrate.confidence import QUANTILE, Surface, confidence, linear_intervals, profile
 from cable_sim_ros.tools.calibrate.free import CalibrateError
-from cable_sim_ros.tools.calibrate.lags import first_lags, repeats
-from cable_sim_ros.tools.calibrate.least_squares import Nuisance, Problem, fit, scales
+from cable_sim_ros.tools.calibrate.least_squares import Nuisance, Problem, first_lags, fit, repeats, scales
 from cable_sim_ros.tools.calibrate.observed import _slower
 from cable_sim_ros.tools.calibrate.result import Calibration
 from cable_sim_ros.tools.calibrate.systematic import SHARE, _faster, systematic

@@ -12,7 +12,7 @@ from cable_sim_ros.tools.calibrate.free import CalibrateError, free_of
 from cable_sim_ros.tools.calibrate.least_squares import Nuisance, Problem, fit, lasting
 from cable_sim_ros.tools.calibrate.observed import observed
 from cable_sim_ros.tools.calibrate.tow_model import TowModel
-from cable_sim_ros.tools.logs.signals import Signal
+from cable_sim_ros.tools.logs.own_signals import Signal
 
 
 def taken(time_s, value, noise=None, steady=False, last=400.0):

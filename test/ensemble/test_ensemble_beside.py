@@ -8,7 +8,7 @@ import pytest
 pytest.importorskip("rclpy")
 
 from cable_sim_ros.physics.tick_output import Flag
-from cable_sim_ros.ros.status import ERROR, OK, WARN
+from cable_sim_ros.ros.parts import ERROR, OK, WARN
 from cable_sim_ros.tools.ensemble.beside import AHEAD_NAMES, BAND_NAMES, WATCHED, Beside, _follow
 from cable_sim_ros.tools.ensemble.copies import EnsembleEnded, Stopped
 from cable_sim_ros.tools.ensemble.follow import Follower

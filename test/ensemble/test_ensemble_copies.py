@@ -191,7 +191,7 @@ def test_a_file_that_cannot_be_is_refused_in_a_line(text, problem, tmp_path, sce
 
 
 def test_flags_of_copies_are_judged_as_those_of_a_run_and_counted(scene):
-    from cable_sim_ros.tools.ensemble.flagged import Seen, flagged, of_recorded
+    from cable_sim_ros.tools.ensemble.copies import Seen, flagged, of_recorded
 
     def seen(*words, tension=100.0):
         one = Seen(scene)

@@ -5,13 +5,10 @@ from __future__ import annotations
 import importlib.util
 import re
 import shlex
-import warnings
 from pathlib import Path
 
 import numpy as np
 import pytest
-
-from cable_sim_ros.io.scenes.load import SceneWarning
 
 ROOT = Path(__file__).resolve().parents[2]
 FOLDER = ROOT / "docs" / "examples"
@@ -37,9 +34,7 @@ def block(name, language):
 
 def printed(name, words, capsys):
     """What a script prints."""
-    with warnings.catch_warnings():  # the scene's own go to stderr
-        warnings.simplefilter("ignore", SceneWarning)
-        script(name).main(words)
+    script(name).main(words)
     return capsys.readouterr().out
 
 

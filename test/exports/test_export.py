@@ -15,7 +15,8 @@ from cable_sim_ros import run
 from cable_sim_ros.cli import commands
 from cable_sim_ros.io.recordings.recorded_run import load_run
 from cable_sim_ros.physics.tick_output import CONTACT_COLUMNS, FIELDS, SHAPE_COLUMNS, TICK_OUTPUT, Flag
-from cable_sim_ros.tools.export import content, export, formats
+from cable_sim_ros.tools.export import content, formats
+from cable_sim_ros.tools.export import formats as export
 from cable_sim_ros.tools.export.content import ExportError, Table
 from cable_sim_ros.version import __version__
 

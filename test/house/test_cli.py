@@ -10,10 +10,8 @@ import click
 import pytest
 from click.testing import CliRunner
 
-from cable_sim_ros.cli import commands, expected_errors
-from cable_sim_ros.cli.answer import Answer, answers, drawn
-from cable_sim_ros.cli.number import Number
-from cable_sim_ros.cli.options import Heave
+from cable_sim_ros.cli import commands
+from cable_sim_ros.cli.options import Answer, Heave, Number, answers, code_of, drawn
 from cable_sim_ros.io.sources.motion_table import MotionError
 from cable_sim_ros.limits import MAX_TOW_SPEED
 from cable_sim_ros.physics.ship import Ship
@@ -352,9 +350,9 @@ def test_every_error_of_the_package_is_expected():
     for _ in declared:
         ours |= {name for name, base in declared if base in ours}
     assert len(ours) > 15 and {name for name, _ in declared} - ours == internal
-    assert expected_errors.code_of(MotionError("x")) == 2 and expected_errors.code_of(SolverError("x")) == 1
-    assert expected_errors.code_of(StartError("x", 1.0)) == 1 and expected_errors.code_of(OSError()) == 2
-    assert expected_errors.code_of(ValueError("x")) is None
+    assert code_of(MotionError("x")) == 2 and code_of(SolverError("x")) == 1
+    assert code_of(StartError("x", 1.0)) == 1 and code_of(OSError()) == 2
+    assert code_of(ValueError("x")) is None
 
 
 @pytest.mark.filterwarnings("always::cable_sim_ros.io.scenes.document.SceneWarning")

@@ -13,7 +13,7 @@ from cable_sim_ros.io.scenes.load import SceneError, dump_scene
 from cable_sim_ros.sim import simulator
 
 ROOT = Path(__file__).resolve().parents[2]
-pytestmark = [pytest.mark.check, pytest.mark.filterwarnings("ignore::cable_sim_ros.io.scenes.load.SceneWarning")]
+pytestmark = pytest.mark.check
 
 
 def test_importing_the_package_loads_neither_compiler_nor_ros():

@@ -14,7 +14,7 @@ from rich.table import Table
 
 from cable_sim_ros import terminal
 from cable_sim_ros.cli.commands import main
-from cable_sim_ros.io.scenes.resources import find_scene
+from cable_sim_ros.io.scenes.document import find_scene
 
 PACKAGE = Path(terminal.__file__).parent
 NAME = "[/bold]\nverdict: ok \x1b]0;mine\x07 \x9b31m [red]:warning: \u202eback \ud800"

@@ -8,8 +8,8 @@ import click
 import pytest
 
 from cable_sim_ros.cli.commands import main
+from cable_sim_ros.io.scenes.document import shipped_bags, shipped_scenes
 from cable_sim_ros.io.scenes.load import load_scene
-from cable_sim_ros.io.scenes.resources import shipped_bags, shipped_scenes
 from cable_sim_ros.io.scenes.winch_plan import WinchPlan
 from cable_sim_ros.physics.heave_compensation import SetpointLaw
 from cable_sim_ros.runs.settings import apply_to_scene, settings_of

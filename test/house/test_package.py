@@ -12,7 +12,7 @@ import pytest
 import yaml
 
 import cable_sim_ros
-from cable_sim_ros.io.scenes import resources
+from cable_sim_ros.io.scenes import document
 from cable_sim_ros.io.scenes.load import load_scene
 from cable_sim_ros.tools.spans.load import load_span
 
@@ -83,7 +83,7 @@ def test_version_is_the_same_everywhere(arguments):
 
 
 def test_name_and_licence_are_the_same_everywhere(arguments):
-    assert PACKAGE_XML.findtext("name") == arguments["name"] == resources.PACKAGE
+    assert PACKAGE_XML.findtext("name") == arguments["name"] == document.PACKAGE
     assert PACKAGE_XML.findtext("license") == arguments["license"] == "MIT"
     assert (ROOT / "LICENSE").read_text().startswith("MIT License")
     assert CITATION["title"] == arguments["name"] and CITATION["license"] == "MIT"
@@ -190,24 +190,23 @@ def test_every_scene_and_bag_is_installed(arguments):
                 assert path.relative_to(ROOT) in installed, path
 
 
-@pytest.mark.parametrize("name", resources.shipped_scenes())
-@pytest.mark.filterwarnings("ignore::cable_sim_ros.io.scenes.load.SceneWarning")
+@pytest.mark.parametrize("name", document.shipped_scenes())
 def test_every_shipped_scene_loads_and_is_called_like_its_file(name):
     assert load_scene(name).name == name
 
 
-@pytest.mark.parametrize("name", resources.shipped_spans())
+@pytest.mark.parametrize("name", document.shipped_spans())
 def test_every_shipped_span_loads_and_is_called_like_its_file(name):
     assert load_span(name).name == name
 
 
 def test_every_file_in_config_is_of_one_kind():
     kinds = [
-        resources.shipped_scenes(),
-        resources.shipped_spans(),
-        resources.shipped_viv(),
-        resources.shipped_mappings(),
-        resources.shipped_tows(),
+        document.shipped_scenes(),
+        document.shipped_spans(),
+        document.shipped_viv(),
+        document.shipped_mappings(),
+        document.shipped_tows(),
     ]
     ours = [path for path in (ROOT / "config").rglob("*.yaml") if path.parent.name != "ros2_control"]  # not read here
     assert sorted(sum(kinds, [])) == sorted(path.stem for path in ours)

@@ -13,9 +13,9 @@ from click.testing import CliRunner
 
 from cable_sim_ros import files
 from cable_sim_ros.cli.commands import main
-from cable_sim_ros.cli.number import Number
+from cable_sim_ros.cli.options import Number
 from cable_sim_ros.io.bags.bag import BagReader, BagWriter
-from cable_sim_ros.io.scenes.resources import find_bag
+from cable_sim_ros.io.scenes.document import find_bag
 
 PACKAGE = Path(files.__file__).parent
 READS = {  # options that name a file or bag that is read; a new option is put here or into OTHERS

@@ -10,16 +10,16 @@ import pytest
 from pydantic import ValidationError
 
 import cable_sim_ros
-from cable_sim_ros.cli.answer import deliver
 from cable_sim_ros.cli.commands import main
+from cable_sim_ros.cli.options import deliver
 from cable_sim_ros.cli.report import answer_of
 from cable_sim_ros.io.messages import channels
 from cable_sim_ros.io.messages.channels import EVERY, Channel, Context, channels_of
 from cable_sim_ros.io.messages.instrument_channels import INSTRUMENTS
 from cable_sim_ros.io.messages.markers import markers_channel
 from cable_sim_ros.io.messages.messages import KINDS
+from cable_sim_ros.io.scenes.document import shipped_bags, shipped_scenes
 from cable_sim_ros.io.scenes.load import load_scene, override
-from cable_sim_ros.io.scenes.resources import shipped_bags, shipped_scenes
 from cable_sim_ros.io.scenes.winch_plan import WinchPlan
 from cable_sim_ros.physics.sensor_models import DEVICES
 from cable_sim_ros.physics.towbody import LineBody
@@ -89,7 +89,6 @@ def test_every_make_target_stands_in_contributing():
     assert set(targets.split()) - set(re.findall(r"`make ([a-z-]+)", CONTRIBUTING)) == {"help", "clean"}
 
 
-@pytest.mark.filterwarnings("ignore::cable_sim_ros.io.scenes.load.SceneWarning")
 def test_the_python_of_the_readme_runs_and_prints_what_it_says(capsys):
     (code,) = re.findall(r"```python\n(.*?)```", README, re.S)
     assert len([line for line in code.splitlines() if line]) <= 12
@@ -99,7 +98,6 @@ def test_the_python_of_the_readme_runs_and_prints_what_it_says(capsys):
     assert printed[0] == pytest.approx(shown[0], abs=1.0) and printed[1] == pytest.approx(shown[1], abs=0.1)
 
 
-@pytest.mark.filterwarnings("ignore::cable_sim_ros.io.scenes.load.SceneWarning")
 def test_what_the_readme_shows_of_a_run_is_what_a_run_prints(tmp_path, capsys):
     (block,) = re.findall(r"```text\n(.*?)```", README, re.S)
     rows = re.findall(r"^│ ([\w ]+?) +│ +[\d.]+ │", block, re.M)
@@ -135,7 +133,6 @@ def test_the_plans_of_the_pages_are_plans():
         assert plans and all(str(WinchPlan(plan)) == plan for plan in plans)
 
 
-@pytest.mark.filterwarnings("ignore::cable_sim_ros.io.scenes.load.SceneWarning")
 def test_no_json_name_is_undeclared():
     declared = {name for name, *_ in (*SUMMARY, *offline.METRICS)}
     assert set(offline.run("full_scale", duration=0.1).metrics) <= declared
@@ -184,7 +181,6 @@ def test_what_others_may_do_is_what_the_node_offers():
     assert profiles["operator"]["services request"] == node["services reply"] - standard - beside
 
 
-@pytest.mark.filterwarnings("ignore::cable_sim_ros.io.scenes.load.SceneWarning")
 def test_a_channel_of_some_scenes_is_one_of_all():
     """One that stood in no table was missing from page and policy, and nothing said so."""
     rows = {row for row in vars(channels).values() if isinstance(row, Channel)}

@@ -10,7 +10,7 @@ from test_motion import bag_of_any_kind
 
 from cable_sim_ros.io.bags.bag import BagError, Damage, read_bag
 from cable_sim_ros.io.bags.typestore import STORE
-from cable_sim_ros.io.sources.bag_motion import read_motion
+from cable_sim_ros.io.sources.recorded_tow import read_motion
 
 pytestmark = pytest.mark.check
 

@@ -21,7 +21,7 @@ from cable_sim_ros.io.messages.messages import (
     decode_odometry,
     stamp_of,
 )
-from cable_sim_ros.io.motion.clock import DataClock, Stamp
+from cable_sim_ros.io.motion.arrival_order import DataClock, Stamp
 from cable_sim_ros.io.motion.motion import MotionIngest
 from cable_sim_ros.io.sources.recorded_tow import Feeder, RecordedTow, read_tow
 from cable_sim_ros.physics.heave_filter import Heave

@@ -11,7 +11,7 @@ from cable_sim_ros.io.bags.bag import BagError, BagReader, BagWriter, Damage, Da
 from cable_sim_ros.io.bags.mcap_file import McapFile, Unreadable
 from cable_sim_ros.io.recordings.recorder import MAX_MESSAGE, Recorder
 from cable_sim_ros.io.recordings.recovery import recover
-from cable_sim_ros.io.sources.bag_motion import read_motion
+from cable_sim_ros.io.sources.recorded_tow import read_motion
 from verification.stress.bags import IMU, TOPIC, chunks_of, known_bag, mcap_of
 
 pytestmark = pytest.mark.check

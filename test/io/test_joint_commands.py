@@ -23,8 +23,7 @@ from cable_sim_ros.io.messages.messages import (
     decode_joint_command,
     find_topics,
 )
-from cable_sim_ros.io.sources.bag_motion import read_motion
-from cable_sim_ros.io.sources.recorded_tow import Feeder, read_tow
+from cable_sim_ros.io.sources.recorded_tow import Feeder, read_motion, read_tow
 from cable_sim_ros.physics.inputs import make_inputs
 
 pytestmark = pytest.mark.check

@@ -11,8 +11,7 @@ import numpy as np
 import pytest
 
 from cable_sim_ros.io.bags.typestore import STORE
-from cable_sim_ros.io.recordings.journal import MSGTYPE, Journal, Start, encoded, packed, read_journal
-from cable_sim_ros.io.recordings.journal_entries import Sample, state_of
+from cable_sim_ros.io.recordings.journal import MSGTYPE, Journal, Sample, Start, encoded, packed, read_journal, state_of
 from cable_sim_ros.physics.inputs import MOTION_COLUMNS, MOTION_ROWS, make_inputs, push_command, push_motion
 
 pytestmark = pytest.mark.check

@@ -9,7 +9,7 @@ import yaml
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from cable_sim_ros.io.scenes import resources, yaml12
+from cable_sim_ros.io.scenes import document, yaml12
 from cable_sim_ros.io.scenes.load import (
     SceneError,
     SceneWarning,
@@ -20,7 +20,7 @@ from cable_sim_ros.io.scenes.load import (
     scene_from_text,
 )
 
-pytestmark = [pytest.mark.check, pytest.mark.filterwarnings("ignore::cable_sim_ros.io.scenes.load.SceneWarning")]
+pytestmark = pytest.mark.check
 
 SCENE = """\
 name: short_tow
@@ -401,7 +401,7 @@ def report(path):
 def test_missing_file_lists_the_shipped_scenes():
     assert report("no_such_tow") == (
         "no_such_tow: no such scene file; nothing was started. Give the path of a scene, or "
-        f"the name of a shipped one: {', '.join(resources.shipped_scenes())}"
+        f"the name of a shipped one: {', '.join(document.shipped_scenes())}"
     )
 
 
@@ -428,7 +428,7 @@ EXPECTED = (
 def test_file_that_is_no_scene(tmp_path, content, text):
     path = tmp_path / "tow.yaml"
     path.write_bytes(content)
-    assert report(path) == text.format(path=path, names=", ".join(resources.shipped_scenes()))
+    assert report(path) == text.format(path=path, names=", ".join(document.shipped_scenes()))
 
 
 def test_a_folder_is_no_scene(tmp_path):
@@ -436,14 +436,14 @@ def test_a_folder_is_no_scene(tmp_path):
 
 
 def test_shipped_scenes_are_found_by_name_and_by_file_name():
-    assert resources.find_scene("full_scale") == resources.find_scene("full_scale.yaml")
+    assert document.find_scene("full_scale") == document.find_scene("full_scale.yaml")
     assert load_scene("full_scale").name == "full_scale"
 
 
 # --- there and back ---------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("name", resources.shipped_scenes())
+@pytest.mark.parametrize("name", document.shipped_scenes())
 def test_dumped_scene_is_read_back_the_same(name):
     scene = load_scene(name)
     assert scene_from_text(dump_scene(scene), "again.yaml") == scene
@@ -622,15 +622,15 @@ def test_scene_from_dict_names_its_origin_without_lines():
 
 
 def test_data_beside_the_code_wins_and_the_ament_index_is_the_last_resort(tmp_path):
-    code = tmp_path / "prefix" / "lib" / "python3" / "site-packages" / resources.PACKAGE
-    other = tmp_path / "other" / "share" / resources.PACKAGE
+    code = tmp_path / "prefix" / "lib" / "python3" / "site-packages" / document.PACKAGE
+    other = tmp_path / "other" / "share" / document.PACKAGE
     for folder in (code, other / "config"):
         folder.mkdir(parents=True)
     (other / "package.xml").touch()
     index = {"AMENT_PREFIX_PATH": str(tmp_path / "other")}
-    assert resources.share_folder(code, index) == other
-    own = tmp_path / "prefix" / "share" / resources.PACKAGE
+    assert document.share_folder(code, index) == other
+    own = tmp_path / "prefix" / "share" / document.PACKAGE
     (own / "config").mkdir(parents=True)
     (own / "package.xml").touch()
-    assert resources.share_folder(code, index) == own
-    assert resources.share_folder() == Path(__file__).resolve().parents[2]
+    assert document.share_folder(code, index) == own
+    assert document.share_folder() == Path(__file__).resolve().parents[2]

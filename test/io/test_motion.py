@@ -18,7 +18,7 @@ from cable_sim_ros.io.bags.typestore import STORE
 from cable_sim_ros.io.messages.fault_hypotheses import DOUBTS
 from cable_sim_ros.io.messages.messages import CAUSES, Refused, decode_imu, decode_odometry, find_topics
 from cable_sim_ros.io.motion.motion import MotionIngest
-from cable_sim_ros.io.sources.bag_motion import read_motion
+from cable_sim_ros.io.sources.recorded_tow import read_motion
 from cable_sim_ros.physics.heave_filter import Convention, Heave, MotionInput
 from cable_sim_ros.physics.inputs import EPOCH, MOTION_ROWS, SOURCE, make_inputs
 from cable_sim_ros.physics.ship import Ship

@@ -14,7 +14,7 @@ from cable_sim_ros.io.messages.fault_hypotheses import DOUBTS
 from cable_sim_ros.io.messages.messages import CAUSES, decode_imu, decode_odometry
 from cable_sim_ros.io.motion.motion import MotionIngest
 from cable_sim_ros.io.plausibility.plausibility import Watch
-from cable_sim_ros.io.sources.bag_motion import read_motion
+from cable_sim_ros.io.sources.recorded_tow import read_motion
 from cable_sim_ros.physics.heave_filter import Heave, MotionInput
 from cable_sim_ros.physics.inputs import SOURCE, make_inputs
 from cable_sim_ros.physics.ship import Ship

@@ -12,8 +12,7 @@ from cable_sim_ros.io.messages.messages import Event
 from cable_sim_ros.io.motion.motion import MotionIngest
 from cable_sim_ros.io.motion.position_rate_fit import PositionRateFit
 from cable_sim_ros.io.motion.stamps import SOUGHT, RegularStamps
-from cable_sim_ros.io.sources.bag_motion import read_motion
-from cable_sim_ros.io.sources.recorded_tow import RecordedTow
+from cable_sim_ros.io.sources.recorded_tow import RecordedTow, read_motion
 from cable_sim_ros.physics.heave_filter import Heave, MotionInput
 from cable_sim_ros.physics.inputs import EPOCH, SOURCE, make_inputs
 from cable_sim_ros.physics.ship import Ship
@@ -313,7 +312,6 @@ def rough(event, random):
     return Event(stamp, event.arrival, "odometry", event.data[:4] + head + event.data[12:-680] + numbers.tobytes())
 
 
-@pytest.mark.filterwarnings("ignore::cable_sim_ros.io.scenes.load.SceneWarning")
 def test_rough_odometry_tows_as_clean_odometry_does():
     from cable_sim_ros.io.scenes.load import load_scene
     from cable_sim_ros.runs.message_run import MessageRun

@@ -21,7 +21,7 @@ from cable_sim_ros.physics.water import CurrentFrame, WaveKind
 from cable_sim_ros.sim.tables.attitude import angle_rates, to_world
 from cable_sim_ros.sim.tables.sea_tables import BAND, FINE, jonswap
 
-pytestmark = [pytest.mark.check, pytest.mark.filterwarnings("ignore::cable_sim_ros.io.scenes.load.SceneWarning")]
+pytestmark = pytest.mark.check
 G, SPEED, PERIOD, HEIGHT = 9.81, 2.0, 8.0, 2.0
 OMEGA = 2.0 * pi / PERIOD
 K = OMEGA**2 / G

@@ -9,8 +9,8 @@ from test_motion import BAGS
 from test_plausible import DEGREES, FLIP, KNOTS, events, watched
 from true_ship import sail, world
 
-from cable_sim_ros.io.plausibility.outlier_gate import HeightGuard, RateGuard
-from cable_sim_ros.io.sources.bag_motion import read_motion
+from cable_sim_ros.io.plausibility.plausibility import HeightGuard, RateGuard
+from cable_sim_ros.io.sources.recorded_tow import read_motion
 
 BEGIN, END = 20.0, 22.0  # s of the fault
 

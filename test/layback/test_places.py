@@ -14,9 +14,8 @@ from cable_sim_ros.io.geodesy import on_plane
 from cable_sim_ros.io.scenes.load import load_scene, override
 from cable_sim_ros.physics.parameter import declared
 from cable_sim_ros.sim.simulator import Simulator
-from cable_sim_ros.tools.ensemble.ranges import Ranges, assumed, with_drag
-from cable_sim_ros.tools.layback.laid import WAYS, Samples, of_track
-from cable_sim_ros.tools.layback.static_place import NoShape, Tow, band_of, static_place
+from cable_sim_ros.tools.ensemble.plan import Ranges, assumed, with_drag
+from cable_sim_ros.tools.layback.laid import WAYS, NoShape, Samples, Tow, band_of, of_track, static_place
 
 NONE = Ranges(drag=0.0, speed=0.0, current=0.0, current_turn_deg=0.0)
 TOW = Tow(200.0, 2.06, 0.0, 0.0)

@@ -8,7 +8,7 @@ import pytest
 from cable_sim_ros.errors import CableSimError
 from cable_sim_ros.io.geodesy import on_earth
 from cable_sim_ros.io.scenes.load import load_scene
-from cable_sim_ros.tools.ensemble.ranges import Ranges
+from cable_sim_ros.tools.ensemble.plan import Ranges
 from cable_sim_ros.tools.layback.by_log import adjusted, before_run, checked_cable
 from cable_sim_ros.tools.layback.tow_log import moment_of, read_log
 

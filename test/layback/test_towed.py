@@ -14,12 +14,9 @@ from cable_sim_ros.cli import commands
 from cable_sim_ros.io.scenes.load import load_scene, override
 from cable_sim_ros.sim.inputs import ShipMotion, WinchCommand
 from cable_sim_ros.tools.ensemble.copies import EnsembleEnded
-from cable_sim_ros.tools.ensemble.plan import EnsembleError
-from cable_sim_ros.tools.ensemble.ranges import Ranges
-from cable_sim_ros.tools.layback.laid import with_copies
-from cable_sim_ros.tools.layback.manoeuvre import manoeuvres
-from cable_sim_ros.tools.layback.static_place import Tow, band_of
-from cable_sim_ros.tools.layback.towed import Copied, Towed, body_places, ends_of, half_widths, yaw_of
+from cable_sim_ros.tools.ensemble.plan import EnsembleError, Ranges
+from cable_sim_ros.tools.layback.laid import Tow, band_of, with_copies
+from cable_sim_ros.tools.layback.towed import Copied, Towed, body_places, ends_of, half_widths, manoeuvres, yaw_of
 
 SECOND = 1_000_000_000
 NONE = {"drag": 0.0, "speed": 0.0, "current": 0.0, "current_turn_deg": 0.0}

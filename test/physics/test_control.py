@@ -14,7 +14,7 @@ from cable_sim_ros.sim.inputs import WinchCommand
 from cable_sim_ros.sim.rig.rig import Rig, cable_of
 from cable_sim_ros.sim.simulator import Simulator, SolverError
 
-pytestmark = [pytest.mark.check, pytest.mark.filterwarnings("ignore::cable_sim_ros.io.scenes.load.SceneWarning")]
+pytestmark = pytest.mark.check
 LENGTH, MASS, GRAVITY, ANGLE, STIFFNESS = 10.0, 100.0, 9.81, 0.5, 1e7
 CHOSEN = {
     "solver.tension_error": 0.005,

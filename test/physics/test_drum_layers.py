@@ -26,7 +26,7 @@ from cable_sim_ros.sim.live_parameters import set_live
 from verification.experiments.drum import MU, RADIUS, hanging
 from verification.shipped import started
 
-pytestmark = [pytest.mark.check, pytest.mark.filterwarnings("ignore::cable_sim_ros.io.scenes.load.SceneWarning")]
+pytestmark = pytest.mark.check
 
 
 def drum(turns=20.0, radius=0.3, pitch=0.02, rise=0.017):

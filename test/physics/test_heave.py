@@ -12,7 +12,7 @@ from scipy.interpolate import CubicSpline
 from scipy.signal import csd, welch
 
 from cable_sim_ros.io.messages.messages import decode_imu, decode_odometry
-from cable_sim_ros.io.sources.bag_motion import read_motion
+from cable_sim_ros.io.sources.recorded_tow import read_motion
 from cable_sim_ros.physics.heave_filter import SETTLED, Heave, HeaveFilter, response
 from cable_sim_ros.sim.tables.attitude import rotation
 

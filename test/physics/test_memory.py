@@ -19,7 +19,7 @@ from cable_sim_ros.sim.simulator import Simulator, SolverError
 
 ROOT = Path(__file__).parents[2]
 WRITTEN = [ancf.LENGTH, ancf.PER_LENGTH, ancf.EXTRA_NOW, *range(ancf.FLOW_0, ancf.FLOW_RATE_1 + 1)]  # by gather()
-pytestmark = [pytest.mark.check, pytest.mark.filterwarnings("ignore::cable_sim_ros.io.scenes.load.SceneWarning")]
+pytestmark = pytest.mark.check
 
 
 def leaves(record, kind: np.dtype = MEMORY, name: str = "") -> dict[str, bytes]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import warnings
 
 import numpy as np
 import pytest
@@ -15,7 +14,7 @@ from cable_sim_ros.physics.towbody import Towbody
 from cable_sim_ros.sim.rig.rig import Rig, cable_of
 from cable_sim_ros.sim.tables.rigid_tables import added_of, moved
 
-pytestmark = [pytest.mark.check, pytest.mark.filterwarnings("ignore::cable_sim_ros.io.scenes.load.SceneWarning")]
+pytestmark = pytest.mark.check
 BODY = {
     "model": "rigid",
     "mass": 250.0,
@@ -78,10 +77,8 @@ def capytaine(path, added, omega, names=DOFS, rho=1000.0, engine="netcdf"):
 
 
 def with_file(name, **changes):
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", SceneWarning)
-        values = {"towbody.added_matrix": str(name)} | {f"towbody.{key}": value for key, value in changes.items()}
-        return override(load_scene("side_scan_fish"), values).towbody.added_matrix
+    values = {"towbody.added_matrix": str(name)} | {f"towbody.{key}": value for key, value in changes.items()}
+    return override(load_scene("side_scan_fish"), values).towbody.added_matrix
 
 
 def test_files_give_the_matrix_that_is_in_them(tmp_path):
@@ -107,8 +104,8 @@ def test_files_give_the_matrix_that_is_in_them(tmp_path):
 
 
 def test_a_scene_finds_the_file_beside_itself_and_keeps_what_is_in_it(tmp_path, monkeypatch):
+    from cable_sim_ros.io.scenes.document import find_scene
     from cable_sim_ros.io.scenes.load import dump_scene
-    from cable_sim_ros.io.scenes.resources import find_scene
 
     text = find_scene("side_scan_fish").read_text()
     matrix = np.round(spheroid(), 6).tolist()

@@ -9,7 +9,6 @@ from cable_sim_ros import Simulator, load_scene, override
 from cable_sim_ros.physics.attitude import roll_pitch_yaw
 from cable_sim_ros.physics.state import NOW
 
-pytestmark = [pytest.mark.rest, pytest.mark.filterwarnings("ignore::cable_sim_ros.io.scenes.load.SceneWarning")]
 WIND = 15.0  # m/s, to the north, across the ship
 HANGING = {
     "ship.tow_speed": 0.0,

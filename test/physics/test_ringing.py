@@ -9,7 +9,7 @@ from cable_sim_ros.physics.ringing import damped
 from cable_sim_ros.physics.state import GAIN, NOW, STEP, A, Q, V, X
 from cable_sim_ros.sim.simulator import Simulator
 
-pytestmark = [pytest.mark.check, pytest.mark.filterwarnings("ignore::cable_sim_ros.io.scenes.load.SceneWarning")]
+pytestmark = pytest.mark.check
 RHO = 0.3
 
 

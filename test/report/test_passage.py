@@ -16,7 +16,6 @@ from cable_sim_ros.runs.summary import passage
 
 pytest.importorskip("matplotlib")
 pytest.importorskip("jinja2")
-pytestmark = pytest.mark.filterwarnings("ignore::cable_sim_ros.io.scenes.load.SceneWarning")
 
 
 def ticks(count: int) -> np.recarray:

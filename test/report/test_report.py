@@ -15,13 +15,11 @@ from cable_sim_ros.io.scenes.load import load_scene, scene_from_dict
 from cable_sim_ros.physics.tick_output import TICK_OUTPUT
 from cable_sim_ros.plots.run import thinned
 from cable_sim_ros.runs import offline
-from cable_sim_ros.runs.result import Run
-from cable_sim_ros.runs.summary import format_value
+from cable_sim_ros.runs.summary import Run, format_value
 from cable_sim_ros.sim.verdict import check, verdict_of
 from cable_sim_ros.tools.plan.plan import plan_of
-from cable_sim_ros.tools.report.parts import number
 from cable_sim_ros.tools.report.simulated import keys
-from cable_sim_ros.tools.report.subject import shortened, typed
+from cable_sim_ros.tools.report.subject import number, shortened, typed
 from cable_sim_ros.tools.report.verdict import LONG, cut
 from cable_sim_ros.tools.report.write import ReportError, check_place, write_report
 

@@ -11,7 +11,7 @@ from cable_sim_ros.cli import commands
 from cable_sim_ros.io.scenes.load import load_scene
 from cable_sim_ros.physics.tick_output import TICK_OUTPUT
 from cable_sim_ros.runs import offline
-from cable_sim_ros.runs.result import Run
+from cable_sim_ros.runs.summary import Run
 from cable_sim_ros.tools.ahc.figures import NAMES
 from cable_sim_ros.tools.ahc.report import write_report as write_ahc
 from cable_sim_ros.tools.report.sweep_page import MOST_RUNS, Many, write_sweep_page

@@ -17,8 +17,8 @@ TICK = 0.01
 def ended(statuses, problem="", maximum=2000.0, frames=(), changes=None, **metrics):
     from cable_sim_ros.io.scenes.load import load_scene, override
     from cable_sim_ros.physics.tick_output import TICK_OUTPUT
+    from cable_sim_ros.ros.publisher import RunningSums
     from cable_sim_ros.ros.report.diagnostics import verdict_of_node
-    from cable_sim_ros.ros.running_sums import RunningSums
     from cable_sim_ros.sim.checks.friction_checks import slow
 
     frame = np.zeros(1, TICK_OUTPUT).view(np.recarray)[0]

@@ -14,7 +14,7 @@ from conftest import poll
 pytest.importorskip("rclpy")
 from cable_sim_ros.io.bags.typestore import BESIDE, type_hash
 from cable_sim_ros.io.messages.messages import COMMANDS, JOINT_COMMAND, KINDS, VEHICLES
-from cable_sim_ros.io.sources.bag_motion import read_motion
+from cable_sim_ros.io.sources.recorded_tow import read_motion
 from cable_sim_ros.ros import topics
 from cable_sim_ros.ros.services.policy import differences
 

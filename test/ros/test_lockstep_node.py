@@ -246,7 +246,7 @@ def test_another_clock_before_the_start_is_refused(monkeypatch):
     """Without a process of its own: what `open` raises fails the configure, as every error there does."""
     from types import SimpleNamespace
 
-    from cable_sim_ros.ros.play import clock_topic
+    from cable_sim_ros.ros.play import clock_player
 
     others: list = []
     node = SimpleNamespace(
@@ -257,15 +257,15 @@ def test_another_clock_before_the_start_is_refused(monkeypatch):
         create_publisher=lambda *what: "publisher",
     )
     learns = iter([None, SimpleNamespace(node_name="player", node_namespace="/")])  # discovery takes a moment
-    monkeypatch.setattr(clock_topic.time, "sleep", lambda seconds: others.extend(filter(None, [next(learns)])))
-    topic = clock_topic.ClockTopic(node)
-    with pytest.raises(clock_topic.ClockTaken, match="/clock is also published by /player.*without --clock"):
+    monkeypatch.setattr(clock_player.time, "sleep", lambda seconds: others.extend(filter(None, [next(learns)])))
+    topic = clock_player.ClockTopic(node)
+    with pytest.raises(clock_player.ClockTaken, match="/clock is also published by /player.*without --clock"):
         topic.open(SimpleNamespace(lockstep=True))
     assert topic.publisher is None
     others.clear()
-    monkeypatch.setattr(clock_topic, "DISCOVERY", 0.0)
+    monkeypatch.setattr(clock_player, "DISCOVERY", 0.0)
     topic.open(session := SimpleNamespace(lockstep=True))
     assert topic.publisher == "publisher" and session.publish_clock == topic.publish
-    real = clock_topic.ClockTopic(node)
+    real = clock_player.ClockTopic(node)
     real.open(SimpleNamespace(lockstep=False))
     assert real.publisher is None, "real time publishes no clock"

@@ -102,7 +102,7 @@ SECOND = 10**9
 
 
 def test_the_clock_takes_the_least_delay():
-    from cable_sim_ros.io.motion.clock import DataClock
+    from cable_sim_ros.io.motion.arrival_order import DataClock
 
     clock = DataClock()
     assert clock.now(0) is None
@@ -113,7 +113,7 @@ def test_the_clock_takes_the_least_delay():
 
 
 def test_the_clock_follows_a_drift_upwards():
-    from cable_sim_ros.io.motion.clock import DataClock
+    from cable_sim_ros.io.motion.arrival_order import DataClock
 
     clock = DataClock()
     for k in range(60):
@@ -122,7 +122,7 @@ def test_the_clock_follows_a_drift_upwards():
 
 
 def test_one_wild_stamp_is_no_jump_but_five_are():
-    from cable_sim_ros.io.motion.clock import DataClock, Stamp
+    from cable_sim_ros.io.motion.arrival_order import DataClock, Stamp
 
     clock = DataClock()
     clock.update(100 * SECOND, 0)
@@ -137,7 +137,7 @@ def test_one_wild_stamp_is_no_jump_but_five_are():
 @pytest.mark.parametrize("jump, within", [(0.3, 5), (-0.3, 55), (0.9, 5), (-0.9, 55), (5.0, 5), (-5.0, 5)])
 def test_a_jump_of_a_part_of_a_second_is_noticed(jump, within):
     """50 Hz with delays of up to 40 ms: ahead after five stamps, behind by less than a second after a second of it."""
-    from cable_sim_ros.io.motion.clock import DataClock, Stamp
+    from cable_sim_ros.io.motion.arrival_order import DataClock, Stamp
 
     clock, after = DataClock(), None
     for k in range(300):
@@ -155,7 +155,7 @@ def test_a_jump_of_a_part_of_a_second_is_noticed(jump, within):
 @pytest.mark.parametrize("stall", [0.15, 0.5, 0.9])
 def test_a_stall_of_the_network_is_no_jump(stall):
     """Messages of the stall come at once at its end."""
-    from cable_sim_ros.io.motion.clock import DataClock, Stamp
+    from cable_sim_ros.io.motion.arrival_order import DataClock, Stamp
 
     clock, held = DataClock(), round(stall * SECOND)
     for k in range(500):

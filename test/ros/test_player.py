@@ -7,7 +7,7 @@ import struct
 import pytest
 
 from cable_sim_ros.io.bags.bag import BagError, BagWriter, read_bag
-from cable_sim_ros.io.scenes.resources import find_bag
+from cable_sim_ros.io.scenes.document import find_bag
 from cable_sim_ros.ros.play.player import PlayError, load
 
 SECOND = 10**9

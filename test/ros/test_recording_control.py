@@ -12,7 +12,7 @@ import pytest
 from cable_sim_ros.io.bags.bag import read_bag, read_metadata
 from cable_sim_ros.io.scenes.load import scene_from_text
 from cable_sim_ros.ros.parameters import ParameterError, settle
-from cable_sim_ros.ros.services.recording_control import RecordingControl
+from cable_sim_ros.ros.services.control import RecordingControl
 from cable_sim_ros.sim.live_parameters import changed
 
 pytestmark = pytest.mark.check

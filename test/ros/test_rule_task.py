@@ -7,10 +7,10 @@ import pytest
 
 from cable_sim_ros.io.scenes.load import load_scene, override
 from cable_sim_ros.physics.tick_output import TICK_OUTPUT
+from cable_sim_ros.ros.parts import OK, WARN
+from cable_sim_ros.ros.publisher import PIECE, rule_keeper
 from cable_sim_ros.ros.report.diagnostics import rule_status
-from cable_sim_ros.ros.rules import PIECE, rule_keeper
-from cable_sim_ros.ros.services.recording_control import RecordingControl
-from cable_sim_ros.ros.status import OK, WARN
+from cable_sim_ros.ros.services.control import RecordingControl
 from cable_sim_ros.sim.rules.watch import watched
 
 pytestmark = pytest.mark.check

@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from cable_sim_ros.ros.statistics import Rate
+from cable_sim_ros.ros.overload import Rate
 
 pytestmark = pytest.mark.check
 

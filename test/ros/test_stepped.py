@@ -258,7 +258,7 @@ def test_bad_motion_and_bad_commands_are_counted_and_change_nothing(monkeypatch)
     assert run.wall < 30 * S, "bounded"
     refused = session.intake.commands.refused
     assert refused["step_future"] == refused["step_past"] == refused["step_twice"] > 1
-    from cable_sim_ros.ros.report.lockstep_status import lockstep_metrics, lockstep_status
+    from cable_sim_ros.ros.report.health import lockstep_metrics, lockstep_status
 
     status = lockstep_status(session)
     assert status.level == 2 and "silent" in status.message and status.values["refused: step_twice"] != "0"

@@ -11,16 +11,15 @@ from cable_sim_ros.cli.commands import main
 from cable_sim_ros.io.bags.bag import BagError
 from cable_sim_ros.io.bags.bag_writer import BagWriter
 from cable_sim_ros.io.messages.messages import KINDS, decode_imu, decode_odometry
-from cable_sim_ros.io.messages.mounting import times
-from cable_sim_ros.io.messages.ned_to_enu import in_enu
+from cable_sim_ros.io.messages.mounting import in_enu, times
 from cable_sim_ros.io.scenes.load import SceneError, load_scene
-from cable_sim_ros.io.sources.bag_motion import read_motion
 from cable_sim_ros.io.sources.motion_table import MotionError
+from cable_sim_ros.io.sources.recorded_tow import read_motion
 from cable_sim_ros.physics.heave_filter import Convention
 from cable_sim_ros.runs import offline
 from cable_sim_ros.runs.settings import apply_to_scene, settings_of, topics_of
 
-pytestmark = [pytest.mark.trust, pytest.mark.filterwarnings("ignore::cable_sim_ros.io.scenes.load.SceneWarning")]
+pytestmark = pytest.mark.trust
 SECONDS = 6.0
 SOUTH = (0.0, 0.0, -(0.5**0.5), 0.5**0.5)  # Rz(-90 deg)
 

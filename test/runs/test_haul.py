@@ -11,7 +11,7 @@ from cable_sim_ros.io.scenes.load import load_scene, override
 from cable_sim_ros.io.sources.recorded_tow import read_tow
 from cable_sim_ros.runs import offline
 
-pytestmark = [pytest.mark.trust, pytest.mark.filterwarnings("ignore::cable_sim_ros.io.scenes.load.SceneWarning")]
+pytestmark = pytest.mark.trust
 PLAN = "0 hold, 1 rate -3.5, 59 hold"  # 203 m
 
 

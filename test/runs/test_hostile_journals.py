@@ -13,7 +13,7 @@ from cable_sim_ros.io.sources.recorded_tow import read_tow
 from cable_sim_ros.runs import offline
 from cable_sim_ros.sim.simulator import Simulator
 
-pytestmark = [pytest.mark.trust, pytest.mark.filterwarnings("ignore::cable_sim_ros.io.scenes.load.SceneWarning")]
+pytestmark = pytest.mark.trust
 
 
 @pytest.fixture(scope="module")

@@ -8,15 +8,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cable_sim_ros import Simulator, replay, run
+from cable_sim_ros.io.scenes.document import find_bag
 from cable_sim_ros.io.scenes.live_changes import ChangeError, Timetable, changes_of, fit, refuse_unacting, tick_of
 from cable_sim_ros.io.scenes.load import load_scene, override
-from cable_sim_ros.io.scenes.resources import find_bag
 from cable_sim_ros.io.scenes.winch_plan import PlanError
 from cable_sim_ros.io.sources.recorded_tow import RecordedTow, read_tow
 from cable_sim_ros.physics.winch_drive import BRAKE, FOLLOW
 from cable_sim_ros.runs import sources
 
-pytestmark = pytest.mark.filterwarnings("ignore::cable_sim_ros.io.scenes.load.SceneWarning")
 S = 1_000_000_000
 MOTOR = {
     "drive.model": "motor",

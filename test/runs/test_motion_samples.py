@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 
 from cable_sim_ros import ShipMotion, Simulator, motion_of_bag, run
-from cable_sim_ros.io.scenes.resources import find_bag
+from cable_sim_ros.io.scenes.document import find_bag
 from cable_sim_ros.io.sources.motion_table import MotionError
 from cable_sim_ros.io.sources.recorded_tow import RecordedTow, read_tow
 from cable_sim_ros.physics.tick_output import Source
 from cable_sim_ros.runs import sources
 
-pytestmark = [pytest.mark.trust, pytest.mark.filterwarnings("ignore::cable_sim_ros.io.scenes.load.SceneWarning")]
+pytestmark = pytest.mark.trust
 S = 1_000_000_000
 
 

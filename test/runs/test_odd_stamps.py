@@ -10,12 +10,11 @@ import pytest
 
 from cable_sim_ros.io.messages.commands import encode_command
 from cable_sim_ros.io.messages.messages import Event, decode_odometry
+from cable_sim_ros.io.scenes.document import find_bag
 from cable_sim_ros.io.scenes.load import load_scene, override
-from cable_sim_ros.io.scenes.resources import find_bag
 from cable_sim_ros.io.sources.recorded_tow import RecordedTow, by_stamps, read_tow, usable_arrivals
 from cable_sim_ros.runs.message_run import MessageRun
 
-pytestmark = pytest.mark.filterwarnings("ignore::cable_sim_ros.io.scenes.load.SceneWarning")
 S = 1_000_000_000
 SECONDS = 4.0
 

@@ -24,7 +24,7 @@ from cable_sim_ros.runs import mean_track, message_run, offline, settings, sourc
 from cable_sim_ros.sim import simulator
 from cable_sim_ros.sim.simulator import Simulator, SolverError, StartError
 
-pytestmark = [pytest.mark.trust, pytest.mark.filterwarnings("ignore::cable_sim_ros.io.scenes.load.SceneWarning")]
+pytestmark = pytest.mark.trust
 SECONDS = 4.0
 
 

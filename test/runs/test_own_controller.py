@@ -9,12 +9,12 @@ import pytest
 
 from cable_sim_ros import ControllerError, WinchCommand, replay, run
 from cable_sim_ros.io.bags.bag import BagReader
-from cable_sim_ros.io.scenes.resources import find_bag
+from cable_sim_ros.io.scenes.document import find_bag
 from cable_sim_ros.io.sources.recorded_tow import RecordedTow, read_tow
 from cable_sim_ros.physics.tick_output import Flag
 from cable_sim_ros.runs import sources
 
-pytestmark = [pytest.mark.trust, pytest.mark.filterwarnings("ignore::cable_sim_ros.io.scenes.load.SceneWarning")]
+pytestmark = pytest.mark.trust
 S = 1_000_000_000
 HEAVE = {"heave": (0.5, 8.0)}
 

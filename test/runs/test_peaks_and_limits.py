@@ -12,7 +12,7 @@ from cable_sim_ros.runs.summary import summarize
 from cable_sim_ros.sim.inputs import WinchCommand
 from cable_sim_ros.sim.simulator import Simulator
 
-pytestmark = [pytest.mark.trust, pytest.mark.filterwarnings("ignore::cable_sim_ros.io.scenes.load.SceneWarning")]
+pytestmark = pytest.mark.trust
 HELD = {"setpoint.algorithm": "hold"}
 
 

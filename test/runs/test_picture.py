@@ -194,7 +194,6 @@ def test_the_attitude_of_a_fish_is_drawn_and_said():
     assert "Pitch -0.7° mean" in caption(recording, 20.0).replace("\u00a0", " ")
 
 
-@pytest.mark.filterwarnings("ignore::cable_sim_ros.io.scenes.load.SceneWarning")
 def test_the_ship_carries_its_drum_and_the_cable_lies_on_the_sheave():
     recording = recovered("  waves: {kind: airy, height: 1.0, period: 3.0, towards_deg: 180.0}\n")
     with matplotlib.rc_context(STYLE):

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from cable_sim_ros.io.messages.messages import decode_odometry
-from cable_sim_ros.io.scenes.resources import find_bag
-from cable_sim_ros.io.sources.bag_motion import read_motion
+from cable_sim_ros.io.scenes.document import find_bag
+from cable_sim_ros.io.sources.recorded_tow import read_motion
 from cable_sim_ros.physics.tick_output import TICK_OUTPUT
 from cable_sim_ros.runs.mean_track import pitch_sign
 

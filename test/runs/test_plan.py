@@ -9,19 +9,18 @@ from click.testing import CliRunner
 
 from cable_sim_ros.cli import commands
 from cable_sim_ros.io.recordings.recorded_run import load_run
+from cable_sim_ros.io.scenes.document import find_bag
 from cable_sim_ros.io.scenes.load import SceneWarning, load_scene, override, scene_from_text
-from cable_sim_ros.io.scenes.resources import find_bag
 from cable_sim_ros.runs import offline, recorded
 from cable_sim_ros.runs.passage import MEANING
 from cable_sim_ros.sim.layout import layout_of
 from cable_sim_ros.sim.verdict import check, verdict_of
 from cable_sim_ros.terminal import markdown_table
-from cable_sim_ros.tools.plan.plan import NEEDS, most_power, motor_pull, needs_of, plan_of
-from cable_sim_ros.tools.plan.winch_size import NoWinch, smallest
+from cable_sim_ros.tools.plan.plan import NEEDS, NoWinch, most_power, motor_pull, needs_of, plan_of, smallest
 from cable_sim_ros.tools.report.subject import subject_of
 from cable_sim_ros.tools.report.verdict import cards
 
-pytestmark = [pytest.mark.trust, pytest.mark.filterwarnings("ignore::cable_sim_ros.io.scenes.load.SceneWarning")]
+pytestmark = pytest.mark.trust
 SHORT = [
     "water.waves.kind=off",
     "water.waves.height=0",

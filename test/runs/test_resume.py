@@ -21,7 +21,6 @@ from cable_sim_ros.runs.resume import Resumed
 from cable_sim_ros.sim.saved.savefile import SaveError
 from cable_sim_ros.sim.simulator import Simulator
 
-pytestmark = pytest.mark.filterwarnings("ignore::cable_sim_ros.io.scenes.load.SceneWarning")
 CASES = {
     "heave": {"heave": (0.5, 8.0)},
     "without motion": {},

@@ -7,7 +7,7 @@ import pytest
 
 from cable_sim_ros.runs import offline
 
-pytestmark = [pytest.mark.trust, pytest.mark.filterwarnings("ignore::cable_sim_ros.io.scenes.load.SceneWarning")]
+pytestmark = pytest.mark.trust
 PERIOD, SECONDS = 7.0, 36.0
 DIGITS = {"x_m": 2, "y_m": 2, "heave_m": 2, "roll_deg": 1, "pitch_deg": 1, "yaw_deg": 1}
 

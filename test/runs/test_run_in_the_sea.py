@@ -9,7 +9,7 @@ from math import pi
 import numpy as np
 import pytest
 
-from cable_sim_ros.io.scenes.load import SceneWarning, load_scene, override
+from cable_sim_ros.io.scenes.load import load_scene, override
 from cable_sim_ros.io.sources.motion_table import MotionError
 from cable_sim_ros.runs import offline
 from cable_sim_ros.sim.saved.savefile import SaveError
@@ -40,9 +40,7 @@ def scene():
         "water.waves.period": (2.0 * pi * 16.0 / G) ** 0.5,
         "ship.start_blend": 0.5,
     }
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", SceneWarning)
-        return override(load_scene("side_scan"), values)
+    return override(load_scene("side_scan"), values)
 
 
 @pytest.fixture(scope="module")

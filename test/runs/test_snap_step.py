@@ -5,12 +5,9 @@ from __future__ import annotations
 import re
 
 import numpy as np
-import pytest
 
 from cable_sim_ros import load_scene, override
 from cable_sim_ros.runs.offline import run
-
-pytestmark = [pytest.mark.rest, pytest.mark.filterwarnings("ignore::cable_sim_ros.io.scenes.load.SceneWarning")]
 
 
 def snapped(tick: float, scope: float = 10.0, heave: float = 1.5) -> tuple[float, str]:

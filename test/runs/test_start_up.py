@@ -12,7 +12,7 @@ from cable_sim_ros.plots import run as picture
 from cable_sim_ros.runs import offline
 from cable_sim_ros.runs.transient import growth, start_up, still_growing
 
-pytestmark = [pytest.mark.trust, pytest.mark.filterwarnings("ignore::cable_sim_ros.io.scenes.load.SceneWarning")]
+pytestmark = pytest.mark.trust
 WAVES = {"water.waves.kind": "airy", "water.waves.height": 1.0, "water.waves.period": 4.0}
 GUSTY = {"water.turbulence.deviation": [0.03, 0.0, 0.0]}
 

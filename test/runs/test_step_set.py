@@ -29,7 +29,6 @@ def test_a_value_that_would_count_for_nothing_is_refused(settings, how, text):
         run("side_scan", settings=settings, duration=0.1, **how)
 
 
-@pytest.mark.filterwarnings("ignore::cable_sim_ros.io.scenes.load.SceneWarning")
 @pytest.mark.parametrize("bandwidth, tick", [(10.0, 0.1), (20.0, 0.05), (33.0, 0.02)])
 def test_a_run_takes_the_tick_that_a_motor_can_follow(bandwidth, tick):
     scene = override(load_scene("recovery_3t"), {"drive.bandwidth": bandwidth, "rules.set": "none"})

@@ -13,7 +13,7 @@ from cable_sim_ros.io.bags.bag import BagReader
 from cable_sim_ros.io.bags.typestore import STORE
 from cable_sim_ros.io.scenes.load import load_scene
 
-pytestmark = [pytest.mark.trust, pytest.mark.filterwarnings("ignore::cable_sim_ros.SceneWarning")]
+pytestmark = pytest.mark.trust
 
 SCENE = "rov_tether"
 SECONDS = 12.0

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import warnings
-
 import numpy as np
 import pytest
 
 from cable_sim_ros import ShipMotion, Simulator
 from cable_sim_ros.io.recordings.recorded_run import load_run
-from cable_sim_ros.io.scenes.load import SceneError, SceneWarning, load_scene, override, scene_from_dict
+from cable_sim_ros.io.scenes.load import SceneError, load_scene, override, scene_from_dict
 from cable_sim_ros.physics.tick_output import BODY_COLUMNS, Flag
 from cable_sim_ros.runs.offline import run
 from cable_sim_ros.sim.checks.added_mass_checks import semidefinite
@@ -18,7 +16,7 @@ from cable_sim_ros.sim.static_equilibrium import Departure, no_equilibrium
 from cable_sim_ros.sim.static_gradients import StaticGradients
 from cable_sim_ros.sim.statics.route import StartError
 
-pytestmark = [pytest.mark.trust, pytest.mark.filterwarnings("ignore::cable_sim_ros.io.scenes.load.SceneWarning")]
+pytestmark = pytest.mark.trust
 COLUMNS = {name: k for k, (name, _) in enumerate(BODY_COLUMNS)}
 
 # the body of full_scale with six degrees of freedom: its lift from a wing, held in its way by tail and fin
@@ -43,9 +41,7 @@ FISH = {
 def scene_of(changes: dict | None = None, name: str = "full_scale"):
     """The scene with that body and further changes."""
     body = {f"towbody.{key}": value for key, value in FISH.items()}
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", SceneWarning)
-        return override(override(load_scene(name), {"setpoint.algorithm": "hold"} | body), changes or {})
+    return override(override(load_scene(name), {"setpoint.algorithm": "hold"} | body), changes or {})
 
 
 def heaving(sim: Simulator, seconds: float) -> np.recarray:
@@ -155,11 +151,9 @@ def test_the_level_body_is_the_limit_of_a_stiff_one(tmp_path):
         "towbody.added_mass": [10.9, 10.9, 10.9],
         "towbody.added_inertia": [0.0, 0.0, 0.0],
     }
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", SceneWarning)
-        level = override(
-            load_scene("full_scale"), {"setpoint.algorithm": "hold"} | same | {"towbody.added_mass": [10.9, 10.9, 10.9]}
-        )
+    level = override(
+        load_scene("full_scale"), {"setpoint.algorithm": "hold"} | same | {"towbody.added_mass": [10.9, 10.9, 10.9]}
+    )
     rigid = Simulator(scene_of(stiff))
     one, other = heaving(Simulator(level), 18.0), heaving(rigid, 18.0)
     rigid.save(tmp_path / "stiff.npz")

@@ -14,7 +14,6 @@ from cable_sim_ros.sim.simulator import Simulator
 
 pytestmark = [
     pytest.mark.trust,
-    pytest.mark.filterwarnings("ignore::cable_sim_ros.io.scenes.load.SceneWarning"),
     pytest.mark.skipif(os.environ.get("NUMBA_DISABLE_JIT") == "1", reason="too slow without compilation"),
 ]
 SECOND = 1_000_000_000

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
-
 import numpy as np
 import pytest
 
@@ -18,9 +16,7 @@ LINKS = {"cable.model": "segments"}
 
 
 def quiet(name: str, changes: dict):
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", SceneWarning)
-        return override(load_scene(name), changes)
+    return override(load_scene(name), changes)
 
 
 def heaving(sim: Simulator, seconds: float) -> np.recarray:

@@ -15,7 +15,7 @@ from cable_sim_ros.runs import offline
 from cable_sim_ros.sim.live_parameters import set_live
 from verification.experiments.drum import WEIGHT, hanging
 
-pytestmark = [pytest.mark.trust, pytest.mark.filterwarnings("ignore::cable_sim_ros.io.scenes.load.SceneWarning")]
+pytestmark = pytest.mark.trust
 
 TOW = load_scene("full_scale")
 RADIUS = TOW.winch.drum_radius + 0.5 * TOW.cable.diameter

@@ -12,7 +12,7 @@ from cable_sim_ros.physics.tick_output import TICK_OUTPUT, Flag
 from cable_sim_ros.physics.winch_drive import MODES, WinchMode
 from cable_sim_ros.sim.drive_mode import WORDS, mode_in_force
 
-pytestmark = [pytest.mark.trust, pytest.mark.filterwarnings("ignore::cable_sim_ros.io.scenes.load.SceneWarning")]
+pytestmark = pytest.mark.trust
 HOLD, LAW = SetpointLaw.HOLD, SetpointLaw.SIMPLIFIED_SHEAVE
 RATE, LENGTH, STILL = WinchCommand(rate=0.5), WinchCommand(payout=450.0), WinchCommand(rate=0.0)
 CASES = [  # drive.mode, command, law, status, brake, word

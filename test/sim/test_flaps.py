@@ -22,7 +22,7 @@ from cable_sim_ros.runs.offline import replay, run
 from cable_sim_ros.runs.summary import pitch_and_roll
 from cable_sim_ros.sim.inputs import InputError, WinchCommand
 
-pytestmark = [pytest.mark.trust, pytest.mark.filterwarnings("ignore::cable_sim_ros.io.scenes.load.SceneWarning")]
+pytestmark = pytest.mark.trust
 S = 1_000_000_000
 TAIL = {"flap_share": 0.3, "flap_rate": 10.0, "flap_range": 12.0, "flap_timeout": 1.0, "flap_neutral": -2.0}
 FLAPPED = {f"towbody.wings.tail.{key}": value for key, value in TAIL.items()}

@@ -162,7 +162,6 @@ def test_a_bearing_seizes_under_way():
     assert (row.grip, row.bearing) == pytest.approx((0.1, 5.0)) and sim.scene.sheave.bearing_friction == 10.0
 
 
-@pytest.mark.filterwarnings("ignore::cable_sim_ros.io.scenes.load.SceneWarning")
 def test_a_drum_that_rubs_turns_with_its_cable(haul):
     """Cable wound on a drum goes with it: no heat to speak of, and the torque is that of the whole tension."""
     free = haul({}, name="full_scale_contact", seconds=2.0)
@@ -233,7 +232,6 @@ def test_a_run_with_a_held_winch_is_doubtful_of_its_pull():
     assert judge(frames, load_scene("full_scale")).state == "ok"
 
 
-@pytest.mark.filterwarnings("ignore::cable_sim_ros.io.scenes.load.SceneWarning")
 def test_the_drum_counts_with_what_may_be_missing():
     scene = override(load_scene("full_scale_contact"), {"winch.drum_friction": 0.1})
     assert may_miss(scene) == pytest.approx(scene.contact.working_tension * (1.0 - exp(-0.1 * scene.winch.wrap)))

@@ -21,7 +21,7 @@ from cable_sim_ros.sim.live_parameters import set_live
 from cable_sim_ros.sim.rebase import carried_over
 from cable_sim_ros.sim.statics.route import StartError
 
-pytestmark = [pytest.mark.trust, pytest.mark.filterwarnings("ignore::cable_sim_ros.io.scenes.load.SceneWarning")]
+pytestmark = pytest.mark.trust
 
 TOW = load_scene("full_scale")
 ABOARD = {f"instruments.{name}.on": True for name in DEVICES}

@@ -16,7 +16,7 @@ from cable_sim_ros.sim.checks import checks
 from cable_sim_ros.sim.layout import layout_of
 from cable_sim_ros.sim.simulator import Simulator
 
-pytestmark = [pytest.mark.trust, pytest.mark.filterwarnings("ignore::cable_sim_ros.io.scenes.load.SceneWarning")]
+pytestmark = pytest.mark.trust
 POD = {"at": "bare", "mass": 20.0, "net_weight": 50.0}
 
 

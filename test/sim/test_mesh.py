@@ -28,7 +28,7 @@ QUICK = [
     "light_1km",
     "deep_tow_6km",
 ]
-pytestmark = [pytest.mark.trust, pytest.mark.filterwarnings("ignore::cable_sim_ros.io.scenes.load.SceneWarning")]
+pytestmark = pytest.mark.trust
 
 
 def with_keys(name="full_scale", **values):

@@ -12,7 +12,7 @@ from cable_sim_ros import WinchCommand
 from cable_sim_ros.io.scenes.load import load_scene, override
 from cable_sim_ros.runs import offline
 
-pytestmark = [pytest.mark.trust, pytest.mark.filterwarnings("ignore::cable_sim_ros.io.scenes.load.SceneWarning")]
+pytestmark = pytest.mark.trust
 
 TICK = 0.01
 TOW = override(load_scene("full_scale"), {"setpoint.algorithm": "hold"})

@@ -9,7 +9,6 @@ from cable_sim_ros.physics.tick_output import Flag
 from cable_sim_ros.runs.offline import run
 from cable_sim_ros.sim.static_equilibrium import StartError
 
-pytestmark = [pytest.mark.rest, pytest.mark.filterwarnings("ignore::cable_sim_ros.io.scenes.load.SceneWarning")]
 HELD = {"setpoint.algorithm": "hold"}
 
 

@@ -1,6 +1,5 @@
 """Rules on watch: closed forms of the counting, latches, whatever the cut, and every bad input."""
 
-import warnings
 from math import cos, pi
 
 import numpy as np
@@ -52,16 +51,12 @@ ALL = MOTOR | {  # every rule
 
 
 def scene_with(**values):
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", SceneWarning)
-        return override(load_scene("full_scale"), {key.replace("__", "."): value for key, value in values.items()})
+    return override(load_scene("full_scale"), {key.replace("__", "."): value for key, value in values.items()})
 
 
 @pytest.fixture(scope="module")
 def full():
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", SceneWarning)
-        return override(load_scene("full_scale"), ALL)
+    return override(load_scene("full_scale"), ALL)
 
 
 def other(scene, **rules):

@@ -24,7 +24,7 @@ from cable_sim_ros.physics.state import NODE_ROWS
 from cable_sim_ros.sim.saved import savefile
 from cable_sim_ros.sim.simulator import SaveError, Simulator
 
-pytestmark = [pytest.mark.trust, pytest.mark.filterwarnings("ignore::cable_sim_ros.io.scenes.load.SceneWarning")]
+pytestmark = pytest.mark.trust
 PLACE = (1e5, -3e4)  # m, in odom
 
 

@@ -17,7 +17,7 @@ from cable_sim_ros.sim.live_parameters import set_live
 from cable_sim_ros.sim.simulator import Simulator, StartError
 from cable_sim_ros.sim.static_gradients import StaticGradients
 
-pytestmark = [pytest.mark.trust, pytest.mark.filterwarnings("ignore::cable_sim_ros.io.scenes.load.SceneWarning")]
+pytestmark = pytest.mark.trust
 
 TOW = override(load_scene("full_scale"), {"setpoint.transfer_time": 2.0})
 SLOW = {"drive.model": "rate_loop", "drive.bandwidth": 6.0}

@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from cable_sim_ros.io.scenes.document import is_span
 from cable_sim_ros.io.scenes.load import SceneError, load_scene, override
-from cable_sim_ros.io.scenes.resources import is_span
 from cable_sim_ros.physics.inputs import push_command, push_motion
 from cable_sim_ros.physics.tick_output import TICK_OUTPUT, Flag
 from cable_sim_ros.sim.build import lock

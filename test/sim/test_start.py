@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import warnings
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from cable_sim_ros import ShipMotion
-from cable_sim_ros.io.scenes.load import SceneWarning, load_scene, override
+from cable_sim_ros.io.scenes.load import load_scene, override
 from cable_sim_ros.physics.contact_surface import Seabed
 from cable_sim_ros.physics.energy import slack_gain
 from cable_sim_ros.physics.inputs import push_command, push_motion
@@ -30,9 +29,7 @@ RIBBON = {"drag_law": "ribbon", "drag_amplification": 2.37}
 
 def scene_of(name: str = "full_scale", **values):
     """A shipped scene with other values, ``__`` standing for the dot."""
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", SceneWarning)
-        return override(load_scene(CONFIG / f"{name}.yaml"), {key.replace("__", "."): v for key, v in values.items()})
+    return override(load_scene(CONFIG / f"{name}.yaml"), {key.replace("__", "."): v for key, v in values.items()})
 
 
 def sections(drum: str, bare: float, faired: float) -> dict:

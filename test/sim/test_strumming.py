@@ -28,7 +28,7 @@ from cable_sim_ros.sim.rig.rig import Rig
 from cable_sim_ros.sim.simulator import Simulator, SolverError
 from cable_sim_ros.sim.tables.viv_tables import drag_factor, strumming_of
 
-pytestmark = [pytest.mark.trust, pytest.mark.filterwarnings("ignore::cable_sim_ros.io.scenes.load.SceneWarning")]
+pytestmark = pytest.mark.trust
 ON = {
     "viv.law": "govardhan_williamson",
     "cable.sections.bare.drag_amplification": 1.0,

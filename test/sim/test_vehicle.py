@@ -13,7 +13,7 @@ from cable_sim_ros.physics.tick_output import Flag
 from cable_sim_ros.sim.inputs import InputError
 from cable_sim_ros.sim.simulator import StartError
 
-pytestmark = [pytest.mark.trust, pytest.mark.filterwarnings("ignore::cable_sim_ros.SceneWarning")]
+pytestmark = pytest.mark.trust
 
 TETHER = {
     "name": "tether",

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import warnings
-
 import numpy as np
 import pytest
 
+from cable_sim_ros.io.scenes.document import find_scene
 from cable_sim_ros.io.scenes.load import SceneError, SceneWarning, load_scene, override, scene_from_text
-from cable_sim_ros.io.scenes.resources import find_scene
 from cable_sim_ros.physics.fluid import Fluid
 from cable_sim_ros.physics.section import Material
 from cable_sim_ros.physics.state import NOW, WAKE
@@ -86,9 +84,7 @@ def test_strumming_and_a_wake_would_count_twice():
     both = CTD | {f"{key}.wake.law": "bai_qin", "viv.law": "govardhan_williamson"}
     text = refusal("lowered_ctd", **both)
     assert f"{key}.wake.law = bai_qin beside viv.law = govardhan_williamson" in text
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", SceneWarning)
-        override(load_scene("lowered_ctd"), both | {f"{key}.viv_multiplier": 0.0})
+    override(load_scene("lowered_ctd"), both | {f"{key}.viv_multiplier": 0.0})
 
 
 def test_an_amplified_drag_beside_a_wake_is_a_caution():
@@ -141,9 +137,7 @@ def test_a_key_of_a_wake_is_checked_like_every_other():
 def test_a_tow_with_a_wake_is_resumed_to_the_bit(tmp_path):
     """Saved, loaded and taken back: the wake goes on where it was, and works on the tow."""
     key = f"cable.sections.{section_of('lowered_ctd')}"
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", SceneWarning)
-        sim = Simulator(override(load_scene("lowered_ctd"), CTD | {f"{key}.wake.law": "bai_qin"}))
+    sim = Simulator(override(load_scene("lowered_ctd"), CTD | {f"{key}.wake.law": "bai_qin"}))
     sim.start()
     sim.run(200)
     assert (sim.state.nodes[NOW, WAKE, 1:, WAKE_RATE] > 0.0).any()

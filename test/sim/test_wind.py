@@ -8,7 +8,6 @@ import pytest
 from cable_sim_ros import Simulator, load_scene, override
 from cable_sim_ros.physics.sea import WIND
 
-pytestmark = [pytest.mark.rest, pytest.mark.filterwarnings("ignore::cable_sim_ros.io.scenes.load.SceneWarning")]
 STILL = {"ship.tow_speed": 0.0, "setpoint.algorithm": "hold", "water.current": [0.0, 0.0], "solver.tolerance": 1e-8}
 
 

@@ -13,11 +13,12 @@ from spans import data, span
 from cable_sim_ros import viv
 from cable_sim_ros.cli import commands
 from cable_sim_ros.io.scenes import yaml12
+from cable_sim_ros.io.scenes.document import find_viv, shipped_viv
 from cable_sim_ros.io.scenes.load import SceneError, load_scene
-from cable_sim_ros.io.scenes.resources import find_viv, shipped_viv
 from cable_sim_ros.runs.manual import tables
-from cable_sim_ros.tools.spans.in_frequency import checks, files, report, sensitivity
+from cable_sim_ros.tools.spans.in_frequency import checks, files, sensitivity
 from cable_sim_ros.tools.spans.in_frequency.response import leading, vibration
+from cable_sim_ros.tools.spans.in_frequency.sensitivity import MAX_MODES, print_vibration
 from cable_sim_ros.tools.spans.in_frequency.span import Span
 from cable_sim_ros.tools.spans.picture_in_frequency import draw
 from verification.experiments import run as run_experiment
@@ -219,7 +220,7 @@ def test_many_modes_are_computed_and_fifty_of_them_exactly():
     result = vibration(case)
     assert len(result.frequencies) > 50 and len(result.frequencies_exact) == 50
     assert len(files.as_data(case, result)["frequencies_exact_hz"]) == 50
-    report.print_vibration(case, result)
+    print_vibration(case, result)
 
 
 def test_too_many_modes_for_the_most_segments():
@@ -229,11 +230,11 @@ def test_too_many_modes_for_the_most_segments():
 def test_a_long_cable_shows_the_modes_of_the_largest_response(tmp_path, capsys, monkeypatch):
     case = span(flow={"speed": [9.0, 8.0]}, response={"segments": 40, "points": 100, "frequencies": 400})
     result = vibration(case)
-    shown = leading(result, report.MAX_MODES)
+    shown = leading(result, MAX_MODES)
     assert len(shown) == 20 < len(result.frequencies) and shown == sorted(shown)
     at_peak = int(np.abs(result.frequencies - result.frequency[result.displacement_spectrum.argmax()]).argmin())
     assert at_peak in shown and leading(result, 1)[0] in shown
-    report.print_vibration(case, result)
+    print_vibration(case, result)
     out = capsys.readouterr().out
     head = out.partition("Response along")[0]
     assert f"modes, 20 of {len(result.frequencies)}, of the largest response; all stand in --json" in head

@@ -7,12 +7,17 @@ from scipy.optimize import brentq
 from scipy.special import j0, y0
 from spans import span
 
-from cable_sim_ros.tools.spans.in_frequency.damping import damping, region
 from cable_sim_ros.tools.spans.in_frequency.files import changed, load_span
-from cable_sim_ros.tools.spans.in_frequency.line import Line
-from cable_sim_ros.tools.spans.in_frequency.modes import exact_frequencies, frequencies, modal_mass, shapes
+from cable_sim_ros.tools.spans.in_frequency.modes import (
+    damping,
+    exact_frequencies,
+    frequencies,
+    modal_mass,
+    region,
+    shapes,
+)
 from cable_sim_ros.tools.spans.in_frequency.response import correlation_length, count_modes, vibration
-from cable_sim_ros.tools.spans.in_frequency.span import Region, Shape
+from cable_sim_ros.tools.spans.in_frequency.span import Line, Region, Shape
 from verification.experiments.viv import CASES, mode_rows
 
 pytestmark = pytest.mark.trust

@@ -6,12 +6,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from spans import INCH, span
 
-from cable_sim_ros.tools.spans.in_frequency import exact, lift
 from cable_sim_ros.tools.spans.in_frequency import green as greens
+from cable_sim_ros.tools.spans.in_frequency import grid
 from cable_sim_ros.tools.spans.in_frequency.files import changed, load_span
-from cable_sim_ros.tools.spans.in_frequency.line import Line
 from cable_sim_ros.tools.spans.in_frequency.modes import frequencies, modal_mass, shapes
-from cable_sim_ros.tools.spans.in_frequency.response import vibration
+from cable_sim_ros.tools.spans.in_frequency.response import respond, vibration
+from cable_sim_ros.tools.spans.in_frequency.span import Line
 from verification.experiments.viv import CASES, as_printed, green_rows
 
 pytestmark = pytest.mark.trust
@@ -101,7 +101,7 @@ def test_the_sweep_is_the_sum_of_green_s_functions_and_near_finite_differences(s
     for k, pairs in enumerate(forces):
         total = sum(force * greens.green(line, s[:, None], x, omega, 0.14 * omega) for x, force in pairs)
         assert swept[:, :, k] == pytest.approx(total, abs=1e-12 * np.abs(total).max())
-    other = exact.respond(line, s, mu, load, 9.0)
+    other = respond(line, s, mu, load, 9.0)
     assert np.abs(other - swept).max() < within * np.abs(swept).max()
 
 
@@ -201,14 +201,14 @@ def test_a_uniform_flow_that_is_fully_correlated_answers_as_one_force():
         response={"segments": 200},
     )
     line, f = Line(case), np.array((0.4,))
-    forces = lift.patterns(case.lift, 2e4, np.linspace(0.0, 17.0, 201))
+    forces = grid.patterns(case.lift, 2e4, np.linspace(0.0, 17.0, 201))
     assert (np.abs(forces).max(0) > 1e-3).sum() == 1
     found = vibration(case)
     k = int(np.searchsorted(found.frequency, 0.4))
     omega = 2.0 * np.pi * found.frequency[k]
     wave = np.sqrt(omega**2 - 0.2j * omega * 2.0 * np.pi * found.frequencies[0]) * line.crossing / 17.0
     shape = (np.cos(wave * 8.5 - wave * found.place) / np.cos(wave * 8.5) - 1.0) / wave**2 / 1500.0
-    q = lift.load(line, case.lift, 0.05, np.array((8.5,)), found.frequency[k : k + 1])[0, 0]
+    q = grid.load(line, case.lift, 0.05, np.array((8.5,)), found.frequency[k : k + 1])[0, 0]
     assert found.displacement_spectrum[k] == pytest.approx(abs(q * shape) ** 2, rel=2e-3)
     assert f[0] == pytest.approx(found.frequency[k], abs=0.2)
 
@@ -216,7 +216,7 @@ def test_a_uniform_flow_that_is_fully_correlated_answers_as_one_force():
 def test_the_local_lift_has_the_mean_square_that_was_given():
     case = span(response={"frequency_step": 0.01, "frequencies": 4000})
     f = 0.01 * np.arange(1, 4001)
-    spectra = lift.coefficient_spectrum(Line(case), case.lift, 0.07, np.array((0.0, 4.0)), f)
+    spectra = grid.coefficient_spectrum(Line(case), case.lift, 0.07, np.array((0.0, 4.0)), f)
     assert spectra.sum(0) * 0.01 == pytest.approx(sum(case.lift.mean_squares), rel=1e-4)
     assert f[spectra[:, 0].argmax()] == pytest.approx(0.17 * 0.65 / 0.03, abs=0.1)
 
@@ -238,7 +238,7 @@ def test_the_mean_correlation_of_segments_keeps_the_lift_of_the_cable(law, even)
     """Sum over all distances times the segment: the integral of R; in the limit of many correlation lengths apart."""
     block = span(lift={"correlation": law}).lift
     for length in (1e-4, 0.1, 0.5, 0.98):
-        found = lift.correlation(block, length, np.arange(41.0))
+        found = grid.correlation(block, length, np.arange(41.0))
         assert found[20].sum() == pytest.approx(even * length, rel=1e-9)
         assert np.linalg.eigvalsh(found).min() > 0.0
 

@@ -22,8 +22,7 @@ distributed = pytest.importorskip("distributed")
 pytest.importorskip("cryptography")
 psutil = pytest.importorskip("psutil")  # Dask needs it
 
-from cable_sim_ros.tools.sweeps.clusters import ClusterWarning, executors  # noqa: E402 (after the look for Dask)
-from cable_sim_ros.tools.sweeps.dask_executor import ClusterError, DaskExecutor, checked_there  # noqa: E402
+from cable_sim_ros.tools.sweeps.clusters import ClusterError, ClusterWarning, DaskExecutor, checked_there, executors  # noqa: E402 (after the look for Dask)  # noqa: E402
 
 PLAN = {"sweep": "short", "scene": "flume", "duration": 0.5, "grid": {"winch.scope": [0.8, 0.85, 0.9, 0.95, 1.0, 1.05]}}
 

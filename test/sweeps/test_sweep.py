@@ -13,8 +13,8 @@ from pathlib import Path
 
 import pytest
 
+from cable_sim_ros.io.scenes.document import find_bag
 from cable_sim_ros.io.scenes.load import dump_scene, load_scene, override
-from cable_sim_ros.io.scenes.resources import find_bag
 from cable_sim_ros.tools.sweeps import engine, worker
 from cable_sim_ros.tools.sweeps.cases import cases_of
 from cable_sim_ros.tools.sweeps.dataset import names_of

@@ -8,10 +8,9 @@ import pytest
 from cable_sim_ros import ShipMotion
 from cable_sim_ros.errors import TowError
 from cable_sim_ros.io.messages.messages import Event, decode_odometry, stamp_of
-from cable_sim_ros.io.scenes.resources import ResourceError
+from cable_sim_ros.io.scenes.document import ResourceError
 from cable_sim_ros.physics.ship import Ship
-from cable_sim_ros.testing.feeder import Feeder
-from cable_sim_ros.testing.motion import messages
+from cable_sim_ros.testing.feeder import Feeder, messages
 
 SHIP = Ship(tow_speed=2.0)
 S = 1_000_000_000

@@ -12,10 +12,8 @@ from cable_sim_ros.io.scenes.load import load_scene, override
 from cable_sim_ros.physics.towbody import Towbody
 from cable_sim_ros.physics.wing import Wing
 from cable_sim_ros.sim.checks.attitude_checks import critical_speed
-from cable_sim_ros.tools.towbody.alone import Alone, least_scale
 from cable_sim_ros.tools.towbody.command import towbody
-from cable_sim_ros.tools.towbody.figures import at_speed
-from cable_sim_ros.tools.towbody.stability_map import stability_map
+from cable_sim_ros.tools.towbody.figures import Alone, at_speed, least_scale, stability_map
 
 pytestmark = pytest.mark.check
 

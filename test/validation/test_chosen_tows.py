@@ -11,8 +11,6 @@ import pytest
 from cable_sim_ros.io.scenes.load import load_scene, override
 from cable_sim_ros.runs import offline
 
-pytestmark = pytest.mark.filterwarnings("ignore::cable_sim_ros.io.scenes.load.SceneWarning")
-
 ASKED = 0.01  # m, solver.position_error
 FINE = 0.002  # s, of the steps that they are held against
 

@@ -6,7 +6,7 @@ import pytest
 from cable_sim_ros import ShipMotion, Simulator
 from cable_sim_ros.io.scenes.load import load_scene, override
 
-pytestmark = [pytest.mark.trust, pytest.mark.filterwarnings("ignore::cable_sim_ros.io.scenes.load.SceneWarning")]
+pytestmark = pytest.mark.trust
 
 # the shipped amplification of 2.37 on a coarse mesh; a groove deep enough for a cable that leads sideways in the turn
 TOW = {"solver.tick": 0.05, "setpoint.algorithm": "hold", "sheave.groove_depth": 0.3, "cable.mean_flow_time": 20.0}

@@ -14,7 +14,6 @@ from cable_sim_ros.io.scenes.load import load_scene, override
 from cable_sim_ros.physics.state import NOW, Q
 from verification.linear_tow import LinearTow
 
-pytestmark = pytest.mark.filterwarnings("ignore::cable_sim_ros.io.scenes.load.SceneWarning")
 ALLOWED = 0.03  # of a magnitude; of the phase [rad] the same
 RAMP = 10.0  # s
 DRIFTS = 4  # powers of the time

@@ -7,7 +7,7 @@ from cable_sim_ros import ShipMotion, Simulator, WinchCommand
 from cable_sim_ros.io.scenes.load import load_scene, override
 from cable_sim_ros.physics.state import MEAN, NOW
 
-pytestmark = [pytest.mark.trust, pytest.mark.filterwarnings("ignore::cable_sim_ros.io.scenes.load.SceneWarning")]
+pytestmark = pytest.mark.trust
 
 TICK, BEGIN, SHORT = 0.05, 20.0, 3.0  # s
 COARSE = {"solver.tick": TICK, "setpoint.algorithm": "hold", "sheave.groove_depth": 0.3}

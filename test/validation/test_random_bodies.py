@@ -3,14 +3,13 @@ the reason. Seeds, so that a failure comes back."""
 
 from __future__ import annotations
 
-import warnings
 from collections import Counter
 
 import numpy as np
 import pytest
 
 from cable_sim_ros import ShipMotion, Simulator
-from cable_sim_ros.io.scenes.load import SceneWarning, load_scene, override
+from cable_sim_ros.io.scenes.load import load_scene, override
 from cable_sim_ros.sim.statics.route import StartError
 
 pytestmark = pytest.mark.nightly
@@ -56,9 +55,7 @@ def scene_of(chance: np.random.Generator):
         changes["solver.tension_error"] = 0.005
     if chance.random() < 0.3:
         changes |= {"water.waves.kind": "jonswap", "water.waves.height": 2.0, "water.waves.period": 8.0}
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", SceneWarning)
-        return override(of, changes | {f"towbody.{key}": value for key, value in body.items()})
+    return override(of, changes | {f"towbody.{key}": value for key, value in body.items()})
 
 
 def heave(sim: Simulator, chance: np.random.Generator) -> None:

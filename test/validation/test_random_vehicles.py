@@ -3,14 +3,13 @@ Each runs to its end, or is not started or halts with the reason. Seeds, so that
 
 from __future__ import annotations
 
-import warnings
 from collections import Counter
 from math import cos, pi, radians, sin, sqrt
 
 import numpy as np
 import pytest
 
-from cable_sim_ros import CableSimError, SceneWarning, ShipMotion, Simulator, VehicleMotion
+from cable_sim_ros import CableSimError, ShipMotion, Simulator, VehicleMotion
 from cable_sim_ros.io.scenes.load import load_scene, override
 from cable_sim_ros.sim.simulator import SolverError
 from cable_sim_ros.sim.statics.route import StartError
@@ -90,15 +89,13 @@ def moved(sim: Simulator, chance: np.random.Generator, kind: str) -> None:
 def became(seed: int) -> tuple[str, float, str]:
     """What became of a scene, its imbalance of energy over the work turned over, and the reason where it ended."""
     chance, kind = np.random.default_rng(seed), KINDS[seed % len(KINDS)]
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", SceneWarning)
-        try:
-            sim = Simulator(scene_of(chance, kind))
-            sim.start()
-        except StartError as error:
-            return f"{kind}: not started", 0.0, str(error)
-        except CableSimError as error:
-            return f"{kind}: refused", 0.0, str(error)
+    try:
+        sim = Simulator(scene_of(chance, kind))
+        sim.start()
+    except StartError as error:
+        return f"{kind}: not started", 0.0, str(error)
+    except CableSimError as error:
+        return f"{kind}: refused", 0.0, str(error)
     moved(sim, chance, kind)
     ended, why = "ran", ""
     try:

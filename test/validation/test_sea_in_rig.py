@@ -266,7 +266,6 @@ def test_elevation_is_that_of_the_sea_where_the_sheave_is(tow):
     assert frame.surface_elevation == pytest.approx(eta, abs=1e-6)
 
 
-@pytest.mark.filterwarnings("ignore::cable_sim_ros.io.scenes.load.SceneWarning")
 def test_a_replay_of_a_recording_is_the_run_bit_for_bit(tmp_path):
     ran = offline.run(override(load_scene("full_scale"), WILD), heave=(0.5, 8.0), duration=4.0, out=tmp_path / "run")
     again = offline.replay(ran.bag)
@@ -274,7 +273,6 @@ def test_a_replay_of_a_recording_is_the_run_bit_for_bit(tmp_path):
     assert np.ptp(ran.frames.surface_elevation) > 0.05
 
 
-@pytest.mark.filterwarnings("ignore::cable_sim_ros.io.scenes.load.SceneWarning")
 def test_chosen_steps_see_the_water_of_their_end():
     """Ticks divided by their error: the same sea at the same time, and next to the same tow."""
     values = {"water.waves.kind": "airy", "water.waves.height": 2.0, "water.ramp": 4.0}

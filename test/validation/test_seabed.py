@@ -10,7 +10,7 @@ from cable_sim_ros.runs import offline
 from cable_sim_ros.sim.rig.rig import HALVED, Rig, cable_of, load_of
 from cable_sim_ros.sim.simulator import Simulator, StartError
 
-pytestmark = [pytest.mark.trust, pytest.mark.filterwarnings("ignore::cable_sim_ros.io.scenes.load.SceneWarning")]
+pytestmark = pytest.mark.trust
 
 WEIGHT, FRICTION, SLIP = 4.0, 0.3, 0.01  # N/m, 1, m/s
 

@@ -14,7 +14,7 @@ from cable_sim_ros.sim.rig.rig import Rig, cable_of
 from cable_sim_ros.sim.simulator import Simulator
 from cable_sim_ros.sim.tables.material import wet_weight
 
-pytestmark = [pytest.mark.trust, pytest.mark.filterwarnings("ignore::cable_sim_ros.io.scenes.load.SceneWarning")]
+pytestmark = pytest.mark.trust
 G = 9.81
 
 

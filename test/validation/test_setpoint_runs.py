@@ -10,7 +10,6 @@ from cable_sim_ros.io.scenes.load import load_scene, override
 from cable_sim_ros.physics.tick_output import Flag
 from cable_sim_ros.runs import offline
 
-pytestmark = pytest.mark.filterwarnings("ignore::cable_sim_ros.io.scenes.load.SceneWarning")
 SETTLED = 2000  # ticks of the start that statistics leave out
 
 

@@ -14,8 +14,7 @@ from cable_sim_ros.io.scenes.load import SceneError, load_scene
 from cable_sim_ros.physics.state import NOW, WAKE
 from cable_sim_ros.physics.wake_oscillator import WAKE_Q
 from cable_sim_ros.tools.spans.in_frequency.response import vibration
-from cable_sim_ros.tools.spans.in_time.wake_line import span_line
-from cable_sim_ros.tools.spans.in_time.wake_run import run_span
+from cable_sim_ros.tools.spans.in_time.wake_run import run_span, span_line
 from cable_sim_ros.tools.spans.load import load_span, span_from_dict
 from cable_sim_ros.tools.spans.span_file import SpanEnds, natural_frequency
 from cable_sim_ros.tools.spans.to_frequency import frequency_case

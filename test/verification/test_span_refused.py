@@ -10,8 +10,8 @@ from click.testing import CliRunner
 
 from cable_sim_ros.cli.commands import main
 from cable_sim_ros.io.scenes import yaml12
+from cable_sim_ros.io.scenes.document import find_span
 from cable_sim_ros.io.scenes.load import SceneError
-from cable_sim_ros.io.scenes.resources import find_span
 from cable_sim_ros.physics.drag_laws import DragLaw
 from cable_sim_ros.sim.rig.rig import RigError
 from cable_sim_ros.tools.spans.in_time import wake_run as runs

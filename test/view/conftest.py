@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 from recorded import tow_in_waves
 
-from cable_sim_ros.tools.view.bag_run import BagRun
+from cable_sim_ros.tools.view.moment import BagRun
 
 
 @pytest.fixture(scope="session")

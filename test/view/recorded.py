@@ -7,8 +7,8 @@ from pathlib import Path
 
 import yaml
 
+from cable_sim_ros.io.scenes.document import share_folder
 from cable_sim_ros.io.scenes.load import scene_from_dict
-from cable_sim_ros.io.scenes.resources import share_folder
 from cable_sim_ros.runs import offline
 
 WAVES = {"kind": "jonswap", "height": 1.5, "period": 6.0, "towards_deg": 200.0, "components": 20}

@@ -16,18 +16,26 @@ from cable_sim_ros.io.bags.bag import BagReader
 from cable_sim_ros.io.bags.bag_writer import BagWriter
 from cable_sim_ros.io.messages import shapes
 from cable_sim_ros.io.messages.markers import cable_points, colour_scale
+from cable_sim_ros.io.scenes.document import find_bag
 from cable_sim_ros.io.scenes.load import SceneWarning, dump_scene
-from cable_sim_ros.io.scenes.resources import find_bag
 from cable_sim_ros.physics.tick_output import TICK_OUTPUT, Flag
 from cable_sim_ros.plots.sea_surface import SeaSurface
 from cable_sim_ros.runs import offline
-from cable_sim_ros.tools.view import words
-from cable_sim_ros.tools.view.bag_run import BagRun
 from cable_sim_ros.tools.view.beside_node import Memory
 from cable_sim_ros.tools.view.cameras import CAMERAS, camera, followed
-from cable_sim_ros.tools.view.moment import parts_of, smooth_shape
+from cable_sim_ros.tools.view.moment import (
+    AMBER,
+    RED,
+    BagRun,
+    alarms,
+    alarms_html,
+    parts_of,
+    scale,
+    smooth_shape,
+    strips_of,
+    verdict_html,
+)
 from cable_sim_ros.tools.view.page import Pace, addresses
-from cable_sim_ros.tools.view.strips import scale, strips_of
 
 
 def call(*arguments):
@@ -128,10 +136,10 @@ def test_the_sheave_is_drawn_at_its_size(run):
 
 
 def test_flags_are_said_in_words():
-    found = words.alarms(int(Flag.SLACK | Flag.NEWTON_FAILED | Flag.MOTION_BLENDING))
+    found = alarms(int(Flag.SLACK | Flag.NEWTON_FAILED | Flag.MOTION_BLENDING))
     assert [name for name, _, _ in found] == ["NEWTON_FAILED", "SLACK", "MOTION_BLENDING"]
-    assert found[0][2] == words.RED and found[1][2] == words.AMBER
-    assert "less than no tension" in words.alarms_html(int(Flag.SLACK)) and "none" in words.alarms_html(0)
+    assert found[0][2] == RED and found[1][2] == AMBER
+    assert "less than no tension" in alarms_html(int(Flag.SLACK)) and "none" in alarms_html(0)
 
 
 def test_a_doubtful_run_is_not_shown_as_ok(tmp_path):
@@ -141,7 +149,7 @@ def test_a_doubtful_run_is_not_shown_as_ok(tmp_path):
     assert "MEAN_TRACK" in {reason.flag for reason in made.verdict.reasons}
     verdict = BagRun(made.bag).verdict
     assert verdict.state == "doubtful" and {r.flag for r in verdict.reasons} >= {r.flag for r in made.verdict.reasons}
-    html = words.verdict_html(verdict, "verdict:")
+    html = verdict_html(verdict, "verdict:")
     assert "doubtful" in html and "mean speed of the motion" in html
 
 

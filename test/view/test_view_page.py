@@ -16,7 +16,7 @@ from browser import Browser, found
 from test_drawing import call
 
 from cable_sim_ros.io.messages.markers import SCALE
-from cable_sim_ros.tools.view.bag_run import BagRun
+from cable_sim_ros.tools.view.moment import BagRun
 
 pytest.importorskip("viser")
 REQUIRED = os.environ.get("CABLE_SIM_BROWSER") == "required"

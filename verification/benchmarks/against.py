@@ -15,8 +15,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from cable_sim_ros.io.scenes.document import find_bag
 from cable_sim_ros.io.scenes.load import load_scene
-from cable_sim_ros.io.scenes.resources import find_bag
 from cable_sim_ros.io.sources.recorded_tow import read_tow
 from cable_sim_ros.runs.message_run import Progress, silent
 from cable_sim_ros.runs.summary import summarize

@@ -11,8 +11,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from cable_sim_ros.io.scenes.document import find_bag
 from cable_sim_ros.io.scenes.load import load_scene, override
-from cable_sim_ros.io.scenes.resources import find_bag
 from cable_sim_ros.io.sources.recorded_tow import read_tow
 from cable_sim_ros.runs.message_run import Progress, silent
 from cable_sim_ros.sim.layout import layout_of

@@ -12,8 +12,8 @@ import statistics
 from functools import partial
 from typing import Any, NamedTuple
 
+from cable_sim_ros.io.scenes.document import find_bag
 from cable_sim_ros.io.scenes.load import load_scene
-from cable_sim_ros.io.scenes.resources import find_bag
 from cable_sim_ros.io.sources.recorded_tow import read_tow
 from cable_sim_ros.runs.message_run import Progress, silent
 from cable_sim_ros.sim.layout import layout_of

@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from cable_sim_ros.io.scenes.resources import share_folder
+from cable_sim_ros.io.scenes.document import share_folder
 from cable_sim_ros.plots.canvas import canvas
 from cable_sim_ros.plots.run import BLUE, FAINT, ORANGE
 from cable_sim_ros.runs.make_bags import read_csv

@@ -16,10 +16,9 @@ import numpy as np
 from cable_sim_ros.io.scenes.load import load_scene, override
 from cable_sim_ros.sim.scene import Scene
 from cable_sim_ros.terminal import markdown_table
-from cable_sim_ros.tools.ensemble.ranges import Ranges
+from cable_sim_ros.tools.ensemble.plan import Ranges
 from cable_sim_ros.tools.layback.by_log import simulated
-from cable_sim_ros.tools.layback.laid import WAYS, Laid, laid, samples_of
-from cable_sim_ros.tools.layback.static_place import Tow, static_place
+from cable_sim_ros.tools.layback.laid import WAYS, Laid, Tow, laid, samples_of, static_place
 from cable_sim_ros.tools.layback.tow_log import STEP, TowLog
 from cable_sim_ros.tools.layback.ways import Table
 

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from cable_sim_ros.io.scenes.resources import share_folder
+from cable_sim_ros.io.scenes.document import share_folder
 from cable_sim_ros.io.sources.motion_curves import Curve, Given, through
 from cable_sim_ros.plots.canvas import canvas
 from cable_sim_ros.runs.make_bags import read_csv

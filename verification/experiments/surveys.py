@@ -19,8 +19,7 @@ from scipy import stats
 from cable_sim_ros.io.scenes.load import load_scene, override
 from cable_sim_ros.sim.scene import Scene
 from cable_sim_ros.terminal import markdown_table
-from cable_sim_ros.tools.ensemble.plan import EnsemblePlan, draw_of
-from cable_sim_ros.tools.ensemble.ranges import Ranges
+from cable_sim_ros.tools.ensemble.plan import EnsemblePlan, Ranges, draw_of
 from cable_sim_ros.tools.layback import by_log
 from cable_sim_ros.tools.layback.laid import laid
 from cable_sim_ros.tools.layback.tow_log import STEP, TowLog

@@ -11,8 +11,7 @@ from typing import Any
 
 from cable_sim_ros.sim.flag_rules import FAILED, OK
 from cable_sim_ros.terminal import markdown_table, print_table
-from cable_sim_ros.tools.report.parts import Card, Picture, Section, Table, Text, counted, unit
-from cable_sim_ros.tools.report.subject import typed
+from cable_sim_ros.tools.report.subject import Card, Picture, Section, Table, Text, counted, typed, unit
 from cable_sim_ros.tools.report.write import write_page
 
 from . import KEPT, MISSED, OPEN, Comparison, Result, module_of, verdict_of

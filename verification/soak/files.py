@@ -7,8 +7,8 @@ import re
 import time
 from pathlib import Path
 
+from cable_sim_ros.io.scenes.document import find_scene, shipped_scenes
 from cable_sim_ros.io.scenes.load import SceneError, scene_from_text
-from cable_sim_ros.io.scenes.resources import find_scene, shipped_scenes
 
 from ..shipped import quiet
 from ..stress.verdict import IS, Found, Metric, stress

@@ -6,9 +6,7 @@ from pathlib import Path
 
 import click
 
-from cable_sim_ros.cli.answer import Answer, answers
-from cable_sim_ros.cli.options import folder_option, ready
-from cable_sim_ros.cli.progress import progress_bar
+from cable_sim_ros.cli.options import Answer, answers, folder_option, progress_bar, ready
 from cable_sim_ros.errors import CODE_FAILED, CODE_OK
 from cable_sim_ros.terminal import markdown_table, print_table, say
 

@@ -1,8 +1,14 @@
-"""How the IMU is turned in base_link: from its attitude to that of the ship."""
+"""How the IMU is turned in base_link: from its attitude to that of the ship.
+
+IMU and odometry messages turned from north-east-down axes to ENU, or moved on, as bytes.
+
+The same rotation as in `messages.py`: R_enu = Rz(90 deg) S R_ned S with S = diag(1, -1, -1).
+"""
 
 from __future__ import annotations
 
-from math import radians, sqrt
+from math import atan2, nan, radians, sqrt
+from struct import Struct
 from typing import NamedTuple
 
 import numpy as np
@@ -11,6 +17,10 @@ from ...sim.tables.attitude import quaternion
 
 Rotor = tuple[float, float, float, float]  # quaternion x y z w
 NORTH: Rotor = (0.0, 0.0, sqrt(0.5), sqrt(0.5))  # Rz(90 deg)
+
+_NUMBERS = {"imu": Struct("<37d"), "odometry": Struct("<85d")}
+QUATERNION = {"imu": 0, "odometry": 3}  # where it begins
+VECTORS = {"imu": (13, 25), "odometry": (43, 46)}  # in body axes: rates and force, velocity and rates
 
 
 def times(a: Rotor, b: Rotor) -> Rotor:
@@ -44,3 +54,43 @@ def mounting_of(rotation_deg: tuple[float, float, float]) -> Mounting | None:
     roll, pitch, yaw = (radians(angle) for angle in rotation_deg)
     x, y, z, w = quaternion(np.array([[roll, pitch, yaw]]))[0].tolist()
     return Mounting((roll, pitch, yaw), (-x, -y, -z, w))
+
+
+def in_enu(kind: str, data: bytes) -> bytes:
+    """A little-endian CDR message of kind "imu" or "odometry" in NED axes as one in ENU; covariances stay as they are.
+
+    A message too short to be one is returned as it is.
+    """
+    numbers = _NUMBERS[kind]
+    if len(data) < 12 + numbers.size:
+        return data
+    d = list(numbers.unpack_from(data, len(data) - numbers.size))
+    at = QUATERNION[kind]
+    x, y, z, w = d[at : at + 4]
+    if not (kind == "imu" and d[4] == -1.0):  # no attitude
+        d[at : at + 4] = times(NORTH, (x, -y, -z, w))
+    for at in VECTORS[kind]:
+        d[at + 1], d[at + 2] = -d[at + 1], -d[at + 2]
+    if kind == "odometry":
+        d[:3] = d[1], d[0], -d[2]
+    return data[: len(data) - numbers.size] + numbers.pack(*d)
+
+
+def heading_of(data: bytes) -> float:
+    """Yaw [rad] of a little-endian odometry message, nan of one too short to be one."""
+    numbers = _NUMBERS["odometry"]
+    if len(data) < 12 + numbers.size:
+        return nan
+    x, y, z, w = numbers.unpack_from(data, len(data) - numbers.size)[3:7]
+    return atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
+
+
+def moved_on(data: bytes, place: tuple[float, float], velocity: tuple[float, float]) -> bytes:
+    """A little-endian odometry message in ENU, with a place [m] and a velocity [m/s] to east and north more."""
+    numbers = _NUMBERS["odometry"]
+    d = list(numbers.unpack_from(data, len(data) - numbers.size))
+    x, y, z, w = d[3:7]
+    turned = times(times((-x, -y, -z, w), (*velocity, 0.0, 0.0)), (x, y, z, w))
+    d[0], d[1] = d[0] + place[0], d[1] + place[1]
+    d[43:46] = [one + more for one, more in zip(d[43:46], turned)]
+    return data[: len(data) - numbers.size] + numbers.pack(*d)

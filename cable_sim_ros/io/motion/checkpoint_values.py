@@ -18,7 +18,7 @@ from pydantic import Field, TypeAdapter, ValidationError
 
 from ..messages.fault_hypotheses import DOUBTS
 from ..messages.messages import CAUSES, VEHICLES, Command, Odometry
-from .refusals import IMU, ODOMETRY
+from .motion import IMU, ODOMETRY
 from .time_sequencer import MAX, Held
 
 MAX_WHOLE, MAX_REAL, MAX_TEXT = 2**62, 1e15, 10_000

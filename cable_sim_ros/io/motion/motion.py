@@ -4,6 +4,10 @@ Odometry is used while it is fresh. Otherwise the IMU alone: attitude from its m
 filter about a mean track; the filter runs all the time, so that a change is warm. What cannot be right is refused and
 counted by cause; nothing that is not finite gets through. messages.py decodes the messages and reads bags,
 `stamps.py` makes jittering stamps regular, `position_rate_fit.py` makes positions and rates fit each other.
+
+One topic of motion: its stamps, arrivals and rate; and slow means.
+
+How long each topic of motion was refused for what its parts say of each other, and what was used in its place.
 """
 
 from __future__ import annotations
@@ -19,13 +23,143 @@ from ...sim.tables.attitude import angle_rates, to_world
 from ..messages.messages import CAUSES, Odometry, Refused, decode_imu, decode_odometry
 from ..messages.mounting import mounting_of
 from ..plausibility.plausibility import HeaderWatch, Watch
-from .motion_stream import SECOND, Slow, Stream
 from .position_rate_fit import PositionRateFit
-from .refusals import IMU, ODOMETRY, Refusals
+from .stamps import RegularStamps
+
+IMU, ODOMETRY = "imu/data", "odom"
+TOPICS = {"imu": IMU, "odometry": ODOMETRY}  # by kind of message
+LONGEST = 1.0  # s that one message stands for, at most
+
+SECOND = 1_000_000_000
+BACKWARDS = SECOND  # ns; a stamp further back than this is a jump of the clock, not a late message
 
 JUMPED = 10  # backward stamps in a row that make a time jump
 LEARNT = 10.0  # s of odometry, from which on its mean speed outlives a second of wrong one
 RETURN = 2.0  # odometry is taken again after this many time-outs without a gap: no flapping at low rates
+
+
+class Refusals:
+    """One for both topics; what is counted outlives a jump of the clock."""
+
+    def __init__(self) -> None:
+        self._seconds: dict[str, dict[str, float]] = {IMU: {}, ODOMETRY: {}}  # by topic and cause
+        self._newest: dict[str, int] = {}  # stamp of the newest message of a topic, refused or not, ns
+        self._cause: dict[str, str] = {}  # of its refusal; "": it was taken
+
+    def judged(self, topic: str, cause: str, stamp: int) -> None:
+        """A message was held against itself and the others; cause: why it is refused, "" where it is not."""
+        since = (stamp - self._newest.get(topic, stamp)) * 1e-9
+        self._newest[topic], self._cause[topic] = stamp, cause
+        if cause and since > 0.0:
+            seconds = self._seconds[topic]
+            seconds[cause] = seconds.get(cause, 0.0) + min(since, LONGEST)
+
+    def refused(self, kind: str, cause: str) -> None:
+        """A message of a kind was refused, for whatever cause."""
+        self._cause[TOPICS.get(kind, kind)] = cause
+
+    def why(self, kind: str) -> str:
+        """Cause, and what to do, of the newest message of a kind where it was refused; "" where it was not."""
+        cause = self._cause.get(TOPICS[kind], "")
+        return f"{cause}: {CAUSES[cause]}" if cause else ""
+
+    def report(self, witnessed: bool) -> list[tuple[str, float]]:
+        """Text and seconds for each topic that was refused; witnessed: the odometry fits a refused IMU, which then
+        casts no doubt on it."""
+        found = []
+        for topic, other in ((IMU, ODOMETRY), (ODOMETRY, IMU)):
+            causes = self._seconds[topic]
+            if not causes or (topic == IMU and other in self._newest and witnessed):
+                continue
+            cause = max(causes, key=lambda name: causes[name])
+            found.append(
+                (f"{topic} was refused ({cause}): {CAUSES[cause]}; {self._instead(other)}", sum(causes.values()))
+            )
+        return found
+
+    def _instead(self, other: str) -> str:
+        if other not in self._newest:
+            return "nothing else came, so that the ship was on its mean track meanwhile"
+        beside = sum(self._seconds[other].values())
+        if beside:
+            return f"{other} was refused too, for {beside:.3g} s"
+        if other == IMU:
+            return "imu/data alone gave the motion, about a mean track"
+        return "odom was used, but could not be held against it: what is wrong with the one may be wrong with both"
+
+
+class Stream:
+    """Stamps, arrivals and rate of one topic."""
+
+    def __init__(self, jitter: float) -> None:
+        self.stamp: int | None = None  # ns, as the arrival
+        self.arrival: int | None = None
+        self.streak = 0  # ns, arrival since which there was no gap
+        self.regular = RegularStamps(jitter)
+        self.used: int | None = None  # ns, the newest regular stamp
+        self.period = nan  # s between stamps, smoothed
+        self.unstamped = False
+        self.backwards = 0
+
+    def check(self, stamp: int, arrival: int) -> int:
+        """The stamp, or the arrival where there is none; Refused if it does not advance."""
+        if stamp == 0:  # a driver without a clock; the first such message may also be a clock that starts at zero
+            if not self.unstamped:
+                self.unstamped = True
+                raise Refused("no_stamp")
+            stamp = arrival
+        else:
+            self.unstamped = False
+        if self.stamp is not None and stamp <= self.stamp:
+            far = self.stamp - stamp > BACKWARDS
+            self.backwards = self.backwards + 1 if far else 0
+            raise Refused("stamp_backwards" if far else "stamp_not_advancing")
+        return stamp
+
+    def skip(self, stamp: int) -> None:
+        """A message that is refused for what it says: its stamp has been, the stream is as good as silent."""
+        self.stamp, self.backwards = stamp, 0
+
+    def take(self, stamp: int, arrival: int, timeout: float) -> tuple[int, float]:
+        """Stamp to use, made regular, and seconds since the one before (NaN for the first)."""
+        used = self.regular.take(stamp)
+        dt = nan if self.used is None else (used - self.used) * 1e-9
+        if self.arrival is None or arrival - self.arrival > timeout * SECOND:
+            self.streak = arrival
+        if dt == dt:
+            self.period = dt if self.period != self.period else self.period + 0.05 * (dt - self.period)
+        self.stamp, self.used, self.arrival, self.backwards = stamp, used, arrival, 0
+        return used, dt
+
+    def age(self, now: int) -> float:
+        return nan if self.arrival is None else (now - self.arrival) * 1e-9
+
+    def report(self, name: str, now: int) -> dict[str, object]:
+        regular = self.regular
+        return {
+            f"{name}_age_s": self.age(now),
+            f"{name}_rate_hz": 1.0 / self.period if self.period > 0.0 else nan,
+            f"{name}_stamp_period_s": regular.period * 1e-9,
+            f"{name}_stamp_jitter_s": regular.jitter * 1e-9,
+            f"{name}_stamps_regular": regular.active,
+        }
+
+
+class Slow:
+    """Mean of a vector over an expanding memory of at most `memory` seconds."""
+
+    def __init__(self, memory: float) -> None:
+        self.memory, self.time = memory, 0.0
+        self.mean: tuple[float, ...] | None = None
+
+    def add(self, values: tuple[float, ...], dt: float) -> tuple[float, ...]:
+        if self.mean is None or not dt > 0.0:
+            self.mean = self.mean or values
+            return self.mean
+        self.time = min(self.time + dt, self.memory)
+        x = min(1.0, dt / self.time)
+        self.mean = tuple(m + x * (v - m) for m, v in zip(self.mean, values))
+        return self.mean
 
 
 class MotionIngest:

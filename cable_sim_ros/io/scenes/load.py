@@ -13,7 +13,7 @@ from ...physics.section import material_of
 from ...sim.checks import checks
 from ...sim.problem import Problem
 from ...sim.scene import Scene
-from . import resources, yaml12
+from . import document, yaml12
 from .added_mass_file import with_matrices
 from .document import Document, SceneError
 from .document import SceneWarning as SceneWarning
@@ -24,8 +24,8 @@ SCENES = Document(
     "a scene of a tow",
     "scene",
     "name: my_tow",
-    resources.find_scene,
-    resources.shipped_scenes,
+    document.find_scene,
+    document.shipped_scenes,
     checks.problems,
     lambda scene: [*checks.warnings(scene), *_borrowed(scene)],
     read_files=with_matrices,
@@ -52,8 +52,8 @@ def _borrowed(scene: Scene) -> list[Problem]:
 def _shipped_factors() -> dict[float, list[tuple[str, float]]]:
     """Scenes and diameters [m] by the drag factor of their sections."""
     found: dict[float, list[tuple[str, float]]] = {}
-    for name in resources.shipped_scenes():
-        cable = yaml12.parse(read_text(resources.find_scene(name)))[0]["cable"]
+    for name in document.shipped_scenes():
+        cable = yaml12.parse(read_text(document.find_scene(name)))[0]["cable"]
         for section in cable["sections"].values():
             diameter = float(section.get("diameter", cable["diameter"]))
             found.setdefault(section.get("drag_amplification", 1.0), []).append((name, diameter))

@@ -16,7 +16,7 @@ import numpy as np
 
 from ...limits import MAX_TOW_SPEED
 from ...physics.ship import Ship
-from .plan_text import CONSEQUENCE, LONGEST, PlanError, Words, hint, number, out_of_order, parts_of, plain, text_of
+from .winch_plan import CONSEQUENCE, LONGEST, PlanError, Words, hint, number, out_of_order, parts_of, plain, text_of
 
 WORDS = Words("ship plan", "'60 starboard 90 over 120, 300 speed 1 over 60'")
 SIDES = {"port": 1.0, "starboard": -1.0}  # order -> sign of the yaw

@@ -21,7 +21,7 @@ from ...sim.scene import Scene
 from ...sim.statics.vehicle_shape import pose_of
 from ..bags.bag import BagReader
 from ..messages.messages import KINDS, VEHICLES, Event, stamp_of
-from ..scenes.resources import find_bag
+from ..scenes.document import find_bag
 from .motion_table import CONSEQUENCE, SECOND, STEP, MotionError, Samples, mean_track, odometry_events, read_table
 from .recorded_tow import RecordedTow, odometry_of
 

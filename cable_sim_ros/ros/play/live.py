@@ -16,7 +16,7 @@ from pathlib import Path
 
 from ...compiler.packaged import packaged
 from ...errors import CODE_INPUT, RunError
-from ...io.scenes.resources import RUN_BAG
+from ...io.scenes.document import RUN_BAG
 from ...terminal import plain_console, say
 from ..child import Process
 

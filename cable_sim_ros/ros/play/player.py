@@ -21,10 +21,9 @@ from pathlib import Path
 from ...errors import CableSimError
 from ...io.bags.bag import BagReader
 from ...io.messages.messages import COMMANDED, Event, stamp_of
-from ...io.messages.ned_to_enu import in_enu
-from ...io.scenes.resources import find_bag
-from ...io.sources.bag_motion import read_motion
-from ...io.sources.imported_bag import at_speed, needs_speed
+from ...io.messages.mounting import in_enu
+from ...io.scenes.document import find_bag
+from ...io.sources.recorded_tow import at_speed, needs_speed, read_motion
 from ...limits import LONGEST_RUN
 from ...terminal import plain_console
 from .. import discovery

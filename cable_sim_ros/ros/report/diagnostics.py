@@ -22,15 +22,13 @@ from ...sim.flag_rules import OK as OK_RUN
 from ...sim.flag_rules import RULES
 from ...sim.rules.latch import said
 from ...sim.verdict import Verdict, check, judge_counts, of_node, overload, verdict_of
-from ..publisher import TickPublisher
-from ..rules import RuleKeeper
+from ..overload import Rate
+from ..parts import ERROR, OK, WARN, Status
+from ..parts import text_of as _text
+from ..publisher import RuleKeeper, TickPublisher
 from ..session import NO_POSE, Session
-from ..statistics import Rate
-from ..status import ERROR, OK, WARN, Status
-from ..status import text_of as _text
 from ..stepped import SteppedSession
-from .health import InputHealth
-from .lockstep_status import lockstep_metrics, lockstep_status
+from .health import InputHealth, lockstep_metrics, lockstep_status
 
 LAST_SECOND = 1_050_000_000  # ns
 BLENDED_OVER = 10_050_000_000  # ns

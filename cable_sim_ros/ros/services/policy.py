@@ -7,7 +7,7 @@ from pathlib import Path
 
 from ...io.messages.channels import SOMETIMES
 from ...io.messages.messages import JOINT_COMMAND, KINDS, VEHICLES
-from ...io.scenes.resources import share_folder
+from ...io.scenes.document import share_folder
 from .simulation_interfaces import SERVICES, service_name
 
 NODE, SPACE = "cable_sim", "/tow_sim"

@@ -2,22 +2,33 @@
 
 ``problems`` stop a scene from loading; ``warnings`` are numbers that will show in the results. Lengths are of
 unstretched cable counted from its fixed end on the drum; drum, span and sheave are taken in the x-z plane.
+
+Checks of a vehicle at the far end of the cable, ``towbody.model: vehicle``; problems stop a scene.
+
+Checks of a cable of links (cable.model = segments): what it leaves out, and links too long for drum or sheave.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from math import pi, radians
+from typing import NamedTuple
 
-from ...physics.section import material_of
-from ...physics.towbody import BodyModel
+from ...physics.cable_assembly import Cable
+from ...physics.section import CableModel, LinkBuoyancy, material_of
+from ...physics.towbody import BodyModel, Towbody
+from ...physics.vehicle import Vehicle
 from ...physics.winch import DrumModel
 from ..compensation_setup import setpoint_warnings
+from ..inputs import MAX_PITCH
 from ..layout import FINE_ELEMENT, Layout, layout_of
+from ..mesh.mesh_order import MAX_SAGITTA, longest_on
 from ..mesh_blocks import SheaveAnswer
 from ..problem import Problem, apart
 from ..scene import Scene
 from ..statics.route import DRUM_RESERVE, ROUND_OFF
+from ..statics.vehicle_shape import attachment_of, max_tension, mean_compliance, pose_of, reach_problem
 from ..tables.material import extreme, hung, outboard, wet_weight
 from ..wake_tables import amplified_warnings, bare_problems, wake_problems
 from .attitude_checks import attitude_problems, attitude_warnings
@@ -32,18 +43,27 @@ from .consistency_checks import (
     wrap_problems,
     wrap_warnings,
 )
-from .drive_checks import drive_problems, drive_warnings, holding_problems, layer_problems, pull_warnings
+from .drive_checks import (
+    drive_problems,
+    drive_warnings,
+    feed_forward_problems,
+    holding_problems,
+    layer_problems,
+    pull_warnings,
+    setpoint_option_warnings,
+)
 from .friction_checks import friction_problems, friction_warnings
 from .instrument_checks import instrument_problems, instrument_warnings
-from .link_checks import form_problems, link_problems, link_warnings
 from .mesh_motion_checks import drum_problems, mesh_problems, wave_warnings
 from .rule_checks import rule_problems, rule_warnings
 from .scene_warnings import damping_warnings, drag_warnings, part_warnings, swing_warnings
 from .sea_checks import sea_problems, sea_warnings
 from .section_checks import body_problems, seat_problems, section_problems
-from .setpoint_checks import feed_forward_problems, setpoint_option_warnings
-from .vehicle_checks import driven_problems, vehicle_problems
 from .viv_checks import strum_problems, strum_warnings
+
+LONGEST_LINK = 1.0  # radii of drum or sheave: a longer link lies on it with one point
+
+DRAWN = "length", "diameter"  # of a picture
 
 # longest element on the sheave over the bending length sqrt(EI/T): line load, its edges and the reactions at the ends
 # of the contact within 5 % at the shipped contact stiffness, resultant 0.001 %; at 5 they are off by 12 to 86 %, the
@@ -54,6 +74,148 @@ LONGEST_STEP = 0.1  # s, of a tick that is one step
 MAX_STRAIN = 0.1  # under the weight of the tow
 MAX_FLOOR = 1e-4  # that residual over the working tension
 MIN_FLOOR_GAP = 10.0  # penetrations that a seabed must lie below the sheave
+
+
+class Bent(NamedTuple):
+    """A surface that links lie on at the start: its key, radius [m], longest link [m] and the section of that."""
+
+    key: str
+    radius: float
+    size: float
+    section: str
+
+
+def bent_links(layout: Layout) -> list[Bent]:
+    """Longest links on the sheave and, where it is a contact surface, on the drum."""
+    route, found = layout.route, []
+    places = [("sheave.radius", route.sheave, layout.tangent, max(layout.leaves, layout.tangent))]
+    if layout.scene.winch.drum == DrumModel.CONTACT:
+        places.append(("winch.drum_radius", route.drum, 0.0, route.wound))
+    for key, radius, begin, end in places:
+        on = [(last - first, name) for first, last, name in layout.elements if first < end and last > begin]
+        if on:
+            found.append(Bent(key, radius, *max(on)))
+    return found
+
+
+def link_problems(layout: Layout) -> Iterator[Problem]:
+    """Links that cannot lie on what they are to lie on."""
+    scene = layout.scene
+    if scene.cable.model is not CableModel.SEGMENTS:
+        return
+    yield from [
+        Problem(
+            f"cable.sections.{bent.section}",
+            "lies on {} = {:g} m with links of {} m, longer than {} m: a link is straight and would touch it with one "
+            "point".format(bent.key, bent.radius, *apart(bent.size, LONGEST_LINK * bent.radius)),
+            f"Give it more elements there, links of at most {longest_on(bent.radius, _allowed(scene)):.2g} m",
+        )
+        for bent in bent_links(layout)
+        if bent.size > LONGEST_LINK * bent.radius * (1 + 1e-9)
+    ]
+
+
+def form_problems(cable: Cable) -> Iterator[Problem]:
+    """A form of links' buoyancy for elements that are none."""
+    if cable.model is CableModel.SEGMENTS or cable.link_buoyancy is LinkBuoyancy.FULL:
+        return
+    yield Problem(
+        "cable.link_buoyancy",
+        f"= {cable.link_buoyancy.value} is of links, but cable.model = {cable.model.value}: it has no effect",
+        "Leave it out, or give cable.model segments",
+    )
+
+
+def link_warnings(layout: Layout) -> Iterator[Problem]:
+    """What links leave out, and where their corners show."""
+    scene = layout.scene
+    if scene.cable.model is not CableModel.SEGMENTS:
+        return
+    key, damping = extreme(scene.cable, "bending_damping", max)
+    if damping > 0.0 and extreme(scene.cable, "bending_stiffness", max)[1] > 0.0:
+        yield Problem(
+            key,
+            f"= {damping:g} N m^2 s has no effect on a cable of links (cable.model = segments): their joints are "
+            "springs without damping",
+            "Leave it out, or cable.model ancf",
+        )
+    for bent in bent_links(layout):
+        longest = longest_on(bent.radius, _allowed(scene))
+        if bent.size > longest * (1 + 1e-9):
+            yield Problem(
+                f"cable.sections.{bent.section}",
+                "lies on {} = {:g} m with links of {} m, longer than {} m, whose middle is {:g} contact "
+                "penetrations below their ends: the load sits on the middles, penetration and tension will "
+                "ripple".format(bent.key, bent.radius, *apart(bent.size, longest), MAX_SAGITTA),
+                f"Give it more elements there, links of at most {longest:.2g} m",
+            )
+    if scene.cable.link_buoyancy is LinkBuoyancy.NORMAL:
+        thickest = extreme(scene.cable, "diameter", max)[1]
+        pressed = scene.water.density * scene.gravity * 100.0 * 0.25 * pi * thickest**2
+        yield Problem(
+            "cable.link_buoyancy",
+            "= normal is the printed form, which leaves out what pressure does to a curved cable: tensions and "
+            f"shape err by what pressure on its cross-section comes to, {pressed:.3g} N at 100 m",
+            "For anything but a comparison with the source, link_buoyancy full",
+        )
+
+
+def _allowed(scene: Scene) -> float:
+    """Penetration [m] that contact allows at the working tension."""
+    thinnest = min(material_of(scene.cable, section).diameter for section in scene.cable.sections.values())
+    return scene.contact.penetration_limit * thinnest
+
+
+def vehicle_problems(scene: Scene) -> Iterator[Problem]:
+    """What makes a vehicle senseless, whatever the route of its cable is."""
+    for name, body in scene.bodies.items():
+        if body.model is BodyModel.VEHICLE:
+            yield Problem(
+                f"bodies.{name}.model",
+                "= vehicle is a body on the line: only the far end of the cable is driven from outside",
+                "Give towbody.model: vehicle, or make the cable end here",
+            )
+    if scene.towbody.model is not BodyModel.VEHICLE:
+        if scene.vehicle != Vehicle():
+            first = next(key for key, value in scene.vehicle if value != getattr(Vehicle(), key))
+            yield Problem(
+                f"vehicle.{first}",
+                f"is given, and towbody.model = {scene.towbody.model.value}: there is no vehicle",
+                "Give towbody.model: vehicle, or leave the block out",
+            )
+        return
+    bare = Towbody.model_validate({"model": "vehicle"})
+    if given := [key for key, value in scene.towbody if value != getattr(bare, key) and key not in DRAWN]:
+        yield Problem(
+            f"towbody.{given[0]}",
+            f"is given to a body of model vehicle, of which the pose alone counts: {', '.join(given)} would do nothing",
+            "Leave them out; the vehicle's weight and drag are those of its own simulator",
+        )
+    if scene.vehicle.position is None:
+        yield Problem(
+            "vehicle.position",
+            "is missing (reference point at the start, from the ship: ahead, to port, up from the water surface)",
+            "Give three numbers in m, for example `position: [-40.0, 0.0, -30.0]`",
+        )
+    if abs(radians(scene.vehicle.attitude_deg[1])) > MAX_PITCH:
+        yield Problem(
+            "vehicle.attitude_deg",
+            f"has a pitch of {scene.vehicle.attitude_deg[1]:g} deg: roll and yaw have no meaning near 90 deg",
+            "Give it in [-80, 80] deg",
+        )
+
+
+def driven_problems(layout: Layout) -> Iterator[Problem]:
+    """A vehicle that begins where its cable does not reach, or in the seabed."""
+    scene = layout.scene
+    if scene.vehicle.position is None:
+        return
+    yaw = radians(scene.ship.heading_deg)
+    strain = max_tension(scene) * mean_compliance(scene)
+    found = reach_problem(scene, attachment_of(scene, pose_of(scene, yaw)), yaw, layout.route.scope, strain)
+    if found:
+        text, _, remedy = found.partition(": ")
+        yield Problem("vehicle.position", f"cannot be: {text}", remedy[:1].upper() + remedy[1:])
 
 
 def downforce(layout: Layout) -> float:

@@ -1,4 +1,7 @@
-"""Checks of the drive: a motor that cannot hold the cable, modes without a motor, numbers that act on nothing."""
+"""Checks of the drive: a motor that cannot hold the cable, modes without a motor, numbers that act on nothing.
+
+Checks of feed-forward and prediction: a drive that has no inverse, options that act on nothing.
+"""
 
 from __future__ import annotations
 
@@ -7,12 +10,16 @@ from collections.abc import Iterator
 import numpy as np
 
 from ...physics.drum_layers import radius_of
+from ...physics.heave_compensation import SetpointLaw
 from ...physics.winch import DrumModel
 from ...physics.winch_drive import POINTS, DriveModel, WinchMode
+from ..compensation_setup import horizon
 from ..layout import Layout
 from ..problem import Problem, apart, one_digit
 from ..scene import Scene
 from ..tables.drum_layers import layered
+
+WITHOUT = (SetpointLaw.HOLD, SetpointLaw.CONSTANT_TENSION)  # laws that ask for nothing that the ship's motion gives
 
 OF_MOTOR = (
     *("inertia", "controller_mass", "curve_speed", "curve_pull", "max_power", "viscous_friction", "dry_friction"),
@@ -25,6 +32,38 @@ LEAST_DAMPING = 0.1
 LIGHT = 0.2  # of the mass of the towbody: a controller that counts with less is soft against the tow
 PULLS = (WinchMode.TENSION, WinchMode.RENDER)
 BRAKES = (WinchMode.BRAKE, WinchMode.EMERGENCY_STOP)
+
+
+def feed_forward_problems(scene: Scene) -> Iterator[Problem]:
+    """A drive that cannot be inverted: what is asked of a feed-forward that is set while it runs, too."""
+    servo = scene.drive.model is DriveModel.SERVO
+    if scene.setpoint.feed_forward and servo and scene.winch.derivative_gain <= 0.0:
+        yield Problem(
+            "setpoint.feed_forward",
+            "= true inverts the servo, but winch.derivative_gain = 0 1/s: without it the servo swings by itself and "
+            "its inverse needs the set-point's acceleration at once",
+            "Give winch.derivative_gain above 0 1/s, or leave the feed-forward out",
+        )
+
+
+def setpoint_option_warnings(scene: Scene) -> Iterator[Problem]:
+    """Options of the laws that act on nothing."""
+    block = scene.setpoint
+    for key in ("feed_forward", "prediction"):
+        if getattr(block, key) and block.algorithm in WITHOUT:
+            yield Problem(
+                f"setpoint.{key}",
+                f"= true has no effect with setpoint.algorithm = {block.algorithm.value}, which asks for nothing "
+                "that follows from the ship's motion",
+                "Take one of the sheave laws, or leave it out",
+            )
+    if block.prediction and horizon(scene) == 0.0:
+        by = "drive.dead_time" if block.horizon is None else "setpoint.horizon"
+        yield Problem(
+            "setpoint.prediction",
+            f"= true has no effect: {by} = 0 s, there is nothing to look ahead to",
+            "Give setpoint.horizon or drive.dead_time in s, or leave it out",
+        )
 
 
 def mode_problems(scene: Scene) -> Iterator[Problem]:

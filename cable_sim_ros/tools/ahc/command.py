@@ -7,11 +7,20 @@ from typing import Any
 
 import click
 
-from ...cli.answer import Answer, answers, drawn, json_of
-from ...cli.number import Count
-from ...cli.options import FILE, folder_option, ready
-from ...cli.progress import progress_bar
-from ...cli.report_option import report_option, said, typed
+from ...cli.options import (
+    FILE,
+    Answer,
+    Count,
+    answers,
+    drawn,
+    folder_option,
+    json_of,
+    progress_bar,
+    ready,
+    report_option,
+    said,
+    typed,
+)
 from ...errors import CODE_FAILED, CODE_OK
 from ...files import read_text, write_text
 from ...terminal import markdown_table, print_table, say

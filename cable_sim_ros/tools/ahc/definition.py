@@ -15,7 +15,7 @@ from types import MappingProxyType
 from typing import Any, NamedTuple
 
 from ...files import read_text
-from ...io.scenes.resources import share_folder
+from ...io.scenes.document import share_folder
 from ...io.scenes.yaml12 import parse
 from ...terminal import markdown_table
 

@@ -10,8 +10,7 @@ from typing import TYPE_CHECKING, Any
 from ...plots.strips import WIDTH
 from ...plots.vector import svg
 from ...sim.flag_rules import DOUBTFUL, FAILED, OK
-from ..report.parts import Figure, Section, Table, Text, counted, number, unit
-from ..report.subject import typed
+from ..report.subject import Figure, Section, Table, Text, counted, number, typed, unit
 from ..report.write import write_page
 from . import picture as plots
 from .benchmark import Row

@@ -12,11 +12,10 @@ from ...io.scenes.winch_plan import WinchPlan
 from ...io.sources.recorded_tow import RecordedTow
 from ...sim.scene import Scene
 from ..compare.pairing import SECOND
-from ..logs.signals import Signal
+from ..logs.own_signals import Signal
 from .confidence import Confidence, Interval, confidence, linear_intervals, minuit, profile
 from .free import CONSEQUENCE, CalibrateError, flat, free_of
-from .lags import first_lags
-from .least_squares import MAX_GAIN, Fit, Nuisance, Problem, fit
+from .least_squares import MAX_GAIN, Fit, Nuisance, Problem, first_lags, fit
 from .limits import HOLD_OUT, MAX_LAG
 from .observed import Observed, chosen, observed
 from .reasons import judge

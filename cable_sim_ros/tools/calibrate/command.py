@@ -8,10 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from ...cli.answer import Answer, answers, drawn
-from ...cli.number import Number
-from ...cli.options import FILE, Heave, set_option
-from ...cli.progress import progress_bar
+from ...cli.options import FILE, Answer, Heave, Number, answers, drawn, progress_bar, set_option
 from ...limits import LONGEST_RUN
 from ...sim.flag_rules import DOUBTFUL, FAILED
 from ...terminal import in_lines, print_table, say
@@ -98,7 +95,7 @@ def calibrate(scene, settings, out, picture, every, **asked) -> Answer:
     kept = {key: value for key, value in given.items() if key not in intake}
     files, warnings = _scene(result, scene, base, kept, out) if out is not None else ([], [])
     if picture is not None:
-        from .picture import draw_calibration
+        from .result import draw_calibration
 
         files += drawn(lambda: draw_calibration(result, picture))
     verdict = result.verdict.lines(what=MEANING, page="docs/calibrate.md")
@@ -126,7 +123,7 @@ def _refuse(out: Path | None, picture: Path | None, every: float | None, **asked
 def _fitted(run: Scene, intake: dict[str, Any], bag: str, **asked: Any) -> Calibration:
     """Fit the numbers of a scene to what was measured; intake: settings of how messages are taken in."""
     from ...io.scenes.winch_plan import WinchPlan
-    from ...io.sources.imported_bag import provenance
+    from ...io.sources.recorded_tow import provenance
     from ...runs.sources import motion_of, notes_of, sea_motion_kept
     from ...sim.verdict import check
     from ..compare.recordings import read_recording
@@ -204,7 +201,7 @@ def _scene(
     if not result.converged:
         return [], [f"scene:     {out} was not written: the fit has not converged"]
     from ...io.scenes.load import override
-    from .write_scene import rounded, write_scene
+    from .result import rounded, write_scene
 
     values = {**settings, **{key: rounded(value) for key, value in result.values.items()}}
     head = _head(result) + [

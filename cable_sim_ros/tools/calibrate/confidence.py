@@ -20,7 +20,7 @@ import numpy as np
 from scipy.stats import chi2
 from scipy.stats import t as student
 
-from ..compare.intervals import LEVEL, blocks
+from ..compare.spectra import LEVEL, blocks
 from .free import CalibrateError
 from .least_squares import Fit, Problem, scales
 from .observed import Observed

@@ -18,7 +18,7 @@ import numpy as np
 from scipy.optimize import minimize_scalar
 
 from ...errors import CableSimError
-from ..compare.intervals import jackknife
+from ..compare.spectra import jackknife
 
 MAX_LAG = 5.0  # s, either way
 COARSE = 0.1  # s between the lags that are tried first

@@ -9,7 +9,7 @@ import numpy as np
 
 from ...io.sources.rounding import resolution
 from ..compare.pairing import GAP, SECOND, Cleaned, clean, sampled
-from ..logs.signals import QUANTITIES, Signal
+from ..logs.own_signals import QUANTITIES, Signal
 from .free import CONSEQUENCE, CalibrateError
 
 # one of each row: the others of a row say the same again, which would make intervals too small

@@ -9,10 +9,9 @@ import numpy as np
 from ...sim.verdict import Reason
 from ..compare.comparison import reason
 from ..compare.pairing import GAP, clean
-from ..logs.signals import Signal
+from ..logs.own_signals import Signal
 from .confidence import APART, Confidence, Interval
-from .lags import repeats
-from .least_squares import Fit, Problem
+from .least_squares import Fit, Problem, repeats
 from .result import Calibration
 from .systematic import systematic
 from .tow_model import TowModel

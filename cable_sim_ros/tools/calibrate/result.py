@@ -1,16 +1,88 @@
-"""What a calibration gives: parameters with intervals, what is left of each signal, verdict."""
+"""What a calibration gives: parameters with intervals, what is left of each signal, verdict.
+
+Picture: measured, simulated before and after, one row a signal; what was held out is shaded.
+
+A scene file with other numbers: its comments, its order and its other lines stay.
+"""
 
 from __future__ import annotations
 
+import os
+import re
+import sys
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from io import StringIO
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
+from ruamel.yaml import YAML
+from ruamel.yaml.comments import CommentedMap, CommentedSeq
 
+from ...files import read_text, write_text
+from ...io.scenes.document import find_scene
+from ...io.scenes.load import scene_from_text
+from ...plots.canvas import canvas
+from ...plots.heading import STAMP
+from ...plots.run import BLUE, FAINT, INK, ORANGE, thinned
 from ...sim.flag_rules import DOUBTFUL, FAILED, OK
 from ...sim.scene import Scene
 from ...sim.verdict import Reason, Verdict
+from .free import CalibrateError
 from .observed import Observed
+
+DIGITS = 7  # of a number that was fitted
+
+
+def rounded(value: Any) -> Any:
+    """A fitted number with as many digits as mean something; whole lists too."""
+    if isinstance(value, list):
+        return [rounded(one) for one in value]
+    return float(f"{value:.{DIGITS}g}") if isinstance(value, float) else value
+
+
+def text_with(source: str, values: Mapping[str, Any], head: Sequence[str]) -> str:
+    """YAML text of a scene with other values by dotted key; head: lines of a comment at its top."""
+    yaml = YAML()  # round trip: comments and quotes are kept
+    yaml.version = None
+    yaml.preserve_quotes = True
+    yaml.width = sys.maxsize
+    data = yaml.load(source)
+    for key, value in values.items():
+        *way, last = key.split(".")
+        block = data
+        for part in way:
+            if not isinstance(block.get(part), CommentedMap):
+                block[part] = CommentedMap()  # with defaults until now
+            block = block[part]
+        old = block.get(last)
+        if isinstance(old, CommentedSeq) and isinstance(value, list) and len(old) == len(value):
+            for k, one in enumerate(value):
+                if old[k] != one:
+                    old[k] = one
+        elif old != value:
+            block[last] = value
+    out = StringIO()
+    yaml.dump(data, out)
+    return "".join(f"# {line}\n" for line in head) + re.sub(r"[ \t]+\n", "\n", out.getvalue())
+
+
+def write_scene(
+    scene: str | os.PathLike, expected: Scene, values: Mapping[str, Any], head: Sequence[str], path: Path
+) -> None:
+    """Write the file of a scene, or of a shipped one, with other values. CalibrateError where it cannot be written, or
+    would not be read back as expected."""
+    text = text_with(read_text(find_scene(scene)), values, head)
+    read = scene_from_text(text, str(path))
+    if read.model_dump(mode="json") != expected.model_dump(mode="json"):
+        raise CalibrateError(f"{path}: would not be read back as the calibrated scene; it was not written. Use --json")
+    try:
+        write_text(path, text)
+    except OSError as error:
+        raise CalibrateError(
+            f"{path}: cannot be written ({error.strerror}). The figures are above: put them in the scene by hand"
+        ) from None
 
 
 class Parameter(NamedTuple):
@@ -139,3 +211,30 @@ class Calibration:
             "cpu_s": self.cpu_s,
             "verdict": self.verdict.as_dict(),
         }
+
+
+def draw_calibration(result: Calibration, path: Path) -> Path:
+    """Signals over time. RuntimeError where matplotlib is missing."""
+    with canvas(path, (13.0, 1.8 + 2.8 * len(result.signals))) as figure:
+        axes = figure.subplots(len(result.signals), 1, squeeze=False, sharex=True)[:, 0]
+        verdict = result.verdict
+        causes = ", ".join(dict.fromkeys(reason.flag for reason in verdict.reasons))
+        told = f"verdict: {verdict.state}" + (f" ({causes})" if causes else "")
+        color = INK if verdict.state == OK else STAMP
+        figure.suptitle(f"{result.scene.name} on {result.name}\n{told}", x=0.01, ha="left", size=13, color=color)
+        for axis, one in zip(axes, result.signals, strict=True):
+            time = one.observed.time
+            axis.plot(*thinned(time, one.observed.value), color=BLUE, lw=1.2, label="measured")
+            axis.plot(*thinned(time, one.before), color=FAINT, lw=1.0, label="as given")
+            axis.plot(*thinned(time, one.after), color=ORANGE, lw=0.9, label="calibrated")
+            if result.held_s is not None:
+                axis.axvspan(*result.held_s, color=FAINT, alpha=0.2, lw=0.0)
+            left = one.calibrated.held or one.calibrated.fitted
+            held = "held out" if one.calibrated.held else "fitted"
+            axis.set_title(f"{one.quantity}: left rms {left[1]:.3g} {one.unit} ({held})", fontsize=11)
+            axis.set_ylabel(f"[{one.unit}]")
+            low, high = axis.get_ylim()
+            axis.set_ylim(low, high + 0.25 * (high - low))
+            axis.legend(loc="upper right", ncols=3, fontsize=10)
+        axes[-1].set_xlabel("time [s]")
+    return path

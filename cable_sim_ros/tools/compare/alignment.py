@@ -8,10 +8,9 @@ import numpy as np
 from scipy.fft import irfft, next_fast_len, rfft
 from scipy.stats import t as student
 
-from ..logs.signals import Signal
-from .intervals import LEVEL, Interval, correlation_time
+from ..logs.own_signals import Signal
 from .pairing import MAX_GRID, Cleaned, NotPaired, Pair, clean, paired
-from .spectra import BAND, LEAST_LAG, band_of, fitted_lag, lag_of, spectra
+from .spectra import BAND, LEAST_LAG, LEVEL, Interval, band_of, correlation_time, fitted_lag, lag_of, spectra
 
 SEARCH = 60.0  # s either way, where both clocks overlap
 SHARE = 0.25  # of the shorter one that both cover at any lag that is tried

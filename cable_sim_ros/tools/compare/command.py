@@ -7,15 +7,13 @@ from typing import TYPE_CHECKING
 
 import click
 
-from ...cli.answer import Answer, answers, drawn
-from ...cli.number import Number
-from ...cli.options import folder_option, junit_option, limits_option, ready
+from ...cli.options import Answer, Number, answers, drawn, folder_option, junit_option, limits_option, ready
 from ...errors import CODE_FAILED
 from ...sim.flag_rules import DOUBTFUL, FAILED
 from ...terminal import in_lines, print_table, say
 
 if TYPE_CHECKING:
-    from ...runs.result import Run
+    from ...runs.summary import Run
     from .comparison import Comparison
     from .limits import Limits
     from .score import Score
@@ -74,8 +72,7 @@ def compare(a, b, mapping, mapping_b, limits, junit, align, search, begin, end, 
             f"--band {band[0]:g} {band[1]:g}: the upper end must be twice the lower one or more; nothing was compared"
         )
     ready(out)
-    from .comparison import compare_recordings
-    from .picture import draw_comparison
+    from .comparison import compare_recordings, draw_comparison
     from .recordings import read_recording
 
     asked = None if limits is None else load_limits(limits)
@@ -112,7 +109,7 @@ def load_limits(path: Path) -> Limits:
 
 def score_replay(result: Run, bag: str, limits: Limits | None, out: Path | None) -> Comparison:
     """What a bag recorded (A) against its replay (B); into the figures of the replay too."""
-    from ...runs.result import write_summary
+    from ...runs.summary import write_summary
     from ..logs.own_signals import signals_of_frames
     from .comparison import compare_recordings
     from .recordings import Recording, read_recording

@@ -9,7 +9,7 @@ from typing import NamedTuple
 from ...io.scenes.document import Document, SceneError
 from ...physics.parameter import REQUIRED, Block, quantity
 from ...sim.problem import Problem
-from ..logs.signals import QUANTITIES
+from ..logs.own_signals import QUANTITIES
 from .score import FIGURES, Score
 
 EXAMPLE = "limits: my tow"

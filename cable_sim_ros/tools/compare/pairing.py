@@ -9,7 +9,7 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 from scipy.signal import butter, sosfiltfilt
 
-from ..logs.signals import Signal
+from ..logs.own_signals import Signal
 
 SECOND = 1e-9  # s of a ns
 GAP = 3.0  # median intervals without a value

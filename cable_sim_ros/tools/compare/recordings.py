@@ -11,14 +11,12 @@ from typing import Any
 import numpy as np
 
 from ...io.bags.bag import BagError, BagReader
-from ...io.scenes.resources import find_bag
-from ...io.sources.imported_bag import LOST as MARK
-from ...io.sources.imported_bag import provenance
-from ...io.sources.recorded_tow import RecordedTow, read_tow, recorded_frames
+from ...io.scenes.document import find_bag
+from ...io.sources.recorded_tow import LOST as MARK
+from ...io.sources.recorded_tow import RecordedTow, provenance, read_tow, recorded_frames
 from ...runs.sources import notes_of, sea_motion_kept
-from ..logs.own_signals import signals_of_frames
+from ..logs.own_signals import Signal, signals_of_frames
 from ..logs.read_signals import read
-from ..logs.signals import Signal
 
 LOST = 0.01  # share of the records: a log that lost more counts as damaged
 

@@ -6,8 +6,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .intervals import Interval
 from .pairing import Pair
+from .spectra import Interval
 
 G = 9.80665
 FACTORS: dict[str, dict[str, float]] = {  # SI unit -> other unit: SI units that one of it is

@@ -26,7 +26,7 @@ from ...errors import CODE_FAILED, CODE_OK
 from ...io.messages.messages import COMMANDED
 from ...io.messages.messages import KINDS as OF_MESSAGES
 from ...ros.client import Client
-from ...ros.status import ERROR, OK, WARN, Status
+from ...ros.parts import ERROR, OK, WARN, Status
 from ...ros.topics import diagnostic_array, inputs_there
 from ...ros.watcher import HEALTH as HEALTH_CHANNEL
 from ...ros.watcher import Watcher, watching

@@ -10,11 +10,19 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from ...cli.answer import Answer, answers, asks_json, drawn
-from ...cli.expected_errors import need_ros
-from ...cli.number import Count
-from ...cli.options import folder_option, node_options, ready, tow_scene_option
-from ...cli.progress import progress_bar
+from ...cli.options import (
+    Answer,
+    Count,
+    answers,
+    asks_json,
+    drawn,
+    folder_option,
+    need_ros,
+    node_options,
+    progress_bar,
+    ready,
+    tow_scene_option,
+)
 from ...errors import CODE_DAMAGED, CODE_DOUBTFUL, CODE_OK
 from ...terminal import say
 from .limits import COPIES, LEAST_COPIES, MAX_COPIES, MAX_SEED, SEED
@@ -86,8 +94,8 @@ def ensemble(bag, file, scene, copies, seed, out, twins, outside, namespace, wai
 
 
 def _over_a_bag(bag, file, changed, scene, out, twins, outside) -> Answer:
+    from ...io.scenes.document import find_bag
     from ...io.scenes.load import SceneWarning
-    from ...io.scenes.resources import find_bag
     from .coverage import covered, outside_of
     from .plan import load_plan
     from .recording import CSV_NAME, JSON_NAME, doubts_of, figures, follow_recording, scene_kept, write_table
@@ -139,7 +147,7 @@ def of_copies(scene: Scene, texts: list[str]) -> list[str]:
 
 def assumed(plan: EnsemblePlan) -> list[str]:
     """A line for each range, with its size."""
-    from . import ranges
+    from . import plan as ranges
 
     further = plan.ranges.items()
     return ranges.assumed(plan.half_widths) + [
@@ -149,7 +157,7 @@ def assumed(plan: EnsemblePlan) -> list[str]:
 
 def _picture(folder: Path, one: Followed, tow: Scene, report: dict[str, Any]) -> Path:
     from .copies import FIGURES
-    from .picture import plot
+    from .coverage import plot
     from .recording import PICTURE
 
     panels = []

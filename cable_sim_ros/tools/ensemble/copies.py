@@ -4,14 +4,18 @@ The copies share the inputs and nothing else. With n copies the ends of the band
 0.975 of (n + 1), so that a tow whose true numbers are drawn from the same ranges is inside 95 times in 100 on the mean
 over ensembles; below 39 copies they are the least and the largest, which hold (n - 1) / (n + 1). Source: order
 statistics of exchangeable draws. What all copies share, the model and the inputs, is not in it.
+
+What the tick outputs of copies say against their figures: flags and overload, judged as those of a run.
 """
 
 from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections import Counter
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
@@ -19,11 +23,13 @@ import numpy as np
 from ...errors import RunError
 from ...io.scenes.document import SceneError
 from ...physics.inputs import Inputs
+from ...physics.tick_output import Flag
+from ...sim.flag_rules import OK, RULES
 from ...sim.inputs import ShipMotion, WinchCommand, push
 from ...sim.scene import Scene
 from ...sim.simulator import Simulator, SolverError
 from ...sim.tables.attitude import angles_of
-from .flagged import Seen, flagged
+from ...sim.verdict import Reason, compensates, judge_counts, overload
 from .plan import Draw, EnsemblePlan, draw_of, scene_of
 
 LEVEL = 0.95
@@ -38,6 +44,66 @@ FIGURES = {  # name -> field of the tick output, component, factor, unit
     "layback": ("layback", -1, 1.0, "m"),
 }
 BODY = [list(FIGURES).index(name) for name in ("body_x", "body_y", "body_depth")]
+
+
+@dataclass
+class Seen:
+    """Of one tow of a scene: ticks with each status word, the last one, the largest tension of the cable [N]."""
+
+    scene: Scene
+    statuses: Counter[int] = field(default_factory=Counter)
+    last: int = 0
+    tension_most: float = 0.0
+
+    def take(self, frames: np.ndarray) -> None:
+        """Count tick outputs."""
+        if not len(frames):
+            return
+        words, ticks = np.unique(frames["status"], return_counts=True)
+        counts = Counter(dict(zip(map(int, words), map(int, ticks), strict=True)))
+        self.add(Seen(self.scene, counts, int(frames["status"][-1]), float(frames["tension_most"].max())))
+
+    def add(self, later: Seen) -> None:
+        """Count what was seen after this."""
+        self.statuses += later.statuses
+        self.last, self.tension_most = later.last, max(self.tension_most, later.tension_most)
+
+    def reasons(self, any_tick: bool = False) -> tuple[Reason, ...]:
+        """Why this tow's figures are in doubt; any_tick: a single tick is enough, whatever a run bears."""
+        over, tick = overload(self.scene, self.tension_most), self.scene.solver.tick
+        found = judge_counts(self.statuses, tick, self.last, scene=self.scene, others=over).reasons
+        if not any_tick:
+            return found
+        total, told = sum(self.statuses.values()), {reason.flag for reason in found}
+        for rule in RULES:
+            ticks = sum(count for word, count in self.statuses.items() if word & int(Flag[rule.flag]))
+            idle = rule.compensating and not compensates(self.scene)
+            if ticks and rule.state != OK and rule.flag not in told and not idle:
+                found += (Reason(rule.flag, ticks * tick, ticks / total, rule.metrics, rule.text),)
+        return found
+
+
+def flagged(seen: Mapping[int, Seen], copies: int, any_tick: bool = False) -> dict[str, str]:
+    """Reason -> in how many of so many copies, in copy 0 (key 0 of seen), for how long at most, and what it means."""
+    found: dict[str, dict[int, Reason]] = {}
+    for number, one in sorted(seen.items()):
+        for reason in one.reasons(any_tick):
+            found.setdefault(reason.flag, {})[number] = reason
+    return {flag: _line(reasons, copies) for flag, reasons in found.items()}
+
+
+def of_recorded(tow: Seen, told: Mapping[str, str]) -> list[str]:
+    """Lines for reasons that the recorded tow has and that were not told of its copies: they cannot have them, as where
+    its motion was stale."""
+    return [f"the recorded tow: {reason}" for reason in tow.reasons() if reason.flag not in told]
+
+
+def _line(reasons: Mapping[int, Reason], copies: int) -> str:
+    longest = max(reasons.values(), key=lambda reason: reason.seconds)
+    count = sum(number > 0 for number in reasons)
+    where = f"in {count} of {copies} copies" + " and in copy 0" * (0 in reasons) if count else "in copy 0 alone"
+    lasted = f", for up to {longest.seconds:.3g} s ({100.0 * longest.fraction:.3g} %)" if longest.seconds > 0.0 else ""
+    return f"{longest.flag} {where}{lasted}: {longest.text}"
 
 
 class EnsembleEnded(RunError):

@@ -23,8 +23,7 @@ from ...io.scenes.winch_plan import PlanError, WinchPlan
 from ...sim.inputs import InputError, ShipMotion, WinchCommand
 from ...sim.scene import Scene
 from ...sim.tables.attitude import angles_of, body_rates
-from .copies import Band, Ensemble, EnsembleEnded
-from .flagged import Seen
+from .copies import Band, Ensemble, EnsembleEnded, Seen
 from .plan import EnsemblePlan, doubts_when_joined
 
 MEAN_OVER = 60.0  # s of the past that say speed and heading

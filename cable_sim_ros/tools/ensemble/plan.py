@@ -1,6 +1,8 @@
 """What an ensemble varies: a YAML file, or the ranges of the layback's interval, and what each copy draws of them.
 
 Copy k draws from a generator of its own, of (seed, k): it is the same whether 5 copies run or 500.
+
+What is not known of a tow, declared once: half-widths of 95 % intervals, independent of each other.
 """
 
 from __future__ import annotations
@@ -17,7 +19,7 @@ import numpy as np
 from ...io.scenes.document import Document, SceneError, SceneWarning
 from ...io.scenes.load import scene_from_dict
 from ...io.scenes.winch_plan import PlanError, WinchPlan
-from ...physics.parameter import Block, quantity
+from ...physics.parameter import Block, declared, quantity
 from ...physics.towbody import BodyModel
 from ...physics.viv_amplification import StrumLaw
 from ...physics.water import CurrentFrame, CurrentTable, Water
@@ -27,11 +29,58 @@ from ...sim.scene import Scene
 from ..sweeps.cases import within
 from ..sweeps.sweep_file import Range, Spread
 from .limits import COPIES, LEAST_COPIES, MAX_COPIES, MAX_SEED, SEED
-from .ranges import LEAST_FACTOR, MOST_FACTOR, Ranges, with_drag
+
+LEAST_FACTOR, MOST_FACTOR = 0.1, 10.0  # of cable.sections.<name>.drag_amplification
 
 SIGMAS = 1.959964  # half a 95 % interval of a normal distribution, in standard deviations
 COMMANDS_AHEAD = 150  # that the ring of inputs has room for
 OUTSIDE = ("drag", "speed", "east", "north", "turn_deg", "payout")  # of a Draw, that a twin may be given
+
+
+class Ranges(Block):
+    """Half-widths of the 95 % intervals of what a layback hangs on."""
+
+    drag: float = quantity(
+        0.2,
+        "1",
+        0.0,
+        0.8,
+        "share of the drag of cable and towbody",
+        "choice: measured C_D of bare tow cables are 2.2 to 2.5, of calm ones 1.2 to 1.5 (docs/drag.md)",
+    )
+    speed: float = quantity(0.1, "m/s", 0.0, 3.0, "speed of the ship along its course", "choice: 0.2 kn")
+    current: float = quantity(
+        0.1, "m/s", 0.0, 3.0, "either horizontal component of a current that the scene does not have", "choice: 0.2 kn"
+    )
+    current_turn_deg: float = quantity(15.0, "deg", 0.0, 180.0, "direction of the current of the scene", "choice")
+    payout: float = quantity(
+        0.0, "m", 0.0, 1000.0, "cable out, as the counter shows it", "choice: the counter is taken as exact"
+    )
+
+
+def assumed(ranges: Ranges, chosen: set[str] | None = None) -> list[str]:
+    """A line for each range with its size; chosen: those that a user chose are left out, of the others the option."""
+    lines = []
+    for row in declared(Ranges):
+        if row.key not in (chosen or ()):
+            unit = "" if row.unit == "1" else f" {row.unit}"
+            how = "(95 %, normal)" if chosen is None else f"(95 %); --range {row.key}="
+            lines.append(f"assumed: {row.doc} is within {getattr(ranges, row.key):g}{unit} {how}")
+    return lines
+
+
+def with_drag(scene: Scene, factor: float) -> Scene:
+    """The scene with ``factor`` times the drag of its cable, as drag_amplification takes it, and of its towbody."""
+    if factor == 1.0:
+        return scene
+    sections = {
+        name: section.model_copy(
+            update={"drag_amplification": min(max(factor * section.drag_amplification, LEAST_FACTOR), MOST_FACTOR)}
+        )
+        for name, section in scene.cable.sections.items()
+    }
+    body = scene.towbody.model_copy(update={"drag_area": tuple(factor * area for area in scene.towbody.drag_area)})
+    return scene.model_copy(update={"cable": scene.cable.model_copy(update={"sections": sections}), "towbody": body})
 
 
 class EnsembleError(SceneError):

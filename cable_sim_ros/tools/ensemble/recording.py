@@ -18,8 +18,7 @@ from ...io.messages.messages import COMMANDED, KINDS
 from ...io.recordings.recorded_run import HEALTH as HEALTH_CHANNEL
 from ...io.recordings.recorded_run import scene_of_recording
 from ...sim.scene import Scene
-from .copies import FIGURES, Band, Ensemble, EnsembleEnded, Lost, figures_of, level_of
-from .flagged import of_recorded
+from .copies import FIGURES, Band, Ensemble, EnsembleEnded, Lost, figures_of, level_of, of_recorded
 from .follow import HEALTH, Follower, Heard
 from .plan import EnsemblePlan
 

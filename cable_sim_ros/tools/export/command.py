@@ -6,9 +6,7 @@ from pathlib import Path
 
 import click
 
-from ...cli.answer import Answer, answers
-from ...cli.number import Number
-from ...cli.options import force_option
+from ...cli.options import Answer, Number, answers, force_option
 from ...terminal import say
 
 
@@ -38,7 +36,7 @@ def _names(values: tuple[str, ...]) -> list[str]:
 @answers
 def export(bag, out, form, fields, every, tables, force) -> Answer:
     """Write the recorded RUN, a recording or the folder of a run, as CSV, NetCDF, Parquet or MATLAB file."""
-    from .export import export as write
+    from .formats import export as write
 
     done = write(bag, out, form, _names(fields), every, _names(tables), force)
 

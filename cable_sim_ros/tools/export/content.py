@@ -17,8 +17,8 @@ import numpy as np
 from ...errors import CableSimError
 from ...files import read_text
 from ...io.recordings.recorded_run import RecordedRun, load_run
+from ...io.scenes.document import find_bag
 from ...io.scenes.load import scene_from_text
-from ...io.scenes.resources import find_bag
 from ...physics.tick_output import CONTACT_COLUMNS, FIELDS, SHAPE_COLUMNS, STRUM_COLUMNS, Flag
 from ...runs.field_manual import MEANING
 from ...runs.summary import tick_length

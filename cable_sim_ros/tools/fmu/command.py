@@ -6,8 +6,7 @@ from pathlib import Path
 
 import click
 
-from ...cli.answer import Answer, answers
-from ...cli.options import force_option, set_option
+from ...cli.options import Answer, answers, force_option, set_option
 from ...terminal import say
 
 

@@ -15,19 +15,18 @@ from ...io.sources.csv_table import CONSEQUENCE
 from ...limits import MAX_TOW_SPEED
 from ...physics.winch import DrumModel
 from ...runs import offline
-from ...runs.result import Run
 from ...runs.step_choice import longest_tick, metrics_of_steps, stepped
 from ...runs.stepping import Progress, silent
+from ...runs.summary import Run
 from ...sim.inputs import ShipMotion, WinchCommand
 from ...sim.layout import layout_of
 from ...sim.scene import Scene
 from ...sim.simulator import Simulator, SolverError
 from ...sim.statics.route import DRUM_RESERVE
 from ...sim.tables.sensor_tables import aboard
-from ..ensemble.ranges import Ranges, with_drag
+from ..ensemble.plan import Ranges, with_drag
 from ..logs.log import LogError
-from .laid import Samples, courses, samples_of, spread
-from .static_place import NoShape, Tow, static_place
+from .laid import NoShape, Samples, Tow, courses, samples_of, spread, static_place
 from .tow_log import STEP, TowLog
 from .towed import NO_LEVER, Towed, joined
 

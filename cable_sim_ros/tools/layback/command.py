@@ -7,17 +7,14 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import click
 
-from ...cli.answer import Answer, answers, drawn
-from ...cli.number import Number
-from ...cli.options import folder_option, ready
-from ...cli.progress import progress_bar
+from ...cli.options import Answer, Number, answers, drawn, folder_option, progress_bar, ready
 from ...errors import CableSimError
 from ...terminal import print_table, say
 
 if TYPE_CHECKING:
     from ...sim.scene import Scene
     from ...sim.verdict import Verdict
-    from ..ensemble.ranges import Ranges
+    from ..ensemble.plan import Ranges
     from .laid import Laid
     from .report import Place
 
@@ -123,7 +120,7 @@ def layback(source, scene, mapping, ranges, out, **asked) -> Answer:
     """
     ready(out)
     known, lines = _ranges(ranges)
-    from ...io.scenes.resources import find_bag
+    from ...io.scenes.document import find_bag
     from .ways import read_table
 
     asked["table"] = asked["table"] and read_table(asked["table"])
@@ -155,7 +152,7 @@ def _ranges(words: tuple[str, ...]) -> tuple[Ranges, list[str]]:
     from pydantic import ValidationError
 
     from ...physics.parameter import declared
-    from ..ensemble.ranges import Ranges, assumed
+    from ..ensemble.plan import Ranges, assumed
 
     rows, values = {row.key: row for row in declared(Ranges)}, {}
     for word in words:
@@ -204,7 +201,7 @@ def _of_recording(source: Path, scene: str | None, ranges: Ranges, asked: dict[s
     from ...io.recordings.recorded_run import load_run
     from ...io.scenes.load import load_scene, scene_from_text
     from ...runs.offline import judged
-    from ...runs.result import Run
+    from ...runs.summary import Run
     from .laid import laid, samples_of
     from .report import Place
     from .tow_log import EPOCH, STEP

@@ -17,15 +17,14 @@ import numpy as np
 
 from ...io.geodesy import FARTHEST, on_earth
 from ...physics.parameter import Block, quantity
-from ...ros.parts import NodePart
-from ...ros.status import OK, WARN, Status
+from ...ros.parts import OK, WARN, NodePart, Status
 from ...sim.scene import Scene
 from ...sim.tables.attitude import angles_of
 from ...sim.tables.current import flow_of
 from ...terminal import clean
-from ..ensemble.ranges import Ranges
-from .manoeuvre import manoeuvres
-from .static_place import COVERAGE, NoShape, Tow, band_of
+from ..ensemble.plan import Ranges
+from .laid import COVERAGE, NoShape, Tow, band_of
+from .towed import manoeuvres
 
 if TYPE_CHECKING:
     from ...ros.node import CableSimNode

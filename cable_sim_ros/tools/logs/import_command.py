@@ -8,9 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from ...cli.answer import Answer, answers
-from ...cli.number import Number
-from ...cli.options import force_option
+from ...cli.options import Answer, Number, answers, force_option
 from ...terminal import say
 from .inspect_command import format_option
 

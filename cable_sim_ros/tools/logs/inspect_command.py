@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import click
 
-from ...cli.answer import Answer, answers, asks_json
-from ...cli.options import FILE
+from ...cli.options import FILE, Answer, answers, asks_json
 from ...files import write_text
 from ...terminal import say
 

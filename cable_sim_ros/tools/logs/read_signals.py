@@ -8,11 +8,10 @@ from dataclasses import dataclass, field
 
 from .log import Log, LogError, Losses, Source
 from .mapping.apply import Applied, applied, covers, entries_covered
-from .mapping.find import column_of, find_sources
 from .mapping.mapping_file import Mapping, fields_of, load_mapping, shipped_mappings, sources_of
-from .own_signals import signals_of_bag
+from .mapping.words import column_of, find_sources
+from .own_signals import Signal, signals_of_bag
 from .several import Joined, Paths, paths_of, read_each
-from .signals import Signal
 
 SHOWN = 5  # files in a notice
 

@@ -9,17 +9,15 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from ...cli.answer import Answer, answers
 from ...cli.motion_options import motion_options, simulated
-from ...cli.options import folder_option, settings_options
+from ...cli.options import Answer, Reporter, answers, folder_option, report_option, reporting, settings_options
 from ...cli.report import tell_faults, tell_rules
-from ...cli.report_option import Reporter, report_option, reporting
 from ...errors import RunError
 from ...sim.flag_rules import FAILED
 from ...terminal import print_table, say
 
 if TYPE_CHECKING:
-    from ...runs.result import Run
+    from ...runs.summary import Run
     from ...sim.verdict import Verdict
 
 SIMULATES = (  # options of a run that a recording has made already
@@ -93,7 +91,7 @@ def plan(scene, out, smallest, report, **asked) -> Answer:
 def _smallest(scene: str, seeds: int, asked: dict[str, Any], result: Run) -> dict[str, Any]:
     """The smallest winch for the job of a run, in so many seeds."""
     from ...physics.water import WaveKind
-    from .winch_size import SEED, smallest
+    from .plan import SEED, smallest
 
     assert result.scene is not None
     if seeds > 1 and result.scene.water.waves.kind is not WaveKind.JONSWAP:

@@ -6,8 +6,7 @@ from pathlib import Path
 
 import click
 
-from ...cli.answer import leave
-from ...cli.report_option import checked_place, said, typed
+from ...cli.options import checked_place, leave, said, typed
 
 
 @click.command()
@@ -26,7 +25,7 @@ def report(bag, out) -> None:
     BAG is a recording of the node or of an offline run. The figures are made from it again; how fast it was and what a
     replay found is not in it: ask for --report where it is run.
     """
-    from ...io.scenes.resources import find_bag
+    from ...io.scenes.document import find_bag
     from ...runs.recorded import recorded
     from .write import write_report
 

@@ -6,8 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from functools import partial
 from typing import Any
 
-from .parts import Section, Table, Text, counted, number, share, unit
-from .subject import Subject, without_paths
+from .subject import Section, Subject, Table, Text, counted, number, share, unit, without_paths
 
 SHOWN = ("bias", "gain", "rms", "lag_s", "coherence", "peak_ratio", "samples")  # scores of a quantity
 

@@ -10,8 +10,7 @@ from ...plots.vector import svg
 from ...runs.metrics import METRICS
 from ...runs.summary import OUTSIDE, SUMMARY, format_value
 from ...sim.flag_rules import RULES
-from .parts import Figure, Section, Table, Text, number, share, unit
-from .subject import Subject
+from .subject import Figure, Section, Subject, Table, Text, number, share, unit
 
 TERMS = (  # field, name, what it is
     ("work_supplied", "work of winch and ship", "work of winch and hull on the end of the cable"),

@@ -7,8 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from .parts import Section, Table, Text, counted, number
-from .subject import Subject, without_paths
+from .subject import Section, Subject, Table, Text, counted, number, without_paths
 
 LONG = "period_s", "heading_deg", "notes", "chosen"  # lists, and what the notes of the verdict say
 RAO_UNITS = {

@@ -15,8 +15,7 @@ from ...plots.strips import WIDTH, Line, Strip, strips
 from ...plots.vector import svg
 from ...runs.passage import events
 from ...runs.summary import WINCH_LIMITS, WINCH_PEAKS, pitch_and_roll
-from .parts import Figure, Section, Table, Text, number, unit
-from .subject import Subject
+from .subject import Figure, Section, Subject, Table, Text, number, unit
 
 FORCE_SPAN = 0.02  # of the mean: what hardly moves shall look so
 

@@ -18,8 +18,7 @@ from ...plots.strips import WIDTH
 from ...plots.vector import svg
 from ...sim.scene import Scene
 from ...version import __version__
-from .parts import Figure, Section, Table, Text, number, unit
-from .subject import Subject
+from .subject import Figure, Section, Subject, Table, Text, number, unit
 
 
 def section(subject: Subject) -> Section:

@@ -10,8 +10,7 @@ from scipy.signal import welch
 from ...plots.heading import force_unit
 from ...plots.strips import WIDTH, Spectrum, spectra
 from ...plots.vector import svg
-from .parts import Figure, Section, Table, Text, counted, number
-from .subject import Subject
+from .subject import Figure, Section, Subject, Table, Text, counted, number
 
 LEAST_S, LEAST = 20.0, 64  # s and samples, below which there is no spectrum
 PIECE_S, PIECES = (40.0, 120.0), 4  # s of a piece at least (or the run) and at most; of a run, where it is long enough

@@ -15,8 +15,7 @@ from ...plots.strips import LOOKS, WIDTH
 from ...plots.vector import svg
 from ...sim.flag_rules import DOUBTFUL, FAILED, OK
 from ...sim.scene import Scene
-from .parts import Card, Figure, Part, Section, Table, Text, counted, number, share, unit
-from .subject import typed
+from .subject import Card, Figure, Part, Section, Table, Text, counted, number, share, typed, unit
 from .write import write_page
 
 if TYPE_CHECKING:

@@ -7,8 +7,7 @@ from collections.abc import Sequence
 
 from ...sim.flag_rules import DOUBTFUL, FAILED, OK
 from ...sim.verdict import Verdict
-from .parts import Card, Section, Table, Text, counted, number, share, unit
-from .subject import Subject, without_paths
+from .subject import Card, Section, Subject, Table, Text, counted, number, share, unit, without_paths
 
 LONG = 140  # characters of a reason within the sentence
 SENTENCE = {

@@ -12,11 +12,10 @@ from typing import Any
 from ...errors import CableSimError
 from ...files import place, write_text
 from ...plots.heading import date_of
-from ...runs.result import Run
+from ...runs.summary import Run
 from ...sim.flag_rules import FAILED
 from . import compared, health, inputs, outcome, simulated, spectrum, verdict
-from .parts import Card, Section
-from .subject import Subject, subject_of
+from .subject import Card, Section, Subject, subject_of
 
 WORDS = (  # for somebody who has never seen the product
     ("Scene", "the description of a tow that was simulated: water, cable, winch, sheave, towbody, with their numbers"),

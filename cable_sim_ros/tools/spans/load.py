@@ -7,7 +7,7 @@ from collections.abc import Callable, Collection, Iterator
 from math import ceil
 from typing import Any
 
-from ...io.scenes import resources
+from ...io.scenes import document
 from ...io.scenes.document import Document, SceneError
 from ...physics.wake_oscillator import WakeLaw
 from ...sim.problem import Problem, apart
@@ -66,7 +66,7 @@ def _spans(check: Check) -> Document[SpanFile]:
             return [Problem("span.cases", "has no case", "Give length, tension and wind of one")]
         return check(file.span)
 
-    find, shipped = resources.find_span, resources.shipped_spans
+    find, shipped = document.find_span, document.shipped_spans
     return Document(SpanFile, "a span in a wind", "span", "span: {name: mine, ...}", find, shipped, problems)
 
 

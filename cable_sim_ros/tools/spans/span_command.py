@@ -7,10 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from ...cli.answer import Answer, answers
-from ...cli.keys import keys_option
-from ...cli.options import folder_option, ready
-from ...cli.progress import progress_bar
+from ...cli.options import Answer, answers, folder_option, keys_option, progress_bar, ready
 from ...physics.parameter import Block
 from ...terminal import print_table, say
 
@@ -36,7 +33,7 @@ def span(file: str, cases: tuple[str, ...], out: Path | None) -> Answer:
     A wake oscillator on every node, see docs/wake.md; `cable-sim viv` takes the same file in the frequency domain.
     """
     from .in_time import wake_run
-    from .picture_in_time import draw_span
+    from .picture_in_frequency import draw_span
 
     ready(out)
     with progress_bar() as progress:

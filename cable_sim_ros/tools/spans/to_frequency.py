@@ -17,17 +17,17 @@ from typing import NamedTuple
 import numpy as np
 
 from ...files import read_text
-from ...io.scenes import resources, yaml12
+from ...io.scenes import document, yaml12
 from ...physics.drag_laws import CHOO_CASARELLA, LAWS, DragLaw, choo_casarella, fitted, smooth
 from ...physics.parameter import Block
 from ...physics.wake_oscillator import MIN_RE, RE_FULL, SATURATION, WakeLaw
 from ...sim.problem import Problem
 from . import load
-from .in_frequency import checks, damping, files, modes
+from .in_frequency import checks, files, modes
 from .in_frequency import span as frequency
-from .in_frequency.line import Line
-from .in_frequency.report import DEFAULT, Taken
 from .in_frequency.response import Vibration, correlation_length, count_modes
+from .in_frequency.sensitivity import DEFAULT, Taken
+from .in_frequency.span import Line
 from .span_file import Span, SpanCase, SpanEnds, mass_in_fluid, natural_frequency, reynolds, sheds
 
 MAX_SAG = 0.035  # of the length: there the tension of the cable is 1 % larger at the ends than in the middle
@@ -74,8 +74,8 @@ class FrequencyCase(NamedTuple):
 def is_span_file(path_or_name: str | os.PathLike) -> bool:
     """Is it a readable file, or the name of a shipped one, with `span:` at its top?"""
     try:
-        data, _ = yaml12.parse(read_text(resources.find_span(path_or_name)))
-    except (resources.ResourceError, yaml12.YamlError, UnicodeDecodeError, OSError):
+        data, _ = yaml12.parse(read_text(document.find_span(path_or_name)))
+    except (document.ResourceError, yaml12.YamlError, UnicodeDecodeError, OSError):
         return False
     return isinstance(data, Mapping) and "span" in data
 
@@ -186,7 +186,7 @@ def damping_ratios(span: Span, case: SpanCase, line: frequency.Span) -> np.ndarr
     damping; the drag of the parts that do not drive the mode."""
     string = Line(line)
     count, mass = count_modes(line, string), mass_in_fluid(span)
-    drag = damping.damping(string, line.damping, count, correlation_length(line, string)).ratios
+    drag = modes.damping(string, line.damping, count, correlation_length(line, string)).ratios
     dry, wave = span.cable.mass_per_length / mass, pi * np.arange(1, count + 1) / case.length
     frequency = modes.frequencies(string, count)
     own = span.damping_ratio * dry * natural_frequency(span, case) / frequency

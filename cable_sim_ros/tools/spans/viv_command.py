@@ -9,10 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from ...cli.answer import Answer, answers
-from ...cli.keys import keys_option
-from ...cli.options import folder_option, ready
-from ...cli.progress import progress_bar
+from ...cli.options import Answer, answers, folder_option, keys_option, progress_bar, ready
 from ...files import write_text
 from ...physics.parameter import Block
 
@@ -56,7 +53,7 @@ def viv(file: str, sensitivity: bool, names: tuple[str, ...], out: Path | None) 
     ready(out)
     if sensitivity:
         return _sensitivity(file, cases, out)
-    from .in_frequency.report import print_taken, print_vibration
+    from .in_frequency.sensitivity import print_taken, print_vibration
     from .picture_in_frequency import draw
 
     found = [(case, *_computed(file, case)) for case in cases.values()]
@@ -93,8 +90,9 @@ def _computed(file: str, case: FrequencyCase) -> tuple[Vibration, dict[str, Any]
 
 
 def _sensitivity(file: str, cases: dict[str, FrequencyCase], out: Path | None) -> Answer:
-    from .in_frequency import files, report
+    from .in_frequency import files
     from .in_frequency import sensitivity as study
+    from .in_frequency.sensitivity import print_sensitivity
 
     if len(cases) > 1:
         text = f"{file}: has {len(cases)} cases, and --sensitivity is of one; nothing was computed. Name it: --case "
@@ -105,4 +103,4 @@ def _sensitivity(file: str, cases: dict[str, FrequencyCase], out: Path | None) -
     if out is not None:
         write_text(out / "sensitivity.md", study.markdown(changes) + "\n")
     rows = [change._asdict() for change in changes]
-    return Answer(rows, lambda: report.print_sensitivity(span, changes), out and out / "sensitivity.json")
+    return Answer(rows, lambda: print_sensitivity(span, changes), out and out / "sensitivity.json")

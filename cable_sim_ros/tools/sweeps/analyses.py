@@ -8,14 +8,14 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from ...cli.answer import Answer, answers
+from ...cli.options import Answer, answers
 from ...errors import CODE_DOUBTFUL, CODE_FAILED, CODE_OK
 from ...sim.flag_rules import OK
 from ...terminal import say
 from .command import engine, of_a_file, place_of, replaced_by, replacing, reported, summary, tell_notes, tell_rows
 
 if TYPE_CHECKING:
-    from ..report.parts import Table
+    from ..report.subject import Table
     from .sweep import Swept
 
 
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 @answers
 def envelope(file, out, workers, cluster, report) -> Answer:
     """Operating envelope of the sweep FILE: extremes of every cell over its seeds, and the rules it breaks."""
-    from ..report.parts import Table
+    from ..report.subject import Table
     from . import envelope as cells_of
     from .sweep import sweep
     from .sweep_file import load_sweep
@@ -60,7 +60,7 @@ def envelope(file, out, workers, cluster, report) -> Answer:
 @answers
 def sensitivity(file, out, workers, cluster, report) -> Answer:
     """Sobol indices of the ranges of the sweep FILE for each of its figures, with 95 % intervals."""
-    from ..report.parts import Table
+    from ..report.subject import Table
     from . import sensitivity as indices
     from .sweep_file import load_sweep
 

@@ -16,7 +16,7 @@ import scipy
 from scipy.stats import qmc
 
 from ...files import read_bytes
-from ...io.scenes.resources import ResourceError, find_bag, find_scene
+from ...io.scenes.document import ResourceError, find_bag, find_scene
 from ...io.scenes.winch_plan import WinchPlan
 from ...version import __version__
 from .sweep_file import Method, Range, Samples, ShipMotion, Spread, Steps, SweepPlan

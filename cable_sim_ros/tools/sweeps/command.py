@@ -12,10 +12,17 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from ...cli.answer import Answer, answers, asks_json
-from ...cli.options import folder_option, workers_option
-from ...cli.progress import progress_bar
-from ...cli.report_option import report_option, said, typed
+from ...cli.options import (
+    Answer,
+    answers,
+    asks_json,
+    folder_option,
+    progress_bar,
+    report_option,
+    said,
+    typed,
+    workers_option,
+)
 from ...errors import CODE_DOUBTFUL, CODE_FAILED, CODE_OK, RunError
 from ...files import read_text
 from ...terminal import say
@@ -166,7 +173,7 @@ def stoppable(folder: Path | None) -> Iterator[None]:
     try:
         yield
     except KeyboardInterrupt:
-        from ..report.parts import counted
+        from ..report.subject import counted
         from .store import Store
 
         if folder is None:

@@ -13,7 +13,7 @@ from ...files import whole
 from ...physics.parameter import declaration
 from ...sim.scene import Scene
 from ...version import __version__
-from ..report.parts import Table
+from ..report.subject import Table
 from ..report.sweep_page import Many, write_sweep_page
 from .figures import FIGURES, MEANINGS, RULE, unit_of
 from .store import EXTRA, StoreError

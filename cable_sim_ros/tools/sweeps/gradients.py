@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Any
 import click
 from pydantic import BaseModel
 
-from ...cli.answer import Answer, answers
-from ...cli.options import set_option
+from ...cli.options import Answer, answers, set_option
 from ...errors import CODE_DOUBTFUL, CODE_OK, CableSimError
 from ...sim.flag_rules import DOUBTFUL, FAILED
 from ...terminal import print_table, say

@@ -15,10 +15,9 @@ from typing import Annotated, Any
 from pydantic import BeforeValidator, ValidationError
 
 from ...errors import CableSimError
-from ...io.scenes.document import Document, SceneError
+from ...io.scenes.document import Document, ResourceError, SceneError, find_bag
 from ...io.scenes.live_changes import ChangeError
 from ...io.scenes.load import load_scene
-from ...io.scenes.resources import ResourceError, find_bag
 from ...io.scenes.winch_plan import PlanError, WinchPlan
 from ...io.sources.motion_table import HEAVE_PERIODS, read_table
 from ...io.sources.recorded_tow import read_tow

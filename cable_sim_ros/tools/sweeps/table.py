@@ -11,8 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from ...cli.answer import Answer, answers
-from ...cli.options import folder_option, set_option, workers_option
+from ...cli.options import Answer, answers, folder_option, set_option, workers_option
 from ...errors import CODE_DOUBTFUL, CODE_FAILED, CODE_OK, CableSimError
 from ...files import open_file
 from ...sim.flag_rules import DOUBTFUL, FAILED
@@ -167,7 +166,7 @@ def _named(key: str, value: float) -> str:
     """A value of a key in words: scope 100 m, towbody.mass = 30 kg."""
     from ...physics.parameter import declaration
     from ...sim.scene import Scene
-    from ..report.parts import unit
+    from ..report.subject import unit
 
     item = declaration(Scene, key)
     what = f" {unit(item.unit)}".rstrip() if item is not None else ""
@@ -199,7 +198,7 @@ def _draw(title: str, figures: list[dict[str, Any]], path: Path) -> None:
     """Each figure over the first key that varies, a line for each value of the second, a row of panels for each
     combination of the others, LINES at most. The heading says what is the same, what is left out and what failed."""
     from ...plots.canvas import canvas
-    from ..report.parts import unit
+    from ..report.subject import unit
     from ..report.sweep_page import named
 
     varied = [key for key in _keys(figures) if len(_axis(figures, key)) > 1]

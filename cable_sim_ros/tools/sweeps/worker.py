@@ -21,7 +21,7 @@ from .figures import DEEPEST, OWN, RULE, numbers_of, unwatched
 from .sweep_file import seeds_of
 
 if TYPE_CHECKING:
-    from ...runs.result import Run
+    from ...runs.summary import Run
 
 CUT = 2.5  # ticks; a motion that is shorter than duration by more ended the run
 AGAIN = "again"  # column of a row that failed by the machine: the next start runs its case again

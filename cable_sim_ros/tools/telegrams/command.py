@@ -5,8 +5,7 @@ from __future__ import annotations
 import click
 from click.core import ParameterSource
 
-from ...cli.number import Number
-from ...cli.options import FILE, bag_scene_option
+from ...cli.options import FILE, Number, bag_scene_option
 from ...terminal import say
 
 OF_FORMAT = {"number": "lci90i", "name": "lci90i", "tension_unit": "lci90i", "heave_down": "pashr"}
@@ -31,7 +30,7 @@ def telegrams(bag, kind, out, rate, number, name, tension_unit, heave_down, scen
     """The telegrams that the instruments of the recorded run BAG would have sent, as a log: a logger's stamp, a blank
     and a telegram a line."""
     from . import lci90i, pashr, tss1
-    from .telegram_log import write_log
+    from .sources import write_log
 
     source = click.get_current_context().get_parameter_source
     for option, of in OF_FORMAT.items():

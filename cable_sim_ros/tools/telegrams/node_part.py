@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from ...ros.parts import NodePart
-from ...ros.status import Status
+from ...ros.parts import NodePart, Status
 from ...sim.scene import Scene
 from .blocks import Telegrams, asked, telegram_problem
 

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from ...ros.status import OK, WARN, Status
+from ...ros.parts import OK, WARN, Status
 from ...sim.scene import Scene
 from .blocks import Telegrams, address_of, asked, form_of
 from .fields import TelegramError, Withheld

@@ -7,7 +7,7 @@ from typing import Any
 
 import click
 
-from ...cli.answer import Answer, answers, drawn
+from ...cli.options import Answer, answers, drawn
 from ...terminal import print_table, say
 
 MOST_SPEEDS = 100
@@ -45,8 +45,7 @@ class Speeds(click.ParamType):
 def towbody(scene, body, speeds, mapped, out) -> Answer:
     """Trim, loads, stability and polar of a body with an attitude (model: rigid), pitch nose up."""
     from ...io.scenes.load import load_scene
-    from .figures import figures_of
-    from .picture import plot
+    from .figures import figures_of, plot
 
     found = figures_of(load_scene(scene), body, speeds, mapped)
     return Answer(found, lambda: _tell(found), files=drawn(lambda: plot(found, out)) if out else ())

@@ -10,9 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from ...cli.answer import Answer, answers, drawn
-from ...cli.options import folder_option, set_option, workers_option
-from ...cli.progress import progress_bar
+from ...cli.options import Answer, answers, drawn, folder_option, progress_bar, set_option, workers_option
 from ...files import open_file
 from ...terminal import print_table, say
 from ..sweeps.command import stoppable
@@ -135,6 +133,6 @@ def _write(rows: list[dict[str, Any]], path: Path) -> Path:
 
 
 def _draw(judged: Judged, path: Path) -> Path:
-    from .picture import draw
+    from .figures import draw
 
     return draw(judged, path)

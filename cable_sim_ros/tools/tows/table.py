@@ -16,8 +16,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...errors import CableSimError
-from ...io.scenes.document import Document, SceneError
-from ...io.scenes.resources import find_tow_map, find_tow_table, shipped_tows
+from ...io.scenes.document import Document, SceneError, find_tow_map, find_tow_table, shipped_tows
 from ...io.sources.csv_table import Line, head_of
 from ...physics.parameter import REQUIRED, Block, quantity
 from ...sim.problem import Problem

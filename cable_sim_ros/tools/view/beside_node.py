@@ -13,8 +13,7 @@ from ...physics.tick_output import TICK_OUTPUT
 from ...plots.sea_surface import SeaSurface
 from ...sim.scene import Scene
 from ...sim.verdict import judge_counts, overload
-from . import words
-from .moment import NO_CONTACT, Moment
+from .moment import AMBER, GREEN, NO_CONTACT, RED, Moment, verdict_html
 from .page import CHARTS, WINDOW, Pace, Page
 from .stage import Stage
 
@@ -76,7 +75,7 @@ class Memory:
         found = judge_counts(
             self.counts, self.scene.solver.tick, last, scene=self.scene, others=overload(self.scene, self.most)
         )
-        return words.verdict_html(found, "verdict of its flags since this view began:")
+        return verdict_html(found, "verdict of its flags since this view began:")
 
 
 def follow(
@@ -116,27 +115,27 @@ def _state(page: Page, watcher: Watched, memory: Memory, moment: Moment | None) 
     age = watcher.heard
     verdict = memory.verdict_html() if len(memory.frames) else ""
     if watcher.problem:
-        verdict += f'<div style="color:{words.RED}">{escape(watcher.problem)}</div>'
+        verdict += f'<div style="color:{RED}">{escape(watcher.problem)}</div>'
     if moment is None:
         page.stage.set_stale("no cable/shape yet")
-        page.say("WAITING", words.AMBER, "for cable/shape", verdict)
+        page.say("WAITING", AMBER, "for cable/shape", verdict)
     elif age is None or age > STALE:
         gone = "" if watcher.publishers() else ", and no node publishes there"
         text = f"NO DATA for {age or 0.0:.0f} s"
         page.stage.set_stale("NO DATA")
-        page.say(text, words.RED, f"the picture is old{gone}", verdict)
+        page.say(text, RED, f"the picture is old{gone}", verdict)
     elif not page.playing:
         page.stage.set_stale("")
-        page.say("PAUSED", words.AMBER, f"picture held at {moment.seconds:.1f} s", verdict)
+        page.say("PAUSED", AMBER, f"picture held at {moment.seconds:.1f} s", verdict)
     else:
         page.stage.set_stale("")
-        page.say("LIVE", words.GREEN, f"{moment.seconds:.1f} s since this view began", verdict)
+        page.say("LIVE", GREEN, f"{moment.seconds:.1f} s since this view began", verdict)
 
 
 def _sentences(watcher: Watched) -> str:
     """What /diagnostics warns of."""
     rows = [
-        f'<div style="margin-top:3px"><b style="color:{words.RED if level > 1 else words.AMBER}">{escape(task)}</b> '
+        f'<div style="margin-top:3px"><b style="color:{RED if level > 1 else AMBER}">{escape(task)}</b> '
         f"{escape(text)}</div>"
         for task, (level, text) in sorted(watcher.sentences.items())
         if level

@@ -9,10 +9,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from ...cli.answer import Answer, answers
-from ...cli.expected_errors import need_ros
-from ...cli.number import Count, Number
-from ...cli.options import FILE, node_options, start_option, tow_scene_option
+from ...cli.options import FILE, Answer, Count, Number, answers, need_ros, node_options, start_option, tow_scene_option
 from ...limits import LONGEST_RUN
 from ...terminal import say
 
@@ -93,8 +90,8 @@ def view(bag, scene, namespace, wait, open_, host, port, rate, top, save, start,
             with _served(host, port, tow.name) as server:
                 follow(server, watcher, tow, rate, top, alive, camera)
         return
-    from ...io.scenes.resources import find_bag
-    from .bag_run import BagRun
+    from ...io.scenes.document import find_bag
+    from .moment import BagRun
 
     if save is not None:
         from .saved import save_page
@@ -179,9 +176,9 @@ class Size(click.ParamType):
 @answers
 def film(bag, out, scene, camera, start, seconds, speed, fps, size, top) -> Answer:
     """Make a film of a recorded BAG for a slide: tow, sheave with its line loads, strip charts."""
-    from ...io.scenes.resources import find_bag
-    from .bag_run import BagRun
-    from .film import check_film, make_film
+    from ...io.scenes.document import find_bag
+    from .film_frame import check_film, make_film
+    from .moment import BagRun
 
     check_film(out)
     gif = out.suffix.lower() == ".gif"

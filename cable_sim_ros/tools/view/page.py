@@ -21,12 +21,9 @@ import numpy as np
 from ...io.messages.markers import SCALE
 from ...plots.run import thinned
 from ...sim.scene import Scene
-from . import words
 from .cameras import CAMERAS, FIELD, WHOLE, camera
-from .errors import PageError, need
-from .moment import Moment
+from .moment import CHART_POINTS, Moment, PageError, alarms_html, figures_html, need, pill, scale, strips_of
 from .stage import Stage
-from .strips import POINTS, scale, strips_of
 
 LOOPBACK = ("127.0.0.1", "localhost", "::1")
 ALL = ("0.0.0.0", "::", "")  # hosts that are every address of the machine
@@ -255,7 +252,7 @@ class Page:
             self.state,
             "state",
             f'<div style="font-size:13px;line-height:1.5"><b style="font-size:15px">{escape(self.scene.name)}</b> '
-            f"{words.pill(state, colour)} {escape(more)}<div style='opacity:.75'>{escape(self.source)}</div>"
+            f"{pill(state, colour)} {escape(more)}<div style='opacity:.75'>{escape(self.source)}</div>"
             f"{verdict}</div>",
         )
 
@@ -327,11 +324,11 @@ class Page:
 
     def read(self, moment: Moment, more: str = "") -> None:
         """Figures and alarms of a moment; more: HTML behind the alarms."""
-        self._put(self.figures, "figures", words.figures_html(moment.frame))
+        self._put(self.figures, "figures", figures_html(moment.frame))
         self._put(
             self.alarms,
             "alarms",
-            f'<div style="font-size:12px;line-height:1.4">{words.alarms_html(int(moment.frame["status"]))}{more}</div>',
+            f'<div style="font-size:12px;line-height:1.4">{alarms_html(int(moment.frame["status"]))}{more}</div>',
         )
 
     def chart(self, seconds: np.ndarray, frames: np.ndarray, now: float) -> None:
@@ -345,7 +342,7 @@ class Page:
             for strip, chart in zip(self.strips, self._charts):
                 value = np.asarray(strip.of(part), float)
                 bottom, top = scale(value, strip.least)
-                chart.data = thinned(time_s, value, POINTS)
+                chart.data = thinned(time_s, value, CHART_POINTS)
                 chart.scales = {
                     "x": {"time": False, "range": (max(now - WINDOW, 0.0), max(now, WINDOW))},
                     "y": {"range": (bottom, top)},

@@ -7,10 +7,8 @@ from collections.abc import Callable
 from typing import Any
 
 from ...plots.sea_surface import SeaSurface
-from . import words
-from .bag_run import BagRun
 from .cameras import WHOLE
-from .errors import ViewError
+from .moment import AMBER, GREEN, BagRun, ViewError, verdict_html
 from .page import CHARTS, Pace, Page
 from .stage import Stage, nice
 
@@ -48,7 +46,7 @@ def play(
     check_start(bag, start)
     page = Page(server, stage_of(server, bag, top), bag.scene, f"recording {bag.path}", bag.length)
     page.camera = camera
-    verdict = words.verdict_html(bag.verdict, "verdict:")
+    verdict = verdict_html(bag.verdict, "verdict:")
     pictures, slow = Pace(rate), Pace(CHARTS)
     now, before, drawn, said, moved = start, time.monotonic(), -1, None, -1.0
     seconds = bag.seconds - bag.times[0]
@@ -77,7 +75,7 @@ def play(
             page.read(moment)
             page.chart(seconds, bag.run.frames, moment.seconds)
             ended = " (end)" if now >= bag.length else ""
-            word, colour = ("PLAYING", words.GREEN) if page.playing else ("PAUSED", words.AMBER)
+            word, colour = ("PLAYING", GREEN) if page.playing else ("PAUSED", AMBER)
             page.say(word, colour, f"{moment.seconds:.1f} of {bag.length:.1f} s{ended}, {page.speed:g}x", verdict)
             if moved < 0.0:
                 page.put_time(moment.seconds)

@@ -15,13 +15,11 @@ import numpy as np
 from ...files import write_text
 from ...plots.run import thinned
 from ...version import __version__
-from . import words
-from .bag_run import BagRun
+from . import moment
 from .cameras import FIELD, camera
-from .errors import PageError
+from .moment import CHART_POINTS, BagRun, PageError, Strip, scale, strips_of
 from .page import Page, serve
 from .play_bag import check_start, stage_of
-from .strips import POINTS, Strip, scale, strips_of
 
 LENGTH = 60.0  # s, where none is asked for
 MOST = 6000  # pictures: some 100 MB of page in the browser
@@ -90,7 +88,7 @@ def _box(run: BagRun, strips: tuple[Strip, ...], legend: str, begin: float, end:
     inner = (
         f'<div style="font-size:16px;font-weight:700">{escape(run.scene.name)}</div>'
         f'<div style="opacity:.75">{about}; cable-sim {escape(__version__)}</div>'
-        f"{words.verdict_html(run.verdict, 'verdict:')}{_charts(run, strips, begin, end)}{legend}"
+        f"{moment.verdict_html(run.verdict, 'verdict:')}{_charts(run, strips, begin, end)}{legend}"
     )
     return (
         '<details open style="position:fixed;right:12px;top:12px;z-index:1000;width:364px;'
@@ -108,7 +106,7 @@ def _charts(run: BagRun, strips: tuple[Strip, ...], begin: float, end: float) ->
         return ""
     parts = []
     for k, strip in enumerate(strips):
-        time, value = thinned(seconds[low:high], np.asarray(strip.of(run.run.frames[low:high]), float), POINTS)
+        time, value = thinned(seconds[low:high], np.asarray(strip.of(run.run.frames[low:high]), float), CHART_POINTS)
         bottom, top = scale(value, strip.least)
         x = 46 + (WIDE - 52) * (time - begin) / max(end - begin, 1e-9)
         y = (k + 1) * HIGH - 8 - (HIGH - 30) * (value - bottom) / (top - bottom)

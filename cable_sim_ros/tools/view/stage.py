@@ -18,8 +18,7 @@ from ...physics.section import CableModel
 from ...plots.sea_surface import SeaSurface
 from ...sim.scene import Scene
 from .cameras import WHOLE, ahead, followed
-from .moment import ARC, COLUMN, Moment, parts_of, smooth_shape
-from .words import force
+from .moment import ARC, COLUMN, Moment, force, parts_of, smooth_shape
 
 ABOARD = 25.0  # sheave radii outboard of it to which the cable is drawn with the ship
 FAR = 0.03  # of the scope: length of the mark for the towbody in the whole tow

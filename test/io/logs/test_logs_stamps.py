@@ -2,7 +2,7 @@
 
 import pytest
 
-from cable_sim_ros.tools.logs.stamps import EPOCH, MONTH_FIRST, NO_ZONE, UTC, stamp_of
+from cable_sim_ros.tools.logs.log import EPOCH, MONTH_FIRST, NO_ZONE, UTC, stamp_of
 
 AT = 1_406_851_202_160_000_000  # 2014-08-01T00:00:02.16Z
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from cable_sim_ros.errors import CableSimError
-from cable_sim_ros.io.scenes.resources import shipped_mappings
+from cable_sim_ros.io.scenes.document import shipped_mappings
 from cable_sim_ros.sim.tables.attitude import rotation
 from cable_sim_ros.tools.logs.log import LogError
 from cable_sim_ros.tools.logs.mapping.mapping_file import MAPPINGS, MappingError, load_mapping

@@ -114,7 +114,6 @@ def pashr(k, spoiled=False):
     return f"${body}*{total ^ spoiled:02X}\r\n"
 
 
-@pytest.mark.filterwarnings("ignore::cable_sim_ros.io.scenes.load.SceneWarning")
 def test_an_imported_log_runs_and_its_verdict_says_what_was_assumed_and_lost(tmp_path):
     """Wrong checksums and a telegram cut in two by the end of a file: counted, and in the notes of the run."""
     lines = [pashr(k, spoiled=k in (50, 51, 90)) for k in range(200)]

@@ -13,7 +13,7 @@ from cable_sim_ros.io.sources.recorded_tow import read_tow
 from cable_sim_ros.tools.logs.imports.attitude import upright
 from cable_sim_ros.tools.logs.imports.import_logs import import_logs
 from cable_sim_ros.tools.logs.log import LogError
-from cable_sim_ros.tools.logs.signals import Signal
+from cable_sim_ros.tools.logs.own_signals import Signal
 
 VECTORS = ("rates: [p,q,r] rad/s frame: flu", "acceleration: [ax,ay,az] m/s^2 frame: flu")
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from cable_sim_ros.tools.logs.signals import Signal
+from cable_sim_ros.tools.logs.own_signals import Signal
 
 EPOCH = 1_400_000_000_000_000_000
 

@@ -8,8 +8,7 @@ import pytest
 
 from cable_sim_ros.runs import offline
 from cable_sim_ros.tools.compare.comparison import compare
-from cable_sim_ros.tools.logs.own_signals import signals_of_frames
-from cable_sim_ros.tools.logs.signals import Signal
+from cable_sim_ros.tools.logs.own_signals import Signal, signals_of_frames
 
 POUND = 4.4482216
 SECONDS = 564.0  # the whole of the bag; a drift is looked for in six minutes or more

@@ -6,11 +6,10 @@ from score_seas import EPOCH, sea, signal
 
 from cable_sim_ros.tools.compare.alignment import clock_of
 from cable_sim_ros.tools.compare.comparison import CompareError, compare
-from cable_sim_ros.tools.compare.intervals import correlation_time
-from cable_sim_ros.tools.compare.score import FIGURES, score
+from cable_sim_ros.tools.compare.score import FIGURES, cycles, double_amplitudes, ellipsoid, exceedance, inside, score
+from cable_sim_ros.tools.compare.spectra import correlation_time
 from cable_sim_ros.tools.compare.units import FACTORS
-from cable_sim_ros.tools.compare.waves import cycles, double_amplitudes, ellipsoid, exceedance, inside
-from cable_sim_ros.tools.logs.signals import Signal
+from cable_sim_ros.tools.logs.own_signals import Signal
 
 
 def within(one, name, value):

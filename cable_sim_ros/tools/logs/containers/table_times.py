@@ -9,7 +9,7 @@ from decimal import Decimal
 
 import numpy as np
 
-from ..stamps import DAY, ahead_of, clock_of, day_of
+from ..log import DAY, ahead_of, clock_of, day_of
 
 UNITS = {"s": 10**9, "sec": 10**9, "secs": 10**9, "seconds": 10**9, "ms": 10**6, "us": 10**3, "µs": 10**3, "ns": 1}
 UNITS |= {"min": 60 * 10**9, "h": 3600 * 10**9}

@@ -10,8 +10,7 @@ from statistics import median_low
 
 import numpy as np
 
-from ..log import Builder, Log, Losses
-from ..stamps import DAY, MONTH_FIRST, NO_ZONE
+from ..log import DAY, MONTH_FIRST, NO_ZONE, Builder, Log, Losses
 from .lines import with_records
 
 FEW_DATES, MANY_STAMPS = 3, 30  # fewer dates that agree are not believed against so many stamps of the logger

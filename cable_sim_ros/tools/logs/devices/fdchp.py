@@ -14,8 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ..log import SECOND, Log, Losses, Source
-from ..stamps import day_of
+from ..log import SECOND, Log, Losses, Source, day_of
 from .binary import records_of
 from .lines import with_records
 

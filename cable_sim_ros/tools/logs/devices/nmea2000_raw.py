@@ -15,8 +15,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from ..formats import extra
-from ..log import Builder, Log, Losses
-from ..stamps import NO_ZONE, stamp_of
+from ..log import NO_ZONE, Builder, Log, Losses, stamp_of
 from .lines import lines_of, text_of, with_records
 
 FRAME = 8  # bytes of a frame on the bus; more were joined by the gateway or by canboat

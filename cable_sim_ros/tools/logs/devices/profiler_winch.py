@@ -14,8 +14,7 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-from ..log import SECOND, Builder, Log, LogError, Losses
-from ..stamps import nanoseconds, within
+from ..log import SECOND, Builder, Log, LogError, Losses, nanoseconds, within
 from .lines import lines_of, text_of, with_records
 
 HEADING = re.compile(rb"^Timestamp \(s\)\t", re.MULTILINE)

@@ -12,8 +12,7 @@ from functools import cache, lru_cache
 from importlib import import_module
 from typing import NamedTuple
 
-from ..log import SECOND
-from ..stamps import clock_of, day_of
+from ..log import SECOND, clock_of, day_of
 from .wave_buoy import WAVE_BUOY
 
 MOST_COLUMNS = 64  # of a source whose sentences name or number their own fields

@@ -17,8 +17,7 @@ from ...telegrams import lci90i, tss1
 from ...telegrams.fields import exclusive_or
 from ...telegrams.fields import nanoseconds as since_1970
 from ..formats import extra
-from ..log import Log, Losses
-from ..stamps import stamp_of, within
+from ..log import Log, Losses, stamp_of, within
 from . import wave_buoy
 from .assemble import Row, assemble
 from .lines import lines_of, text_of

@@ -16,8 +16,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..log import SECOND
-from ..stamps import clock_of, day_of
+from ..log import SECOND, clock_of, day_of
 
 STATISTICS = {
     "zero_crossings": "", "mean_height": "m", "mean_spectral_period": "s", "largest_height": "m",

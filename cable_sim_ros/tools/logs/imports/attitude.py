@@ -12,7 +12,7 @@ from scipy.interpolate import CubicSpline
 
 from ....sim.tables.attitude import angles_of, body_rates
 from ..log import SECOND, LogError
-from ..signals import Signal
+from ..own_signals import Signal
 from .regular import BRIDGED, PERIODS
 
 RATES = ("roll_rate", "pitch_rate", "yaw_rate")

@@ -30,17 +30,16 @@ from ....io.messages.message_classes import (
     imu_bytes,
     serialized,
 )
-from ....io.sources.imported_bag import ALONG
 from ....io.sources.motion_curves import Rounding
 from ....io.sources.motion_table import MotionError, stream_odometry
+from ....io.sources.recorded_tow import ALONG
 from ....sim.tables.attitude import quaternion
 from ....version import __version__
 from ..log import SECOND, LogError
 from ..mapping.mapping_file import find_mapping
-from ..own_signals import IMPORT, SIGNALS_TOPIC
+from ..own_signals import IMPORT, QUANTITIES, SIGNALS_TOPIC, Signal
 from ..read_signals import Reading, read
 from ..several import Paths
-from ..signals import QUANTITIES, Signal
 from . import attitude
 from .attitude import FORCES, RATES
 from .motion import ShipMotion, motion_of_signals

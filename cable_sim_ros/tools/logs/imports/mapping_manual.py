@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from enum import Enum
 
-from ....io.scenes.resources import shipped_mappings
+from ....io.scenes.document import shipped_mappings
 from ....physics.parameter import Block, interval
 from ..mapping.mapping_file import Entry, Mapping, dimension_of, load_mapping
 from ..mapping.units import UNITS

@@ -17,7 +17,7 @@ from ....io.sources.motion_table import STEP, Samples
 from ....runs.make_bags import CUTOFF
 from ....sim.inputs import MAX_POSITION
 from ..log import SECOND, LogError
-from ..signals import Signal
+from ..own_signals import Signal
 from .regular import Regular, regular
 from .track import EDGE, Choice, Track, around_mean, measured
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from ....io.sources.rounding import even
 from ..log import SECOND, LogError
-from ..signals import Signal
+from ..own_signals import Signal
 
 JITTER = 0.45  # of the period: stamps further off their line are no jitter
 BRIDGED = 1.5  # s, and so many periods: shorter gaps are interpolated

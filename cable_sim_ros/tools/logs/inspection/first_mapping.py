@@ -5,15 +5,14 @@ from __future__ import annotations
 import re
 
 from ....files import read_text
-from ....io.scenes.resources import find_mapping, shipped_mappings
+from ....io.scenes.document import find_mapping, shipped_mappings
 from ....io.scenes.yaml12 import dump
 from ..log import Log
-from ..mapping.find import find_sources
 from ..mapping.mapping_file import load_mapping
 from ..mapping.units import UNITS, named
-from ..mapping.words import WORDS
+from ..mapping.words import WORDS, find_sources
 from ..read_signals import best_of
-from .finding import Finding
+from .inspect_log import Finding
 
 NAMES: tuple[tuple[str, str], ...] = (  # pattern of a field's name, word
     (r"^roll(_rad|_deg)?$", "roll"),

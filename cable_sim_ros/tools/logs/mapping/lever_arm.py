@@ -13,7 +13,7 @@ from scipy.interpolate import CubicSpline
 
 from ....sim.tables.attitude import body_rates, rotation
 from ..log import SECOND
-from ..signals import Signal
+from ..own_signals import Signal
 from .mapping_file import ANGLES, MOVED, Entry, Frame
 
 EARTH = 6_371_000.0  # m

@@ -9,8 +9,7 @@ import difflib
 import enum
 import os
 
-from ....io.scenes.document import Document, SceneError
-from ....io.scenes.resources import find_mapping, shipped_mappings
+from ....io.scenes.document import Document, SceneError, find_mapping, shipped_mappings
 from ....physics.parameter import REQUIRED, Block
 from ....physics.parameter import quantity as key
 from ....sim.problem import Problem

@@ -8,9 +8,8 @@ import numpy as np
 
 from ....sim.problem import Problem
 from .grid import MAX_STEPS, even_steps, lift_range, uneven
-from .line import Line
 from .response import Vibration, correlation_length, count_modes, modes_shed
-from .span import MAX_SEGMENTS, Span
+from .span import MAX_SEGMENTS, Line, Span
 
 COARSE = 4.0  # parts of the cable per half wave of its top mode
 STEP_TOO_LONG = 2.0  # half widths of the narrowest resonance
@@ -110,12 +109,12 @@ def _place(span: Span) -> Iterator[Problem]:
 
 
 def _grids(span: Span, line: Line) -> Iterator[Problem]:
-    from . import damping, modes
+    from . import modes
 
     count, asked = count_modes(span, line), span.response
     f = modes.frequencies(line, count)
     ratios = np.array(
-        span.damping.ratios or damping.damping(line, span.damping, count, correlation_length(span, line)).ratios
+        span.damping.ratios or modes.damping(line, span.damping, count, correlation_length(span, line)).ratios
     )
     found = lift_range(span, line)
     if (asked.frequency_step or 0.0) * MIN_STEPS > found.shed:

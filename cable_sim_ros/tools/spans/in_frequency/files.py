@@ -6,7 +6,7 @@ import os
 from collections.abc import Mapping
 from typing import Any, NamedTuple
 
-from ....io.scenes import resources
+from ....io.scenes import document
 from ....io.scenes.document import Document, SceneError
 from ....sim.problem import Problem
 from . import checks
@@ -27,8 +27,8 @@ SPANS = Document(
     "a span in a flow",
     "span",
     "cable: {length: 17.45, ...}",
-    resources.find_viv,
-    resources.shipped_viv,
+    document.find_viv,
+    document.shipped_viv,
     checks.problems,
     error=SpanError,
 )

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from .line import Line
+from .span import Line
 
 
 def wave(mu: np.ndarray, t: np.ndarray) -> np.ndarray:

@@ -5,6 +5,8 @@
 With the correlation of the lift taken apart into patterns B (B B^T = R), S_vv is the sum over them of the squared
 response to the forces q sqrt(S_C) B dx: positive by construction. The integral over x is the plain sum over the points
 of a uniform grid, over f the sum over steps (grid.py).
+
+Response by finite differences: the other route, without the assumption that the tension varies slowly.
 """
 
 from __future__ import annotations
@@ -14,12 +16,49 @@ from math import pi
 from typing import NamedTuple
 
 import numpy as np
+from scipy.linalg import solve_banded
+from scipy.sparse import csr_matrix
 
-from . import damping, exact, green, grid, lift, modes
-from .line import Line
-from .span import Method, Span
+from . import green, grid, modes
+from . import modes as damping
+from .modes import bands
+from .span import Line, Method, Span
+
+CELLS_PER_WAVE, MIN_CELLS, MAX_CELLS = 60, 400, 20_000
 
 CHUNK = 4_000_000  # complex numbers of a table at a time
+
+
+def cells_for(line: Line, top: float) -> int:
+    """Cells of a grid that resolves the waves of frequency top [Hz] where they are shortest."""
+    at = np.linspace(0.0, line.length, 401)
+    slowest = np.sqrt(line.tension(at) / line.mass(at)).min()
+    return int(min(max(CELLS_PER_WAVE * line.length * top / slowest, MIN_CELLS), MAX_CELLS))
+
+
+def fraction(line: Line, s: np.ndarray, cells: int) -> csr_matrix:
+    """Matrix (len(s), cells - 1) that interpolates values of the inner points at s; its transpose shares out forces."""
+    at = np.clip(s / line.length * cells, 0.0, cells)
+    left = np.minimum(at.astype(int), cells - 1)
+    rows = np.tile(np.arange(len(s)), 2)
+    columns, weights = np.concatenate((left, left + 1)), np.concatenate((1.0 - (at - left), at - left))
+    inner = (columns > 0) & (columns < cells)
+    return csr_matrix((weights[inner], (rows[inner], columns[inner] - 1)), shape=(len(s), cells - 1))
+
+
+def respond(line: Line, s: np.ndarray, mu: np.ndarray, load: np.ndarray, top: float) -> np.ndarray:
+    """As `green.respond`; top [Hz], the largest frequency of all, sets the grid."""
+    cells = cells_for(line, top)
+    stiffness, mass = bands(line, cells)
+    order = 2 if line.stiffness else 1
+    kept = stiffness[2 - order : 3 + order].astype(complex)
+    at = fraction(line, s, cells)
+    out = np.empty(load.shape, complex)
+    for k, square in enumerate(mu**2):
+        matrix = kept.copy()
+        matrix[order] -= square * mass
+        out[:, k] = at @ solve_banded((order, order), matrix, at.T @ load[:, k], overwrite_ab=True, check_finite=False)
+    return out
 
 
 class Vibration(NamedTuple):
@@ -137,8 +176,8 @@ def spectrum(span: Span, line: Line, seen, frequency, f_n, ratios, length, progr
     linear in the frequency and beyond which it is constant; length: L_c [m].
     """
     x = np.linspace(0.0, line.length, span.response.segments + 1)
-    forces = lift.patterns(span.lift, length, x) * (line.length / span.response.segments)
-    local = lift.load(line, span.lift, span.flow.turbulence, x, frequency)
+    forces = grid.patterns(span.lift, length, x) * (line.length / span.response.segments)
+    local = grid.load(line, span.lift, span.flow.turbulence, x, frequency)
     omega = 2.0 * pi * frequency
     mu = green.damped(omega, np.interp(frequency, f_n, 4.0 * pi * ratios * f_n))
     s = np.unique(np.concatenate((x, seen)))
@@ -151,7 +190,7 @@ def spectrum(span: Span, line: Line, seen, frequency, f_n, ratios, length, progr
         load = np.zeros((len(s), len(frequency[part]), forces.shape[1]))
         load[loaded] = local[part].T[:, :, None] * forces[:, None, :]
         if span.response.method is Method.EXACT:
-            y = exact.respond(line, s, mu[part], load, float(frequency[-1]))
+            y = respond(line, s, mu[part], load, float(frequency[-1]))
         else:
             y = green.respond(line, s, mu[part], load)
         y = y[reported]
