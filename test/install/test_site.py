@@ -29,7 +29,7 @@ def source(tmp_path_factory):
     folder = copied(tmp_path_factory.mktemp("site") / "source")
     for name in ("docs", "test/examples"):
         shutil.copytree(ROOT / name, folder / name, ignore=shutil.ignore_patterns("__pycache__"))
-    for name in ("CONTRIBUTING.md", "CHANGELOG.rst"):
+    for name in ("CONTRIBUTING.md", "CHANGELOG.rst", "QUALITY_DECLARATION.md"):
         shutil.copy(ROOT / name, folder)
     return folder
 
