@@ -112,6 +112,14 @@ def test_rosdoc2_finds_its_file_the_pages_and_the_package():
     assert (ROOT / config["settings"]["python_source"] / "__init__.py").exists()
 
 
+@pytest.mark.parametrize("distribution", ["jazzy", "lyrical"])
+def test_pixi_takes_what_package_xml_names(distribution):
+    feature = tomllib.loads((ROOT / "pixi.toml").read_text("utf-8"))["feature"][distribution]
+    taken = {name.removeprefix(f"ros-{distribution}-").replace("-", "_") for name in feature["dependencies"]}
+    wanted = depends("exec_depend") - set(ROSDEP) - {"ament_index_python", "launch"}  # these come with launch_ros
+    assert taken == wanted | {"rmw_fastrtps_cpp"}
+
+
 def test_python_dependencies_are_the_same_in_both_worlds(arguments):
     pip = {name_of(r) for r in arguments["install_requires"]} - {"setuptools"}
     assert {KEY_OF.get(name, f"python3-{name}") for name in pip} == depends("exec_depend") & set(ROSDEP)
