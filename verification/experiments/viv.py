@@ -12,8 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from cable_sim_ros.plots.canvas import canvas
-from cable_sim_ros.plots.run import BLUE, INK, ORANGE, WATER
+from cable_sim_ros.plots.run import BLUE, INK, ORANGE, WATER, canvas
 from cable_sim_ros.tools.spans.in_frequency import sensitivity
 from cable_sim_ros.tools.spans.in_frequency.files import changed, load_span
 from cable_sim_ros.tools.spans.in_frequency.green import green
