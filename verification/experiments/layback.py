@@ -145,7 +145,7 @@ def experiment(duration: float | None, progress: Any = lambda *_: None, quick: b
     ]
 
     def plot(folder: Path) -> Path:
-        from cable_sim_ros.tools.layback.laid import plot as draw
+        from cable_sim_ros.tools.layback.picture import plot as draw
 
         shown = next(one for one in found if one.situation == "turn")
         return draw(shown.shown, folder / "layback.png", f"side_scan, {shown.tow}: turn of 90 deg", False)

@@ -297,7 +297,7 @@ def _of_log(
 
 def _answer(found: Found, ranges: list[str], source: Path, out: Path | None) -> Answer:
     """ranges: what the interval assumes."""
-    from .laid import plot
+    from .picture import plot
     from .report import figures, verdict_on, write_table
 
     tow, one, place, measured, verdict, beside, own = found

@@ -5,8 +5,6 @@ Where the towbody of a static tow is, and the 95 % interval of that place from w
 The interval is that of independent contributions: the square root of the sum of the squares of half the differences
 between the static tows at both ends of each range (law of propagation, JCGM 100:2008, 5.1.2, by central differences).
 At most 1 + 2 x 5 static tows a place.
-
-Picture of a layback: tracks from above, layback with its interval, depth beside the measured one.
 """
 
 from __future__ import annotations
@@ -15,14 +13,12 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from math import atan2, cos, hypot, pi, radians, sin, sqrt
-from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 from scipy.ndimage import uniform_filter1d
 
 from ...physics.section import material_of
-from ...plots.run import canvas
 from ...sim.layout import layout_of
 from ...sim.scene import Scene
 from ...sim.statics.static_shape import tow_shape
@@ -40,19 +36,6 @@ POINTS = 8  # static tows with an interval over a run, at most
 CALM = 15.0  # s, over which velocity and height of the sheave are averaged
 SAME = 0.02  # change of the state of a tow over which one of them holds
 WAYS = ("pythagoras", "factor", "follow_dog", "along_track", "catenary", "catenary_of_depth", "table", "static")
-
-NAMES = {
-    "pythagoras": ("Pythagoras", "#e08214", "-"),
-    "factor": ("factor", "#8c6bb1", "-"),
-    "follow_dog": ("follow the dog", "#1a9850", "-"),
-    "along_track": ("along the track", "#d73027", "-"),
-    "catenary": ("catenary, weights", "#b35806", ":"),
-    "catenary_of_depth": ("catenary, depth", "#7f7f7f", "--"),
-    "table": ("table", "#c51b7d", "--"),
-    "static": ("static tow", "#2166ac", "--"),
-}
-OURS, BAND, SHIP = "#0b3c5d", "#a6c8e0", "#222222"
-ON_MAP = ("pythagoras", "follow_dog", "along_track", "static")
 
 
 class Tow(NamedTuple):
@@ -422,38 +405,3 @@ def _calm(values: np.ndarray, tick: float) -> np.ndarray:
     """Without the waves: the mean of CALM s, twice."""
     width = max(1, round(CALM / max(tick, 1e-9)))
     return uniform_filter1d(uniform_filter1d(np.asarray(values, float), width, mode="nearest"), width, mode="nearest")
-
-
-def plot(one: Laid, path: Path, title: str, measured: bool) -> Path:
-    """Draw it; title: scene and source. RuntimeError where matplotlib is missing."""
-    s = one.samples
-    minutes = (s.seconds - s.seconds[0]) / 60.0
-    size = np.hypot(*(s.fish - s.sheave).T)
-    with canvas(path, (14.0, 10.0), title, "ways: docs/layback.md") as figure:
-        top, below = figure.subplots(2, 1, height_ratios=(3, 2))
-        top.set_title("From above: sheave and towbody")
-        begin = s.sheave[0]
-        top.plot(*(s.sheave - begin).T, color=SHIP, lw=2, label="sheave")
-        for name in ON_MAP:
-            label, colour, line = NAMES[name]
-            top.plot(*(one.places[name] - begin).T, color=colour, ls=line, lw=1.5, label=label)
-        top.plot(*(s.fish - begin).T, color=OURS, lw=2.5, label="simulated")
-        top.set_xlabel("east [m]")
-        top.set_ylabel("north [m]")
-        top.set_aspect("equal", adjustable="datalim")
-        top.legend(loc="center left", bbox_to_anchor=(1.01, 0.5), frameon=False)
-        below.set_title("Layback from the sheave, with its 95 % interval, and depth")
-        below.fill_between(minutes, size - one.band[:, 0], size + one.band[:, 0], color=BAND, label="95 %")
-        for name, (label, colour, line) in NAMES.items():
-            if name != "catenary":  # steeper by far: it would press the others together
-                there = np.hypot(*(one.places[name] - s.sheave).T)
-                below.plot(minutes, there, color=colour, ls=line, lw=1.5, label=label)
-        below.plot(minutes, size, color=OURS, lw=2.5, label="simulated")
-        below.plot(minutes, s.fish_depth, color=OURS, lw=1.5, ls="-.", label="depth, simulated")
-        if measured:
-            below.plot(minutes, s.depth, color="#c23b33", lw=1.5, ls=":", label="depth, measured")
-        below.set_xlabel("time [min]")
-        below.set_ylabel("layback, depth [m]")
-        below.set_ylim(bottom=0.0)
-        below.legend(loc="center left", bbox_to_anchor=(1.01, 0.5), frameon=False)
-    return path
