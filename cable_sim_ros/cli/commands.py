@@ -245,9 +245,8 @@ def live(bag, scene, duration, imu_only, out, report) -> Answer:
     from ..io.scenes.document import find_bag
     from ..io.scenes.load import load_scene
     from ..ros.play.live import live as run_live
-    from ..runs.offline import Run, judged
+    from ..runs.offline import Run, judged, start_up
     from ..runs.summary import OUTSIDE, summarize, write_summary
-    from ..runs.transient import start_up
     from ..runs.verdict import played
     from ..sim.rules.watch import watched
     from ..sim.verdict import of_node

@@ -21,7 +21,7 @@ from ..io.messages.markers import TOPIC
 from ..io.messages.rotation import rotate
 from ..io.scenes.document import share_folder
 from ..terminal import say
-from .canvas import canvas
+from .run import canvas
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -12,13 +12,12 @@ from ..io.scenes.document import SceneError
 from ..io.scenes.load import scene_from_text
 from ..runs.summary import tow_axes, turns
 from ..runs.travel import haul_of
+from ..sim.scene import Scene
 from .heading import force_unit
 from .sea_surface import SeaSurface
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-
-    from ..sim.scene import Scene
 
 SIZE, DPI = (12.8, 8.0), 125  # inches, dots an inch: 1600 x 1000, with letters that a telephone shows
 INK, FAINT = "#1b2733", "#8a949e"

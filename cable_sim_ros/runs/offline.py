@@ -1,4 +1,7 @@
-"""Offline runs: a scene and a recorded bag (or no motion) through the compiled tick, as fast as it goes."""
+"""Offline runs: a scene and a recorded bag (or no motion) through the compiled tick, as fast as it goes.
+
+What the figures of a run leave out at its beginning: the take-up of motion, waves and turbulence while they grow.
+"""
 
 from __future__ import annotations
 
@@ -31,6 +34,7 @@ from ..io.sources.recorded_tow import (
 from ..io.sources.vehicle_motion import Pose
 from ..limits import LONGEST_RUN
 from ..physics.tick_output import Flag
+from ..physics.water import WaveKind
 from ..sim.drive_mode import WORDS
 from ..sim.rule_blocks import Rules
 from ..sim.rules.watch import watched
@@ -38,7 +42,7 @@ from ..sim.saved.savefile import SaveError, check_place, same_scene
 from ..sim.scene import Scene
 from ..sim.simulator import Simulator
 from ..sim.tables.rigid_tables import flaps_of
-from ..sim.verdict import Reason
+from ..sim.verdict import Reason, check
 from . import refinement_check, sources, verdict
 from .controller import Controller, ControlLoop, alone
 from .journal_replay import JournalReplay
@@ -50,10 +54,11 @@ from .settings import NOTHING, Settings, apply_to_bag, apply_to_scene, of_intake
 from .sources import in_the_sea, motion_of, notes_of, scene_of_bag, sea_motion_kept, seconds_of
 from .step_choice import doubts_of_steps, metrics_of_steps, overwritten, stepped
 from .stepping import Progress, Stepped, silent
+from .summary import SKIP, after_start, bag_path, of_bodies, summarize, write_summary
 from .summary import Run as Run
-from .summary import after_start, bag_path, of_bodies, summarize, write_summary
-from .transient import growth, start_up, still_growing
 from .travel import phase_figures
+
+GROWN = 0.95  # of water.ramp: 0.993 of the size
 
 # keys that a run that goes on may have otherwise
 DRIVEN = "drive.mode", "drive.set_pull", *(f"rules.{key}" for key in Rules.model_fields)
@@ -64,6 +69,39 @@ NO_JOURNAL = (
 )
 AFTER = 30.0  # s that are looked at after a fault is mended
 BEFORE = 30.0  # s before it, that it is compared with
+
+
+def growth(scene: Scene) -> tuple[float, str]:
+    """Seconds over which the sea grows from the static start, and what grows; (0, "") where nothing does."""
+    water = scene.water
+    grows = ["waves"] * (water.waves.kind is not WaveKind.OFF) + ["turbulence"] * any(water.turbulence.deviation)
+    return (water.ramp if grows else 0.0), " and ".join(grows)
+
+
+def start_up(scene: Scene, moved: bool) -> float:
+    """Seconds that the figures leave out; moved: is there a motion of the ship?"""
+    return max(SKIP if moved else 0.0, growth(scene)[0])
+
+
+def still_growing(scene: Scene, metrics: Mapping[str, Any], before: float = 0.0) -> list[Reason]:
+    """The reason that makes a run doubtful whose figures begin before the sea has grown; figures: by JSON name.
+
+    before: s that had been simulated when the run began.
+    """
+    ramp, what = growth(scene)
+    skip = metrics.get("skip_s")
+    if ramp == 0.0 or skip is None or skip + before >= GROWN * ramp:
+        return []
+    x = (skip + before) / ramp
+    return [
+        check(
+            "SEA_GROWING",
+            f"{what} grow from the static start over water.ramp = {ramp:g} s, but of a run of "
+            f"{metrics['duration_s']:.3g} s the figures leave out no more than half, {skip:.3g} s, after which the "
+            f"growth is at {100.0 * x * x * (3.0 - 2.0 * x):.0f} %: they are not those of the grown sea. Simulate "
+            f"{2.0 * ramp:g} s or more, or make water.ramp shorter; the static tow is that of the scene without {what}",
+        )
+    ]
 
 
 def scenario_of(given: FaultPlan | Mapping | str | os.PathLike | None) -> FaultPlan | None:

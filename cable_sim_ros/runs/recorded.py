@@ -10,10 +10,9 @@ from ..io.recordings.recorded_run import load_run
 from ..io.scenes.load import scene_from_text
 from ..io.sources.recorded_tow import provenance, read_tow
 from ..sim.rules.watch import watched
-from .offline import judged
+from .offline import judged, start_up
 from .sources import in_the_sea, sea_motion_kept
 from .summary import Run, summarize
-from .transient import start_up
 
 
 def recorded(path: Path, nothing: str = "no plan is made", instead: str = "cable-sim plan SCENE") -> Run:

@@ -8,7 +8,7 @@ they are; two that do not say by how much they are not.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -24,10 +24,7 @@ from ..sim.scene import Scene
 from ..sim.verdict import check, verdict_of
 from .message_run import MessageRun
 from .stepping import Progress
-from .summary import summarize
-
-if TYPE_CHECKING:
-    from .summary import Run
+from .summary import Run, summarize
 
 SETTLED = ("SLACK", "SNAP_STEP", "RINGING_DAMPED", "RENDER_PLACE")  # doubtful because of mesh and step alone
 AGREED = 0.02  # of the largest tension, and of the deviation

@@ -17,10 +17,10 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from math import sqrt
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..io.sources.recorded_tow import Residual, SameTicks
 from ..physics.tick_output import Flag
 from ..physics.winch_drive import AT_REST, RENDER, DriveModel
 from ..sim.checks.deviation_checks import SKIP, deviation_damped, drifting, hauled_into_waves
@@ -33,9 +33,6 @@ from ..sim.tables.material import extreme
 from ..sim.verdict import Reason, Verdict, check, judge_counts, overload, strength, verdict_of
 from .passage import SNAPS
 from .summary import after_start, tick_length
-
-if TYPE_CHECKING:
-    from ..io.sources.recorded_tow import Residual, SameTicks
 
 MAY_MISS = 0.02  # of the peak, as two runs of --check may differ
 RINGS = 5.0  # s after a stop, in which its peak comes

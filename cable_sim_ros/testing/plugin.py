@@ -6,13 +6,12 @@ The report of a test that failed has their last lines. Imports nothing of ROS be
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import pytest
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
     from .tow_sim import Tow
 
 TOWS = "_cable_sim_tows"  # attribute of a test's item

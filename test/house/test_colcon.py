@@ -10,7 +10,7 @@ import pytest
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "install"))
 standin = pytest.importorskip("standin")
 ROOT = Path(__file__).resolve().parents[2]
-WHERE = "from cable_sim_ros.io.scenes.resources import *; print(share_folder(), *shipped_scenes(), *shipped_bags())"
+WHERE = "from cable_sim_ros.io.scenes.document import *; print(share_folder(), *shipped_scenes(), *shipped_bags())"
 
 
 def call(*command, cwd, **environment):

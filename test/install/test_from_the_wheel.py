@@ -52,7 +52,7 @@ def call(installed, *command, timeout=600):
 
 
 def test_code_and_data_are_those_of_the_wheel(installed):
-    script = "import cable_sim_ros; from cable_sim_ros.io.scenes.resources import *; "
+    script = "import cable_sim_ros; from cable_sim_ros.io.scenes.document import *; "
     script += "print(cable_sim_ros.__file__, share_folder(), *shipped_scenes(), *shipped_bags())"
     code, fraction, *names = call(installed, "python", "-c", script).stdout.split()
     environment = installed[0].parent

@@ -15,8 +15,7 @@ from cable_sim_ros.io.messages.messages import decode_odometry
 from cable_sim_ros.io.scenes.load import load_scene
 from cable_sim_ros.io.sources.motion_table import MotionError, MotionWarning
 from cable_sim_ros.io.sources.rao_table import FREEDOMS, RaoTable, Wave
-from cable_sim_ros.io.sources.sea_motion import response_of, sea_motion, summed, waves_met
-from cable_sim_ros.io.sources.simple_hull import SimpleHull, numbers_of_text
+from cable_sim_ros.io.sources.sea_motion import SimpleHull, numbers_of_text, response_of, sea_motion, summed, waves_met
 from cable_sim_ros.physics.water import CurrentFrame, WaveKind
 from cable_sim_ros.sim.tables.attitude import angle_rates, to_world
 from cable_sim_ros.sim.tables.sea_tables import BAND, FINE, jonswap

@@ -1,4 +1,7 @@
-"""Standstill, overload and what arrived when, on made-up times: no process, no network."""
+"""Standstill, overload and what arrived when, on made-up times: no process, no network.
+
+Statistics of the running node that need no ROS.
+"""
 
 from __future__ import annotations
 
@@ -7,13 +10,24 @@ import time
 
 import pytest
 
-from cable_sim_ros.ros.overload import RECOVERED, Pace
+from cable_sim_ros.ros.overload import RECOVERED, Pace, Rate
 
 pytestmark = pytest.mark.check
 
+SECOND = 1_000_000_000
+
 PERIOD = 10_000_000
 POLL = 50_000_000
-SECOND = 1_000_000_000
+
+
+def test_a_rate_that_is_asked_twice_at_once_stays():
+    """A state that changes is published beside the regular second: over a millisecond a stream of 100 Hz shows 0."""
+    rate = Rate()
+    assert math.isnan(rate.of(0, 5 * SECOND)) and math.isnan(rate.of(0, 5 * SECOND + 1))
+    assert rate.of(100, 6 * SECOND) == 100.0
+    assert rate.of(100, 6 * SECOND + 1_000_000) == 100.0
+    assert rate.of(150, 7 * SECOND) == 50.0, "counted from the last whole interval, none is lost"
+    assert rate.of(150, 8 * SECOND) == 0.0
 
 
 class Row:

@@ -10,7 +10,7 @@ from cable_sim_ros.io.recordings.recorded_run import load_run
 from cable_sim_ros.io.scenes.load import load_scene, override
 from cable_sim_ros.plots import run as picture
 from cable_sim_ros.runs import offline
-from cable_sim_ros.runs.transient import growth, start_up, still_growing
+from cable_sim_ros.runs.offline import growth, start_up, still_growing
 
 pytestmark = pytest.mark.trust
 WAVES = {"water.waves.kind": "airy", "water.waves.height": 1.0, "water.waves.period": 4.0}

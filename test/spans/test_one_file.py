@@ -220,7 +220,7 @@ def test_cases_by_name_and_files_of_the_other_kind(tmp_path):
     with pytest.raises(viv.SpanError, match="this is a span in a wind, not a span in a flow.*in Python to load_cases"):
         viv.span_from_dict({"span": {}})
     with pytest.raises(SceneError, match="flow stands at the top.*`cable-sim viv`: it has no wake, viscosity"):
-        load_span(to_frequency.resources.find_viv("capozucca_5_5"))
+        load_span(to_frequency.document.find_viv("capozucca_5_5"))
     broken = tmp_path / "broken.yaml"
     broken.write_text("span: {a: [}\n")
     with pytest.raises(viv.SpanError, match="broken.yaml:1: .*Correct the YAML"):

@@ -240,7 +240,7 @@ def test_a_long_cable_shows_the_modes_of_the_largest_response(tmp_path, capsys, 
     assert f"modes, 20 of {len(result.frequencies)}, of the largest response; all stand in --json" in head
     assert len([line for line in head.splitlines() if line.startswith("│")]) == 20
     drawn = []
-    monkeypatch.setattr("cable_sim_ros.plots.canvas.save", lambda figure, path: drawn.append(figure))
+    monkeypatch.setattr("cable_sim_ros.plots.run.save", lambda figure, path: drawn.append(figure))
     draw(case, result, tmp_path / "viv.png")
     (figure,) = drawn
     lines = [line for line in figure.axes[0].lines if list(line.get_xdata()) == [line.get_xdata()[0]] * 2]

@@ -6,8 +6,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from spans import INCH, span
 
-from cable_sim_ros.tools.spans.in_frequency import green as greens
 from cable_sim_ros.tools.spans.in_frequency import grid
+from cable_sim_ros.tools.spans.in_frequency import response as greens
 from cable_sim_ros.tools.spans.in_frequency.files import changed, load_span
 from cable_sim_ros.tools.spans.in_frequency.modes import frequencies, modal_mass, shapes
 from cable_sim_ros.tools.spans.in_frequency.response import respond, vibration
@@ -96,7 +96,7 @@ def test_the_sweep_is_the_sum_of_green_s_functions_and_near_finite_differences(s
     mu = greens.damped(omega, 0.14 * omega)
     load = np.zeros((len(s), 3, 2))
     load[4, :, 0], load[13, :, 0], load[6, :, 1] = 1.0, -2.0, 3.0
-    swept = greens.respond(line, s, mu, load)
+    swept = greens.respond_by_green(line, s, mu, load)
     forces = [[(s[4], 1.0), (s[13], -2.0)], [(s[6], 3.0)]]
     for k, pairs in enumerate(forces):
         total = sum(force * greens.green(line, s[:, None], x, omega, 0.14 * omega) for x, force in pairs)

@@ -89,7 +89,7 @@ def test_an_envelope_of_rows_that_are_there_simulates_nothing(swept):
 
 
 def test_a_picture_of_many_values_says_which_are_left_out(tmp_path, monkeypatch):
-    from cable_sim_ros.plots import canvas
+    from cable_sim_ros.plots import run as canvas
     from cable_sim_ros.tools.sweeps import envelope
 
     drawn, titles = canvas.canvas, []
@@ -260,7 +260,7 @@ def texts_of_pictures(monkeypatch):
     from matplotlib.figure import Figure
     from matplotlib.text import Text
 
-    from cable_sim_ros.plots import canvas
+    from cable_sim_ros.plots import run as canvas
 
     found, save = [], canvas.save
 

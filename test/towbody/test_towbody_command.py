@@ -89,7 +89,7 @@ def test_an_unstable_speed_is_a_row(scene):
 
 
 def test_the_command_gives_its_figures(monkeypatch, tmp_path):
-    monkeypatch.setattr("cable_sim_ros.tools.towbody.stability_map.POINTS", 3)
+    monkeypatch.setattr("cable_sim_ros.tools.towbody.figures.POINTS", 3)
     page = tmp_path / "page.png"
     answer = CliRunner().invoke(towbody, ["depressor", "--speeds", "2:2:1", "--map", "--json", "--out", str(page)])
     assert answer.exit_code == 0, answer.output

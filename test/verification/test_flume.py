@@ -1,14 +1,35 @@
-"""The flume tank of Westin (2018) 4.3: search, bend test, damping, the winch's motion, one short case of the four."""
+"""The flume tank of Westin (2018) 4.3: search, bend test, damping, the winch's motion, one short case of the four.
+
+The experiment on computed drag factors: what it prints is near what it is compared with.
+"""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
 
-from verification.experiments import MISSED, OPEN, Comparison, Result, verdict_of
+from verification.experiments import MISSED, OPEN, Comparison, Result, verdict_of, viv_tow
 from verification.experiments.flume import CASES, CHOSEN, case_rows, trace, winch_motion
 from verification.experiments.flume_line import EI, bent, damping_per_c, golden, off, photograph, stiffness_of
 from verification.experiments.table import markdown
+
+
+@pytest.fixture
+def short(monkeypatch):
+    """One damping ratio, one ribbon, one other choice each."""
+    monkeypatch.setattr(viv_tow, "DAMPINGS", {0.02: "why"})
+    monkeypatch.setattr(viv_tow, "RIBBONS", {2.0: viv_tow.RIBBONS[2.0]})
+    for name in ("OTHERWISE_FLUME", "OTHERWISE_FULL"):
+        monkeypatch.setattr(viv_tow, name, {"no strumming": {"viv.law": "off"}})
+
+
+def test_validate_prints_printed_ours_allowed_and_why(short, validated, kept):
+    report, rows = validated("viv_tow", "--duration", "2")
+    assert kept(rows.values()) >= 8
+    assert rows["flume, damping 0.02: miss"]["ours"] < 13.0
+    assert rows["full scale: mean factor on the bare part"]["ours"] == pytest.approx(2.05, abs=0.05)
+    assert 100 < rows["full scale, lowest mode"]["ours"] < rows["full scale, highest mode"]["ours"] < 250
+    assert report["choices"][0]["choice"] == "flume: no strumming" and report["choices"][0]["x"] > 100.0
 
 
 def test_golden_section_finds_the_least_cost():

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from cable_sim_ros.plots.canvas import canvas
+from cable_sim_ros.plots.run import canvas
 from cable_sim_ros.runs.message_run import Progress, silent
 from cable_sim_ros.terminal import markdown_table
 

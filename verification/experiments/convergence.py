@@ -15,8 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from cable_sim_ros.plots.canvas import canvas
-from cable_sim_ros.plots.run import BLUE, ORANGE
+from cable_sim_ros.plots.run import BLUE, ORANGE, canvas
 from cable_sim_ros.sim.inputs import ShipMotion
 from cable_sim_ros.sim.simulator import Simulator
 from cable_sim_ros.terminal import markdown_table

@@ -23,7 +23,7 @@ from cable_sim_ros.physics.drag_laws import DragLaw, element_rows
 from cable_sim_ros.physics.fairing import dressed
 from cable_sim_ros.physics.section import Section
 from cable_sim_ros.physics.water import Water
-from cable_sim_ros.plots.canvas import canvas
+from cable_sim_ros.plots.run import canvas
 from cable_sim_ros.sim.layout import layout_of
 from cable_sim_ros.terminal import markdown_table
 

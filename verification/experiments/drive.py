@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from cable_sim_ros.plots.canvas import canvas
+from cable_sim_ros.plots.run import canvas
 from cable_sim_ros.runs import offline
 from cable_sim_ros.sim.inputs import ShipMotion, WinchCommand
 from cable_sim_ros.sim.live_parameters import set_live

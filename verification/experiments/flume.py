@@ -15,8 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from cable_sim_ros.io.scenes.document import share_folder
-from cable_sim_ros.plots.canvas import canvas
-from cable_sim_ros.plots.run import BLUE, FAINT, ORANGE
+from cable_sim_ros.plots.run import BLUE, FAINT, ORANGE, canvas
 from cable_sim_ros.runs.make_bags import read_csv
 from cable_sim_ros.runs.summary import ellipsoid_volume
 from cable_sim_ros.sim.inputs import ShipMotion

@@ -17,8 +17,7 @@ import numpy as np
 
 from cable_sim_ros.io.scenes.load import override
 from cable_sim_ros.physics.tick_output import CONTACT_COLUMNS
-from cable_sim_ros.plots.canvas import canvas
-from cable_sim_ros.plots.run import BLUE, FAINT, ORANGE
+from cable_sim_ros.plots.run import BLUE, FAINT, ORANGE, canvas
 from cable_sim_ros.runs import offline
 from cable_sim_ros.runs.summary import after_start
 from cable_sim_ros.sim.scene import Scene

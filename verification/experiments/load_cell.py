@@ -14,7 +14,7 @@ import numpy as np
 
 from cable_sim_ros.io.scenes.document import share_folder
 from cable_sim_ros.io.sources.motion_curves import Curve, Given, through
-from cable_sim_ros.plots.canvas import canvas
+from cable_sim_ros.plots.run import canvas
 from cable_sim_ros.runs.make_bags import read_csv
 from cable_sim_ros.tools.calibrate.load_cell import MAX_LAG, LoadCell, Moved, fit, judge
 

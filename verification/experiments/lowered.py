@@ -16,8 +16,7 @@ import numpy as np
 
 from cable_sim_ros.io.scenes.document import share_folder
 from cable_sim_ros.io.scenes.load import load_scene, override
-from cable_sim_ros.plots.canvas import canvas
-from cable_sim_ros.plots.run import BLUE, FAINT, ORANGE
+from cable_sim_ros.plots.run import BLUE, FAINT, ORANGE, canvas
 from cable_sim_ros.runs import offline
 from cable_sim_ros.runs.make_bags import read_csv
 

@@ -14,8 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from cable_sim_ros.physics.integrate import Solver
-from cable_sim_ros.plots.canvas import canvas
-from cable_sim_ros.plots.run import BLUE, FAINT, ORANGE
+from cable_sim_ros.plots.run import BLUE, FAINT, ORANGE, canvas
 from cable_sim_ros.sim.rig.rig import HALVED, Rig
 from cable_sim_ros.terminal import markdown_table
 

@@ -17,8 +17,7 @@ import numpy as np
 from cable_sim_ros.physics.cable_assembly import Cable
 from cable_sim_ros.physics.integrate import Solver
 from cable_sim_ros.physics.state import STRUT
-from cable_sim_ros.plots.canvas import canvas
-from cable_sim_ros.plots.run import BLUE, FAINT, ORANGE
+from cable_sim_ros.plots.run import BLUE, FAINT, ORANGE, canvas
 from cable_sim_ros.sim.rig.rig import Rig, cable_of
 
 from ..bend import drum

@@ -21,7 +21,7 @@ from cable_sim_ros.physics.link_loads import integrals
 from cable_sim_ros.physics.section import CableModel
 from cable_sim_ros.physics.towbody import Towbody
 from cable_sim_ros.physics.water import Water
-from cable_sim_ros.plots.canvas import canvas
+from cable_sim_ros.plots.run import canvas
 from cable_sim_ros.sim.rig.rig import Rig, cable_of
 
 from . import Comparison, Result

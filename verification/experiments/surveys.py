@@ -184,7 +184,7 @@ def markdown(found: list[Surveyed]) -> list[str]:
 
 
 def _plot(found: list[Surveyed], folder: Path) -> Path:
-    from cable_sim_ros.plots.canvas import canvas
+    from cable_sim_ros.plots.run import canvas
 
     kinds = list(dict.fromkeys(one.kind for one in found))
     path = folder / "surveys.png"

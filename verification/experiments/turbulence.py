@@ -12,8 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from cable_sim_ros.plots.canvas import canvas
-from cable_sim_ros.plots.run import BLUE, ORANGE
+from cable_sim_ros.plots.run import BLUE, ORANGE, canvas
 from cable_sim_ros.runs.summary import ellipsoid_volume
 
 from ..shipped import scene_with, started

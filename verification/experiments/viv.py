@@ -12,13 +12,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from cable_sim_ros.plots.canvas import canvas
-from cable_sim_ros.plots.run import BLUE, INK, ORANGE, WATER
+from cable_sim_ros.plots.run import BLUE, INK, ORANGE, WATER, canvas
 from cable_sim_ros.tools.spans.in_frequency import sensitivity
 from cable_sim_ros.tools.spans.in_frequency.files import changed, load_span
-from cable_sim_ros.tools.spans.in_frequency.green import green
 from cable_sim_ros.tools.spans.in_frequency.modes import frequencies
-from cable_sim_ros.tools.spans.in_frequency.response import Vibration, vibration
+from cable_sim_ros.tools.spans.in_frequency.response import Vibration, green, vibration
 from cable_sim_ros.tools.spans.in_frequency.span import Line, Reading, Span
 
 from . import Comparison, Result, unjudged

@@ -13,8 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from cable_sim_ros.physics.wake_oscillator import SATURATION, Wake, WakeLaw, WakePhase
-from cable_sim_ros.plots.canvas import canvas
-from cable_sim_ros.plots.run import BLUE, FAINT, ORANGE
+from cable_sim_ros.plots.run import BLUE, FAINT, ORANGE, canvas
 from cable_sim_ros.tools.spans.in_time.wake_run import SpanRow, held_frequency, run_span
 from cable_sim_ros.tools.spans.load import load_span
 from cable_sim_ros.tools.spans.span_file import Span, SpanCase, SpanEnds, SpanFluid, mass_in_fluid, natural_frequency

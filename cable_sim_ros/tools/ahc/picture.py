@@ -7,8 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ...plots.canvas import canvas
-from ...plots.run import BLUE, FAINT, INK, ORANGE, PORT, PURPLE, STARBOARD
+from ...plots.run import BLUE, FAINT, INK, ORANGE, PORT, PURPLE, STARBOARD, canvas
 from .benchmark import Row
 from .board import cell_of
 from .definition import MRU, VERSION, version_of

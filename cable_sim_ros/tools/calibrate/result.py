@@ -23,9 +23,8 @@ from ruamel.yaml.comments import CommentedMap, CommentedSeq
 from ...files import read_text, write_text
 from ...io.scenes.document import find_scene
 from ...io.scenes.load import scene_from_text
-from ...plots.canvas import canvas
 from ...plots.heading import STAMP
-from ...plots.run import BLUE, FAINT, INK, ORANGE, thinned
+from ...plots.run import BLUE, FAINT, INK, ORANGE, canvas, thinned
 from ...sim.flag_rules import DOUBTFUL, FAILED, OK
 from ...sim.scene import Scene
 from ...sim.verdict import Reason, Verdict

@@ -20,7 +20,7 @@ from ...io.scenes.load import SceneError, scene_from_dict
 from ...io.scenes.winch_plan import WinchPlan
 from ...io.sources.recorded_tow import RecordedTow
 from ...runs.message_run import MessageRun
-from ...runs.transient import start_up
+from ...runs.offline import start_up
 from ...runs.verdict import judge
 from ...sim.layout import layout_of
 from ...sim.scene import Scene

@@ -17,9 +17,8 @@ import numpy as np
 
 from ...errors import CableSimError
 from ...files import write_text
-from ...plots.canvas import canvas
 from ...plots.heading import STAMP
-from ...plots.run import BLUE, FAINT, INK, ORANGE, PURPLE, thinned
+from ...plots.run import BLUE, FAINT, INK, ORANGE, PURPLE, canvas, thinned
 from ...sim.flag_rules import DOUBTFUL, FAILED, OK
 from ...sim.verdict import Reason, Verdict, check
 from ..logs.own_signals import QUANTITIES, Signal

@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy import stats
 
-from ...plots.canvas import canvas
+from ...plots.run import canvas
 from ...sim.scene import Scene
 from .copies import FIGURES, Band, Ensemble, EnsembleEnded, band_of, level_of
 from .limits import MAX_SEED

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ...plots.canvas import canvas
+from ...plots.run import canvas
 
 if TYPE_CHECKING:
     from .laid import Laid

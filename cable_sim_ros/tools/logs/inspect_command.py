@@ -22,8 +22,7 @@ format_option = click.option(
 @answers
 def inspect(files, kind, mapping_out, everything) -> Answer:
     """What is in FILE...: sources, rates, gaps, clocks, and what is probably wrong, each with its evidence."""
-    from .inspection.first_mapping import first_mapping
-    from .inspection.inspect_log import inspect_log
+    from .inspection.inspect_log import first_mapping, inspect_log
     from .log import LogError
     from .several import paths_of, read_each
 

@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ...plots.canvas import canvas
-from ...plots.run import BLUE, FAINT, INK, ORANGE, WATER
+from ...plots.run import BLUE, FAINT, INK, ORANGE, WATER, canvas
 from .in_frequency.response import Vibration, leading
 from .in_frequency.sensitivity import MAX_MODES
 from .in_frequency.span import Span

@@ -293,7 +293,7 @@ def draw(title: str, cells: list[Cell], path: Path) -> Path:
     nothing ran."""
     from matplotlib.patches import Patch
 
-    from ...plots.canvas import canvas
+    from ...plots.run import canvas
 
     keys = [key for key in cells[0].varied if len({str(cell.varied[key]) for cell in cells}) > 1]
     x, y, third = (*keys[:3], "", "", "")[:3]

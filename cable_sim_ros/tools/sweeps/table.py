@@ -197,7 +197,7 @@ def _write(swept: Swept, figures: list[dict[str, Any]], out: Path) -> list[tuple
 def _draw(title: str, figures: list[dict[str, Any]], path: Path) -> None:
     """Each figure over the first key that varies, a line for each value of the second, a row of panels for each
     combination of the others, LINES at most. The heading says what is the same, what is left out and what failed."""
-    from ...plots.canvas import canvas
+    from ...plots.run import canvas
     from ..report.subject import unit
     from ..report.sweep_page import named
 

@@ -9,19 +9,17 @@ from __future__ import annotations
 import time
 import warnings
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from ...errors import CableSimError
 from ...io.scenes.document import SceneError
+from ...runs.summary import Run
 from ...sim.flag_rules import FAILED
 from .cases import Case, contents
 from .figures import DEEPEST, OWN, RULE, numbers_of, unwatched
 from .sweep_file import seeds_of
-
-if TYPE_CHECKING:
-    from ...runs.summary import Run
 
 CUT = 2.5  # ticks; a motion that is shorter than duration by more ended the run
 AGAIN = "again"  # column of a row that failed by the machine: the next start runs its case again

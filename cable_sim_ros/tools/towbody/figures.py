@@ -33,7 +33,7 @@ from ...physics.fluid import Fluid
 from ...physics.state import AT_REST, FLOW, NOW, Change, Q
 from ...physics.towbody import BodyModel, Towbody, facing
 from ...physics.wing import Wing
-from ...plots.canvas import canvas
+from ...plots.run import canvas
 from ...sim.checks.attitude_checks import critical_speed, fin_area, least_fin
 from ...sim.rig.rig import Rig, cable_of
 from ...sim.scene import Scene

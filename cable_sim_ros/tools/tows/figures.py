@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from ...plots.canvas import canvas
+from ...plots.run import canvas
 from ..calibrate.free import Free
 from .tows import Judged
 

@@ -11,7 +11,7 @@ from instrument_logs import DAY, MIDNIGHT, SECOND, exclusive_or, iso, sentence
 from cable_sim_ros.tools.logs.devices import sentences
 from cable_sim_ros.tools.logs.devices.telegrams import NMEA0183
 from cable_sim_ros.tools.logs.formats import read_log
-from cable_sim_ros.tools.logs.inspection.first_mapping import first_mapping
+from cable_sim_ros.tools.logs.inspection.inspect_log import first_mapping
 from cable_sim_ros.tools.logs.log import LogError
 from cable_sim_ros.tools.logs.read_signals import read_signals
 from cable_sim_ros.tools.telegrams import psxn

@@ -15,8 +15,7 @@ from pathlib import Path
 import numpy as np
 
 from ..log import SECOND, Log, Losses, Source, day_of
-from .binary import records_of
-from .lines import with_records
+from .lines import records_of, with_records
 
 SIZE = 55
 NAME, KIND = "fdchp", "FDCHP record"

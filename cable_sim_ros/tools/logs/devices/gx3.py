@@ -15,8 +15,7 @@ from pathlib import Path
 import numpy as np
 
 from ..log import Log, Losses, Source
-from .binary import records_of
-from .lines import with_records
+from .lines import records_of, with_records
 
 SIZE, MARK = 43, 0xCB
 TICK = 16_000  # ns

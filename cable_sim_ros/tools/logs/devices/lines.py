@@ -1,18 +1,69 @@
-"""Lines of a text log, however it was written: CR, LF or both, NUL bytes, UTF-16, lines without end."""
+"""Lines of a text log, however it was written: CR, LF or both, NUL bytes, UTF-16, lines without end.
+
+Records of a fixed size in a binary log: found wherever they stand, so that damage costs what it hit.
+
+A record is where its check says so. Bytes between records are lost; each run of them counts once.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import NamedTuple
 
+import numpy as np
+
 from ....files import open_file
 from ..log import Log, LogError, Losses
+
+RECORDS = 1 << 22  # bytes
 
 LONGEST = 65_536  # bytes of a line; the longest sentence that is known (TSPHA of a wave buoy) has 22 836
 BLOCK = 1 << 20
 MARKS = (b"\xef\xbb\xbf", b"\xff\xfe", b"\xfe\xff")  # of UTF-8 and UTF-16
 TEXT = frozenset([*range(0x20, 0x7F), *b"\t\r\n\x01\x02\x03"])  # also SOH, STX, ETX, which frame telegrams
+
+
+def records_of(
+    path: Path, size: int, valid: Callable[[np.ndarray], np.ndarray], losses: Losses
+) -> Iterator[tuple[int, np.ndarray]]:
+    """Blocks of records: the byte at which the first of a block stands, and uint8 [n, size].
+
+    valid: of m bytes, m >= size, one bool for each of the m - size + 1 places: does a whole record begin there?
+    """
+    rest, base, expected = b"", 0, 0  # base: byte of the file where rest begins; expected: of the next record
+    try:
+        with open_file(path, "rb") as file:
+            while block := file.read(RECORDS):
+                data = np.frombuffer(rest + block, np.uint8)
+                places = max(len(data) - size + 1, 0)
+                starts = _apart(np.flatnonzero(valid(data)) if places else np.zeros(0, np.int64), size)
+                before = np.concatenate(([expected - base], starts + size))  # ends of the records before each
+                for end in before[:-1][before[:-1] != starts]:
+                    losses.add("damaged bytes before a record", f"byte {base + int(end)}")
+                if starts.size:
+                    expected = base + int(before[-1])
+                    yield base + int(starts[0]), data[starts[:, None] + np.arange(size)]
+                decided = max(places, expected - base)
+                rest, base = data[decided:].tobytes(), base + decided
+    except OSError as error:
+        raise LogError(f"{path}: cannot be read ({error.strerror}); nothing was read. Give a file") from None
+    end = base + len(rest)
+    if end > expected:
+        cut = end - expected < size
+        losses.add("record cut off at the end" if cut else "damaged bytes at the end of the file", f"byte {expected}")
+
+
+def _apart(candidates: np.ndarray, size: int) -> np.ndarray:
+    """Of places at which a record may begin, the first and each next one that overlaps no other."""
+    if not candidates.size or np.diff(candidates).min(initial=size) >= size:
+        return candidates
+    kept, free = [], 0
+    for place in candidates.tolist():
+        if place >= free:
+            kept.append(place)
+            free = place + size
+    return np.array(kept, np.int64)
 
 
 class Line(NamedTuple):
