@@ -307,8 +307,8 @@ def heave(axes: Axes, run: RecordedRun, skip_s: float) -> None:
 
 def attitude(axes: Axes, run: RecordedRun, skip_s: float) -> None:
     """Pitch and roll of a towbody that is not level, over time."""
-    axes.set_title("Attitude of the towbody")
-    axes.set_ylabel("angle [deg]")
+    axes.set_title("Attitude")  # no longer: the legend stands beside it
+    axes.set_ylabel("towbody [deg]")
     names = ("pitch, nose up", "roll, port side up")
     for angle, name, color in zip(pitch_and_roll(run.frames), names, (ORANGE, BLUE), strict=True):
         axes.plot(*thinned(seconds(run), angle), color=color, lw=1.4, label=name)

@@ -10,6 +10,7 @@ import numpy as np
 
 from ...io.scenes.winch_plan import WinchPlan
 from ...io.sources.recorded_tow import RecordedTow
+from ...runs.transient import start_up
 from ...sim.scene import Scene
 from ..compare.pairing import SECOND
 from ..logs.own_signals import Signal
@@ -23,6 +24,7 @@ from .result import Calibration, Left, Parameter, Shown
 from .systematic import taken_as_true
 from .tow_model import TowModel
 
+AFTER = 5.0  # s that are simulated past the last measured value
 BIASES = 10.0  # spreads of a signal, that a bias may be
 Progress = Callable[[str, int], None]
 
@@ -62,6 +64,7 @@ def calibrate(
     numbers = free_of(free, scene)
     used = chosen(signals, options.signals, name)
     begun = clock.process_time()
+    duration = duration or _measured(used, tow, options.max_lag, start_up(scene, True))
     model = TowModel(scene, numbers, tow, duration, plan, options.steady, lambda runs: progress("simulating", runs))
     model.check_ends()
     model(tuple(one.start for one in numbers))
@@ -89,6 +92,15 @@ def calibrate(
 
 def _tick(model: TowModel) -> float:
     return model.scene.solver.tick
+
+
+def _measured(used: Mapping[str, Signal], tow: RecordedTow | None, lag: float, least: float) -> float | None:
+    """Seconds of the motion until nothing more was measured, at least so many; None: all of it."""
+    if tow is None or len(tow.spans) != 1:
+        return None
+    first, last = tow.spans[0][:2]
+    needed = (max(int(one.time[-1]) for one in used.values()) - first) * SECOND + lag + AFTER
+    return needed if least < needed < (last - first) * SECOND else None
 
 
 def _window(

@@ -10,6 +10,8 @@ import numpy as np
 from ...plots.run import canvas
 
 if TYPE_CHECKING:
+    from matplotlib.collections import LineCollection
+
     from .laid import Laid
 
 NAMES = {
@@ -23,7 +25,21 @@ NAMES = {
     "static": ("static tow", "#2166ac", "--"),
 }
 OURS, BAND, SHIP = "#0b3c5d", "#a6c8e0", "#222222"
+MARKS = 13
 ON_MAP = ("pythagoras", "follow_dog", "along_track", "static")
+
+
+def _crosses(one: Laid, begin: np.ndarray) -> LineCollection:
+    """The interval along and across the layback, about the towbody, as MARKS crosses over the run."""
+    rows = np.linspace(0, len(one.samples.fish) - 1, MARKS).astype(int)
+    at, lead = one.samples.fish[rows] - begin, (one.samples.fish - one.samples.sheave)[rows]
+    along = lead / np.hypot(*lead.T)[:, None]
+    across = np.column_stack((-along[:, 1], along[:, 0]))
+    arms = [axis * one.band[rows, k][:, None] for k, axis in ((1, along), (2, across))]
+    ends = np.concatenate([np.stack((at - arm, at + arm), axis=1) for arm in arms])
+    from matplotlib.collections import LineCollection
+
+    return LineCollection(list(ends), colors=OURS, linewidths=1.5, label="its 95 % interval")
 
 
 def plot(one: Laid, path: Path, title: str, measured: bool) -> Path:
@@ -40,6 +56,7 @@ def plot(one: Laid, path: Path, title: str, measured: bool) -> Path:
             label, colour, line = NAMES[name]
             top.plot(*(one.places[name] - begin).T, color=colour, ls=line, lw=1.5, label=label)
         top.plot(*(s.fish - begin).T, color=OURS, lw=2.5, label="simulated")
+        top.add_collection(_crosses(one, begin))
         top.set_xlabel("east [m]")
         top.set_ylabel("north [m]")
         top.set_aspect("equal", adjustable="datalim")
@@ -47,7 +64,7 @@ def plot(one: Laid, path: Path, title: str, measured: bool) -> Path:
         below.set_title("Layback from the sheave, with its 95 % interval, and depth")
         below.fill_between(minutes, size - one.band[:, 0], size + one.band[:, 0], color=BAND, label="95 %")
         for name, (label, colour, line) in NAMES.items():
-            if name != "catenary":  # steeper by far: it would press the others together
+            if name != "catenary" and np.isfinite(one.places[name]).any():  # steeper by far, it would press the others
                 there = np.hypot(*(one.places[name] - s.sheave).T)
                 below.plot(minutes, there, color=colour, ls=line, lw=1.5, label=label)
         below.plot(minutes, size, color=OURS, lw=2.5, label="simulated")
