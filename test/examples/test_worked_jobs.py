@@ -70,10 +70,12 @@ def folder(tmp_path, monkeypatch):
     return tmp_path
 
 
+@pytest.mark.check
 def test_there_are_five():
     assert len(PAGES) == 5
 
 
+@pytest.mark.check
 @pytest.mark.parametrize("path", PAGES, ids=lambda path: path.stem)
 def test_a_page_has_its_parts(path):
     text, blocks = page_of(path)
@@ -88,6 +90,7 @@ def test_a_page_has_its_parts(path):
     assert told and all(rounded(number, shown) for number in told), told
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("path", PAGES, ids=lambda path: path.stem)
 def test_its_commands_print_what_it_shows(path, folder):
     if path.stem == "job_controller":

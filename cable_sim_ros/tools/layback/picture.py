@@ -25,7 +25,7 @@ NAMES = {
     "static": ("static tow", "#2166ac", "--"),
 }
 OURS, BAND, SHIP = "#0b3c5d", "#a6c8e0", "#222222"
-MARKS = 13
+MARKS, TINY = 13, 1e-9  # crosses; m
 ON_MAP = ("pythagoras", "follow_dog", "along_track", "static")
 
 
@@ -33,7 +33,7 @@ def _crosses(one: Laid, begin: np.ndarray) -> LineCollection:
     """The interval along and across the layback, about the towbody, as MARKS crosses over the run."""
     rows = np.linspace(0, len(one.samples.fish) - 1, MARKS).astype(int)
     at, lead = one.samples.fish[rows] - begin, (one.samples.fish - one.samples.sheave)[rows]
-    along = lead / np.hypot(*lead.T)[:, None]
+    along = lead / np.maximum(np.hypot(*lead.T), TINY)[:, None]
     across = np.column_stack((-along[:, 1], along[:, 0]))
     arms = [axis * one.band[rows, k][:, None] for k, axis in ((1, along), (2, across))]
     ends = np.concatenate([np.stack((at - arm, at + arm), axis=1) for arm in arms])
