@@ -1,6 +1,6 @@
 """Comparison of what was measured (A) with what was simulated (B): alignment, scores, limits, verdict.
 
-Picture of a comparison: each quantity over time, and what is left between the two.
+Its picture: each quantity over time, and what is left between the two.
 """
 
 from __future__ import annotations
