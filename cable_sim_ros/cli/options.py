@@ -1,16 +1,11 @@
-"""Options that mean the same in every command that takes them, and what they are checked for.
+"""The frame of a command and the options that mean the same in every command that takes them.
 
-Every number is finite, and in a range that is said where it is not kept.
+A command returns an Answer, and what is said, written and left with is the same for all of them. With --json the
+figures alone are on standard output, and what else there is to say on standard error. Errors that a command reports in
+one line have their text as the whole message; anything else keeps its traceback.
 
-The option ``--keys`` of commands whose file is of a kind of its own: lists what such a file may hold, and leaves.
-
-The frame of a command: it returns an Answer, and what is said, written and left with is the same for all of them.
-
-With --json the figures alone are on standard output, and what else there is to say on standard error.
-
-Errors that a command reports in one line: their text is the whole message. Anything else keeps its traceback.
-
---report, which means the same in every command that simulates: the run as one HTML file that prints.
+Every number is finite, and in a range that is said where it is not kept. ``--keys`` of commands whose file is of a kind
+of its own lists what such a file may hold, and leaves; --report is a run as one HTML file that prints.
 """
 
 from __future__ import annotations

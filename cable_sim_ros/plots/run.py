@@ -1,6 +1,7 @@
-"""Picture of a run, and the canvas of every picture in its style.
+"""Picture of a run: cable from the side, tension, towbody and sheave, load along the sheave.
 
-A figure is saved where it was asked for.
+The canvas of every picture is a figure in the style of the house that is saved where it was asked for: same figure,
+same bytes; a PNG in 256 colours, a third of the size.
 """
 
 from __future__ import annotations

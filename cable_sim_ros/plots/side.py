@@ -10,8 +10,8 @@ import numpy as np
 from ..io.recordings.recorded_run import RecordedRun, places_of
 from ..io.scenes.document import SceneError
 from ..io.scenes.load import scene_from_text
+from ..runs.passage import haul_of
 from ..runs.summary import tow_axes, turns
-from ..runs.travel import haul_of
 from ..sim.scene import Scene
 from .heading import force_unit
 from .sea_surface import SeaSurface

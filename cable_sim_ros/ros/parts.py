@@ -1,6 +1,6 @@
 """Parts of the node that a tool adds: parameters under a name of their own, and what acts on them while it runs.
 
-One task of /diagnostics, and numbers in its text.
+Beside them one task of /diagnostics, and numbers in its text.
 """
 
 from __future__ import annotations

@@ -48,6 +48,7 @@ from .controller import Controller, ControlLoop, alone
 from .journal_replay import JournalReplay
 from .message_run import MessageRun
 from .metrics import METRICS as METRICS
+from .passage import phase_figures
 from .resume import Resumed, report_of
 from .resume import save as save_run
 from .settings import NOTHING, Settings, apply_to_bag, apply_to_scene, of_intake, recorded_intake, refuse_without_bag
@@ -56,7 +57,6 @@ from .step_choice import doubts_of_steps, metrics_of_steps, overwritten, stepped
 from .stepping import Progress, Stepped, silent
 from .summary import SKIP, after_start, bag_path, of_bodies, summarize, write_summary
 from .summary import Run as Run
-from .travel import phase_figures
 
 GROWN = 0.95  # of water.ramp: 0.993 of the size
 

@@ -29,10 +29,9 @@ from ..sim.checks.deviation_checks import SKIP
 from ..sim.scene import Scene
 from ..sim.tables.elementary import principal, product
 from ..sim.verdict import Verdict
-from .passage import events
-from .travel import HAUL_OVER, HAULED, TURNED, haul_of, turned, turns
-from .travel import since_first as since_first
-from .travel import tick_length as tick_length
+from .passage import HAUL_OVER, HAULED, TURNED, events, haul_of, turned, turns
+from .passage import since_first as since_first
+from .passage import tick_length as tick_length
 
 if TYPE_CHECKING:
     from rich.table import Table

@@ -3,7 +3,7 @@
 Read with `struct` at fixed places after the strings, and checked on the way: whatever leaves here is finite, has a
 unit quaternion in ENU axes, and is what a ship can do, or is what a winch may be commanded. Live topics and bags give
 the same bytes, so both are read by the same decoder. Source: OMG DDSI-RTPS 10 (plain CDR), REP-103, REP-145.
-io/sources/bag_motion.py reads the bytes from a bag of any kind.
+io/sources/recorded_tow.py reads the bytes from a bag of any kind.
 """
 
 from __future__ import annotations

@@ -1,8 +1,7 @@
-"""How the IMU is turned in base_link: from its attitude to that of the ship.
+"""How the IMU is turned in base_link, from its attitude to that of the ship; messages in other axes.
 
-IMU and odometry messages turned from north-east-down axes to ENU, or moved on, as bytes.
-
-The same rotation as in `messages.py`: R_enu = Rz(90 deg) S R_ned S with S = diag(1, -1, -1).
+IMU and odometry messages are turned from north-east-down axes to ENU, or moved on, as bytes, by the same rotation as in
+`messages.py`: R_enu = Rz(90 deg) S R_ned S with S = diag(1, -1, -1).
 """
 
 from __future__ import annotations

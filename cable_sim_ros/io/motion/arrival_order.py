@@ -1,7 +1,7 @@
 """Messages in the order in which they arrive: one rule for the stamps, live and from a bag.
 
-Motion goes through the clock of its stamps (`clock.py`) into the ingest of motion; commands are put on that clock by
-their arrival. What is dropped on the way is counted by cause, in the words of `messages.CAUSES`.
+Motion goes through the clock of its stamps into the ingest of motion; commands are put on that clock by their
+arrival. What is dropped on the way is counted by cause, in the words of `messages.CAUSES`.
 
 Motion of the vehicle at the far end of the cable: nav_msgs/Odometry or geometry_msgs/PoseStamped -> samples.
 

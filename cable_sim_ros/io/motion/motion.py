@@ -5,9 +5,8 @@ filter about a mean track; the filter runs all the time, so that a change is war
 counted by cause; nothing that is not finite gets through. messages.py decodes the messages and reads bags,
 `stamps.py` makes jittering stamps regular, `position_rate_fit.py` makes positions and rates fit each other.
 
-One topic of motion: its stamps, arrivals and rate; and slow means.
-
-How long each topic of motion was refused for what its parts say of each other, and what was used in its place.
+A Stream is one topic: its stamps, arrivals and rate. Counted too is how long each topic was refused for what its parts
+say of each other, and what was used in its place.
 """
 
 from __future__ import annotations

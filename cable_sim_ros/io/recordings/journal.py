@@ -14,9 +14,8 @@ Topic ``sim/journal`` of the bag (recorded only, not published), std_msgs/String
 * ``set``: parameters that were changed; ``lost``: samples and commands that are not known any more; ``end``: why the
   recording or the simulation ended.
 
-Entries of a journal as they are read: the bag may be anybody's, so each is checked before anything is made of it.
-
-What an entry may be is declared here once; the writer is `Journal` of journal.py. Bounds are those of what a session
+As they are read the bag may be anybody's, so each entry is checked before anything is made of it. What one may be is
+declared here once, beside its writer `Journal`. Bounds are those of what a session
 can have pushed (sim/inputs.py), and of the work that a replay may be made to do.
 """
 

@@ -7,8 +7,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ...plots.strips import WIDTH
-from ...plots.vector import svg
+from ...plots.strips import WIDTH, svg
 from ...sim.flag_rules import DOUBTFUL, FAILED, OK
 from ..report.subject import Figure, Section, Table, Text, counted, number, typed, unit
 from ..report.write import write_page

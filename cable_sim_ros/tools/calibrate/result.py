@@ -1,8 +1,7 @@
 """What a calibration gives: parameters with intervals, what is left of each signal, verdict.
 
-Picture: measured, simulated before and after, one row a signal; what was held out is shaded.
-
-A scene file with other numbers: its comments, its order and its other lines stay.
+Picture: measured, simulated before and after, one row a signal; what was held out is shaded. The scene file with other
+numbers keeps its comments, its order and its other lines.
 """
 
 from __future__ import annotations

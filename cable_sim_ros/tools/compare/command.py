@@ -15,8 +15,7 @@ from ...terminal import in_lines, print_table, say
 if TYPE_CHECKING:
     from ...runs.summary import Run
     from .comparison import Comparison
-    from .limits import Limits
-    from .score import Score
+    from .score import Limits, Score
 
 LONGEST = 1e7  # s
 MEANING = {DOUBTFUL: "figures cannot be taken as they are", FAILED: "limits are violated"}
@@ -102,7 +101,7 @@ def compare(a, b, mapping, mapping_b, limits, junit, align, search, begin, end, 
 
 def load_limits(path: Path) -> Limits:
     """Limits of a file, before anything is run."""
-    from .limits import load_limits
+    from .score import load_limits
 
     return load_limits(path)
 

@@ -1,6 +1,6 @@
 """Comparison of what was measured (A) with what was simulated (B): alignment, scores, limits, verdict.
 
-Picture of a comparison: each quantity over time, and what is left between the two.
+Its picture: each quantity over time, and what is left between the two.
 """
 
 from __future__ import annotations
@@ -23,10 +23,9 @@ from ...sim.flag_rules import DOUBTFUL, FAILED, OK
 from ...sim.verdict import Reason, Verdict, check
 from ..logs.own_signals import QUANTITIES, Signal
 from .alignment import SEARCH, Clock, clock_of
-from .limits import Judged, Limits, judge
 from .pairing import LINES, NotPaired, clean, paired
 from .recordings import Recording
-from .score import SLOPE, Score, ellipsoid, inside, score
+from .score import SLOPE, Judged, Limits, Score, ellipsoid, inside, judge, score
 from .spectra import BAND
 from .units import Finding, findings, floor_of, step_of
 

@@ -36,7 +36,7 @@ MOVING = 0.2  # m/s, under which a course says nothing
 
 
 class Column(NamedTuple):
-    """Bounds of a column, its unit, and the quantity of tools/logs/signals.py with the factor to the column."""
+    """Bounds of a column, its unit, and the quantity of tools/logs/own_signals.py with the factor to the column."""
 
     low: float
     high: float

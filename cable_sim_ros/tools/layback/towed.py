@@ -1,6 +1,6 @@
 """The interval of a tow that manoeuvres: copies of it at both ends of each range, under the same motion and winch.
 
-As for the static tows (static_place.py) half the differences between both ends add as squares, at every moment: a tow
+As for the static tows (laid.py) half the differences between both ends add as squares, at every moment: a tow
 that does not manoeuvre has the same interval by both. A speed is wrong along the course of the moment, so that its two
 copies have a ship of their own; places count from their own sheaves.
 

@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ...physics.tick_output import Flag
-from ...plots.strips import WIDTH, Line, Strip, bars, strips
-from ...plots.vector import svg
+from ...plots.strips import WIDTH, Line, Strip, bars, strips, svg
 from ...runs.metrics import METRICS
 from ...runs.summary import OUTSIDE, SUMMARY, format_value
 from ...sim.flag_rules import RULES

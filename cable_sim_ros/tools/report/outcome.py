@@ -11,8 +11,7 @@ from ...physics.tick_output import Flag
 from ...physics.winch_drive import MODES, DriveModel
 from ...plots.heading import force_unit
 from ...plots.run import contact, contact_bands
-from ...plots.strips import WIDTH, Line, Strip, strips
-from ...plots.vector import svg
+from ...plots.strips import WIDTH, Line, Strip, strips, svg
 from ...runs.passage import events
 from ...runs.summary import WINCH_LIMITS, WINCH_PEAKS, pitch_and_roll
 from .subject import Figure, Section, Subject, Table, Text, number, unit

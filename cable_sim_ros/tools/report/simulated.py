@@ -14,8 +14,7 @@ from ...physics.section import material_of
 from ...physics.winch_drive import DriveModel
 from ...plots.heading import date_of, force_unit
 from ...plots.side import side_view
-from ...plots.strips import WIDTH
-from ...plots.vector import svg
+from ...plots.strips import WIDTH, svg
 from ...sim.scene import Scene
 from ...version import __version__
 from .subject import Figure, Section, Subject, Table, Text, number, unit

@@ -8,8 +8,7 @@ import numpy as np
 from scipy.signal import welch
 
 from ...plots.heading import force_unit
-from ...plots.strips import WIDTH, Spectrum, spectra
-from ...plots.vector import svg
+from ...plots.strips import WIDTH, Spectrum, spectra, svg
 from .subject import Figure, Section, Subject, Table, Text, counted, number
 
 LEAST_S, LEAST = 20.0, 64  # s and samples, below which there is no spectrum

@@ -11,8 +11,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from ...physics.parameter import declaration
-from ...plots.strips import LOOKS, WIDTH
-from ...plots.vector import svg
+from ...plots.strips import LOOKS, WIDTH, svg
 from ...sim.flag_rules import DOUBTFUL, FAILED, OK
 from ...sim.scene import Scene
 from .subject import Card, Figure, Part, Section, Table, Text, counted, number, share, typed, unit

@@ -1,12 +1,8 @@
 """What is drawn at once: a tick output with the shape of the cable and the contact that were published with it.
 
-What ends `cable-sim view` and `film`: input that cannot be shown (code 2), or a page that cannot be served (1).
-
-Strip charts: what they show, and their scale.
-
-A recorded run as moments that can be drawn: one for each shape of the cable in the bag, with its verdict.
-
-Alarms, verdict and figures of a moment in words; colours of the page.
+A recorded run is moments, one for each shape of the cable in the bag, with its verdict. Alarms, verdict and figures of
+a moment in words; what strip charts show, and their scale; colours of the page; errors that end `cable-sim view` and
+`film`: input that cannot be shown (code 2), or a page that cannot be served (1).
 """
 
 from __future__ import annotations

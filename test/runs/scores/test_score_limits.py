@@ -7,7 +7,7 @@ import pytest
 from score_seas import sea, signal
 
 from cable_sim_ros.tools.compare.comparison import compare, exact
-from cable_sim_ros.tools.compare.limits import Limits, LimitsError, QuantityLimits, judge, load_limits
+from cable_sim_ros.tools.compare.score import Limits, LimitsError, QuantityLimits, judge, load_limits
 
 GOOD = """\
 limits: my tow

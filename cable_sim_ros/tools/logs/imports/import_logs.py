@@ -221,7 +221,7 @@ def _in_place_of(path: Path) -> Iterator[None]:
 
 
 def _kept(one: Rounding) -> list[object]:
-    """A rounding as `io.sources.imported_bag` reads it again."""
+    """A rounding as `io.sources.recorded_tow` reads it again."""
     return [*one.column, *one[1:]]
 
 
