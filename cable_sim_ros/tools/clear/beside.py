@@ -193,6 +193,8 @@ class Lookout:
                     f"the tow has changed from {copies['itself'].tow.scope:.1f} m at {copies['itself'].tow.speed:.2f} "
                     f"m/s: its new answers are being simulated"
                 )
+        if self.refused:
+            report["notes"].append(f"the newest profile is not used: {self.refused}")
         if abs(here.rate) > MOVES:
             report["notes"].append(f"the winch moves at {here.rate:+.2f} m/s: judged as if it stood from now on")
         return {"time_ns": here.time, "profile_age_s": (here.time - points[0]) * 1e-9, "answer": told(report), **report}
