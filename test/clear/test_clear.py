@@ -167,8 +167,8 @@ def test_command_of_a_scene_and_of_a_state(at_once, copies, tmp_path):
     state = CliRunner().invoke(clear, [str(tmp_path / "tow.npz"), *common])
     assert state.exit_code == 1 and "side_scan: act: held as it is" in state.output and "begin by s" in state.output
     for given, said in (
-        (["side_scan"], "no --profile FILE says how deep the ground is"),
-        (["--profile", "p.csv"], "--profile is of a file"),
+        (["side_scan", "--scope", "60"], "--scope needs a profile"),
+        (common, "over it what is towed?"),
         ([str(tmp_path / "tow.npz"), *common, "--set", "a=1"], "--set is of a scene"),
         (["side_scan", *common, "--range", "current=1"], "there is no range 'current'"),
     ):

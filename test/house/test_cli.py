@@ -50,6 +50,7 @@ COMMANDS = {
     "telegrams",
     "towbody",
     "tows",
+    "clear",
     "export",
     "fmu",
     "view",

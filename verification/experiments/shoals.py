@@ -79,7 +79,7 @@ def passed(name: str, tow: Tow, copies: dict[str, Copy], known: Allowances, numb
     report = advise(passage)
     drag, speed, tide = (chance.normal(0.0, 1.0 / COVERAGE, 3) * (known.drag, known.speed, 1.0)).tolist()
     true = ground._replace(depth=ground.depth + tide * np.hypot(known.sounding, known.sounding_share * ground.depth))
-    scene, sailed = with_drag(tow.scene, 1.0 + drag), tow._replace(speed=tow.speed + speed)
+    scene, sailed = with_drag(tow.scene, 1.0 + drag), itself.tow._replace(speed=tow.speed + speed)
     seconds = int((ground.distance[-1] - itself.behind) / sailed.speed) + 1
 
     def least(action: Action, begin: float, out: float | None) -> float:

@@ -126,15 +126,17 @@ class Passage:
         gap = self.profile.ground(where) - np.concatenate([depth, np.interp(at, self.t, depth)])
         return np.concatenate([self.t, at]), where, np.where(where < self.first, np.inf, gap)
 
+    def _least(self, copy: Copy, *action: Any) -> tuple[float, float, float]:
+        """The least clearance of a copy, where and when."""
+        t, where, gap = self._clearance(copy, *action)
+        k = int(np.argmin(gap))
+        return float(gap[k]), float(where[k]), float(t[k])
+
     def judge(
         self, kind: str | None = None, share: float = 0.0, begin: float = 0.0, out: float | None = None
     ) -> Judged:
         """The least clearance of a way; infinite where no depth is known on it."""
-        least = {}
-        for name, one in self.copies.items():
-            t, where, gap = self._clearance(one, kind, share, begin, out)
-            k = int(np.argmin(gap))
-            least[name] = float(gap[k]), float(where[k]), float(t[k])
+        least = {name: self._least(one, kind, share, begin, out) for name, one in self.copies.items()}
         itself, place, when = least["itself"]
         if not np.isfinite(itself):
             return Judged(itself, 0.0, place, when)
@@ -143,9 +145,11 @@ class Passage:
         taken = hypot(lost["drag"], max(lost["slower"], lost["faster"]), self._sounding(depth))
         return Judged(itself, taken, place, when)
 
-    def clear(self, *action: Any) -> bool:
+    def clear(self, kind: str, share: float, begin: float, out: float | None = None) -> bool:
         """Does a way keep the margin?"""
-        return self.judge(*action).sure >= self.margin
+        if self._least(self.copies["itself"], kind, share, begin, out)[0] < self.margin:
+            return False  # without a look at the other copies
+        return self.judge(kind, share, begin, out).sure >= self.margin
 
     def found(self, kind: str) -> Found | None:
         """The least share of an action that clears, with its times; None where the whole of it, now, does not."""

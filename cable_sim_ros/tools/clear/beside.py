@@ -144,6 +144,7 @@ class Lookout:
         )
 
     def _make(self, tow: Tow, heading: float) -> None:
+        os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), NICE)  # a look at the ground comes first
         actions = actions_of(tow, self.wanted.least(tow.scope), self.wanted.max_speed)
         try:
             self.copies, self.heading = copies_of(tow, actions, self.known.drag, self.known.speed, self._go_on), heading
@@ -220,7 +221,7 @@ def status_of(report: dict[str, Any]) -> Status:
 
 def beside(wanted: Wanted, known: Allowances, scene: str | None, namespace: str, wait: float, open_: bool) -> int:
     """Until a signal; returns the exit code. Raises WatchError where there is no node."""
-    os.nice(NICE)
+    os.nice(NICE // 2)
     alive = Alive()
     with watching(namespace, wait, alive, open_, Watcher, NODE) as watcher:
         one = Lookout(watcher.scene(scene), wanted, known)

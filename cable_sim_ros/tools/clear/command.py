@@ -12,7 +12,7 @@ import click
 from ...cli.answer import Answer, answers, asks_json, drawn
 from ...cli.expected_errors import need_ros
 from ...cli.number import Number
-from ...cli.options import FILE, folder_option, node_options, ready, set_option, tow_scene_option
+from ...cli.options import FILE, folder_option, node_options, ready, set_option
 from ...cli.progress import progress_bar
 from ...errors import CODE_DOUBTFUL, CODE_FAILED, CODE_OK
 from ...terminal import print_table, say
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 
 @click.command()
-@click.argument("tow", required=False, metavar="[SCENE|STATE.npz]")
+@click.argument("scene", required=False, metavar="[SCENE|STATE.npz]")
 @click.option("--profile", type=FILE, metavar="FILE", help="CSV of the ground ahead: distance_m,depth_m.")
 @click.option("--scope", type=Number(0.1, 2e4, "m"), help="Cable out, in place of that of scene or state.")
 @click.option("--speed", type=Number(0.0, 15.0, "m/s"), help="Speed of the ship, in place of that of scene or state.")
@@ -43,38 +43,36 @@ if TYPE_CHECKING:
 )
 @set_option("A value of the scene by its key; not of a state.")
 @folder_option("Folder for clear.json and clear.png; not beside a node.")
-@tow_scene_option
 @click.option("--corridor", type=Number(0.1, 1e4, "m"), default=25.0, help="Points so far beside count. Default: 25.")
 @click.option("--age", type=Number(1.0, 1e5, "s"), default=600.0, help="A profile is fresh for so long. Default: 600.")
 @node_options(wait=60.0)
 @answers
-def clear(tow, profile, ranges, settings, out, scene, namespace, wait, open_, **asked) -> Answer:
+def clear(scene, profile, ranges, settings, out, namespace, wait, open_, **asked) -> Answer:
     """Does a steady tow clear the ground ahead; else the least haul, or speed, that does, and by when.
 
-    With SCENE or a saved state and --profile; without, beside a running node, from the topic clear/profile:
-    docs/clear.md. Exit codes: 0 clear as it is towed; 1 not; 2 bad input; 4 not all could be judged.
+    With --profile, of SCENE or a saved state; without, beside a running node (SCENE: in place of its own), with the
+    topic clear/profile: docs/clear.md. Exit codes: 0 clear as it is towed; 1 not; 2 bad input; 4 not all was judged.
     """
     from ..ensemble.ranges import ranges_of
     from .advice import Allowances
 
     known, lines = ranges_of(ranges, Allowances)
     wanted = Wanted(**asked)
-    if tow is None:
-        given = [name for name, value in (("--profile", profile), ("--out", out), ("--set", settings)) if value]
-        given += [f"--{name}" for name in ("scope", "speed") if asked[name] is not None]
-        given += ["--json"] if asks_json() else []
+    if profile is None:
+        given = [f"--{name}" for name in ("scope", "speed") if asked[name] is not None]
+        given += [name for name, value in (("--out", out), ("--set", settings), ("--json", asks_json())) if value]
         if given:
             raise click.UsageError(
-                f"{given[0]} is of a file; nothing was judged. Give SCENE or STATE.npz, or leave it out"
+                f"{given[0]} needs a profile; nothing was judged. Give --profile FILE, or leave it out"
             )
         need_ros()
         from .beside import beside
 
         sys.exit(beside(wanted, known, scene, namespace, wait, open_))
-    if profile is None:
-        raise click.UsageError(f"{tow}: no --profile FILE says how deep the ground is; nothing was judged. Give one")
+    if scene is None:
+        raise click.UsageError(f"{profile}: over it what is towed? Nothing was judged. Give SCENE or STATE.npz")
     ready(out)
-    return _of_files(_tow_of(tow, settings, wanted), profile, wanted, known, lines, out)
+    return _of_files(_tow_of(scene, settings, wanted), profile, wanted, known, lines, out)
 
 
 def _tow_of(source: str, settings: tuple[str, ...], wanted: Wanted) -> tuple[Tow, float | None]:

@@ -7,7 +7,6 @@ begin.
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Callable
 from math import ceil, cos, radians, sin
 from typing import Any, NamedTuple
@@ -15,25 +14,19 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ...errors import RunError
-from ...io.scenes.load import SceneWarning, override
 from ...physics.heave_compensation import SetpointLaw
 from ...physics.towbody import BodyModel
 from ...physics.winch import DrumModel
 from ...sim.inputs import ShipMotion, WinchCommand
+from ...sim.layout import layout_of
+from ...sim.mesh.mesh_kinds import FeedMesh
+from ...sim.mesh_blocks import Mesh
 from ...sim.scene import Scene
 from ...sim.simulator import Simulator
 from ..ensemble.ranges import with_drag
 
-COARSE = {
-    "solver.tick": 1.0,
-    "solver.tension_error": 0.1,
-    "solver.position_error": 0.5,
-    "accuracy.tension": 0.2,
-    "solver.tolerance": 1e-4,
-    "accuracy.position": 10.0,
-    "mesh.inboard": 1,
-    "mesh.sheave": 4,
-}
+SOLVER = {"tick": 1.0, "tension_error": 0.1, "position_error": 0.5, "tolerance": 1e-4}
+ACCURACY = {"tension": 0.2, "position": 10.0}
 CALM = ("setpoint", "drive", "rules", "instruments", "heave", "mesh")  # blocks that are left at their defaults
 LEAD = 20  # s of motion that are told at once
 SETTLED = 2.0  # times scope over speed, in which a tow comes to rest after an action
@@ -57,13 +50,18 @@ class Action(NamedTuple):
 
 class Tow(NamedTuple):
     """A steady tow, and how its winch and ship can act. scope [m], speed [m/s], rate of the winch [m/s], acceleration
-    of the ship [m/s^2]."""
+    of the ship [m/s^2]; mesh: None: made for it."""
 
     scene: Scene
     scope: float
     speed: float
     rate: float
     acceleration: float
+    mesh: FeedMesh | None = None
+
+    def meshed(self) -> Tow:
+        """The same with a mesh that its copies can share: it takes static shapes of many scopes to make."""
+        return self._replace(mesh=layout_of(calm(self.scene, self.speed, self.scope, self.rate)).mesh)
 
     @property
     def settles(self) -> int:
@@ -111,9 +109,12 @@ def calm(scene: Scene, tow_speed: float, scope: float, rate: float) -> Scene:
         }
     )
     ship = scene.ship.model_copy(update={"tow_speed": tow_speed, "max_gap": 60.0})
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", SceneWarning)  # the scene itself has been warned of
-        return override(scene.model_copy(update={**blocks, "water": water, "winch": winch, "ship": ship}), COARSE)
+    coarse = {
+        "solver": scene.solver.model_copy(update=SOLVER),
+        "accuracy": scene.accuracy.model_copy(update=ACCURACY),
+        "mesh": Mesh(inboard=1, sheave=4),
+    }
+    return scene.model_copy(update={**blocks, **coarse, "water": water, "winch": winch, "ship": ship})
 
 
 class Way(NamedTuple):
@@ -132,7 +133,7 @@ def sail(tow: Tow, action: Action, begin: float, out: float | None, seconds: int
     """
     lasts = tow.lasts(action)
     rate = action.haul / lasts if action.haul else tow.rate
-    sim = Simulator(calm(scene or tow.scene, tow.speed, tow.scope, rate))
+    sim = Simulator(calm(scene or tow.scene, tow.speed, tow.scope, rate), tow.mesh)
     sim.start()
     heading = radians(sim.scene.ship.heading_deg)
     ways = np.array([cos(heading), sin(heading)])
@@ -267,6 +268,7 @@ def copies_of(
         "faster": (1.0, speed),
     }
     found: dict[str, Copy] = {}
+    tow = tow.meshed()
     for name, (factor, more) in asked.items():
         one, scene = tow._replace(speed=tow.speed + more), with_drag(tow.scene, factor)
         answers, rest = {}, None
