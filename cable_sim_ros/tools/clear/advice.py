@@ -36,10 +36,10 @@ class Allowances(Block):
     drag: float = shared("drag")
     speed: float = shared("speed")
     sounding: float = quantity(
-        0.5, "m", 0.0, 100.0, "depth of the ground, whatever it is", "IHO S-44 (2020) table 1, order 1: a = 0.5 m"
+        0.5, "m", 0.0, 100.0, "the same error of every depth of the ground", "IHO S-44 (2020) table 1, order 1: a = 0.5 m"
     )
     sounding_share: float = quantity(
-        0.013, "1", 0.0, 0.5, "depth of the ground, share of it", "IHO S-44 (2020) table 1, order 1: b = 0.013"
+        0.013, "1", 0.0, 0.5, "error of a depth of the ground, as a share of it", "IHO S-44 (2020) table 1, order 1: b = 0.013"
     )
 
 
@@ -82,6 +82,7 @@ class Passage:
         whole = (profile.distance[-1] - self.behind) / self.speed
         self.seconds = float(min(max(whole, 1.0), HORIZON))
         self.t = np.linspace(0.0, self.seconds, min(max(ceil(self.seconds), 2), SAMPLES) + 1)
+        self._known: dict[Any, tuple[float, float, float]] = {}
         self.first = -np.inf  # m: ground before it is not judged
         self.notes = list(profile.notes)
         if profile.distance[0] > self.behind:
@@ -126,17 +127,19 @@ class Passage:
         gap = self.profile.ground(where) - np.concatenate([depth, np.interp(at, self.t, depth)])
         return np.concatenate([self.t, at]), where, np.where(where < self.first, np.inf, gap)
 
-    def _least(self, copy: Copy, *action: Any) -> tuple[float, float, float]:
+    def _least(self, name: str, *action: Any) -> tuple[float, float, float]:
         """The least clearance of a copy, where and when."""
-        t, where, gap = self._clearance(copy, *action)
-        k = int(np.argmin(gap))
-        return float(gap[k]), float(where[k]), float(t[k])
+        if (name, action) not in self._known:
+            t, where, gap = self._clearance(self.copies[name], *action)
+            k = int(np.argmin(gap))
+            self._known[name, action] = float(gap[k]), float(where[k]), float(t[k])
+        return self._known[name, action]
 
     def judge(
         self, kind: str | None = None, share: float = 0.0, begin: float = 0.0, out: float | None = None
     ) -> Judged:
         """The least clearance of a way; infinite where no depth is known on it."""
-        least = {name: self._least(one, kind, share, begin, out) for name, one in self.copies.items()}
+        least = {name: self._least(name, kind, share, begin, out) for name in self.copies}
         itself, place, when = least["itself"]
         if not np.isfinite(itself):
             return Judged(itself, 0.0, place, when)
@@ -147,7 +150,7 @@ class Passage:
 
     def clear(self, kind: str, share: float, begin: float, out: float | None = None) -> bool:
         """Does a way keep the margin?"""
-        if self._least(self.copies["itself"], kind, share, begin, out)[0] < self.margin:
+        if any(self._least(name, kind, share, begin, out)[0] < self.margin for name in ("itself", "drag")):
             return False  # without a look at the other copies
         return self.judge(kind, share, begin, out).sure >= self.margin
 

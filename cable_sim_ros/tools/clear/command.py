@@ -62,9 +62,7 @@ def clear(scene, profile, ranges, settings, out, namespace, wait, open_, **asked
         given = [f"--{name}" for name in ("scope", "speed") if asked[name] is not None]
         given += [name for name, value in (("--out", out), ("--set", settings), ("--json", asks_json())) if value]
         if given:
-            raise click.UsageError(
-                f"{given[0]} needs a profile; nothing was judged. Give --profile FILE, or leave it out"
-            )
+            raise click.UsageError(f"{given[0]} needs a profile; nothing was judged. Give --profile FILE as well")
         need_ros()
         from .beside import beside
 
