@@ -93,6 +93,7 @@ IN_PLACE = bool({"editable_wheel", "develop"} & set(sys.argv))
 COMMANDS = {  # what extensions.py finds; a package of its own adds to the same groups
     "ahc": "ahc.command",
     "calibrate": "calibrate.command",
+    "clear": "clear.command",
     "compare": "compare.command",
     "ensemble": "ensemble.command",
     "envelope": "sweeps.analyses",

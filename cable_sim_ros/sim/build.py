@@ -394,7 +394,8 @@ def build_model(layout: Layout, mesh: FeedMesh | None = None) -> Model:
     else:  # filled for the pay-out, see mesh_motion.py
         elements = np.zeros((-(-(nodes - 1) // LANES), ancf.ROWS, LANES))
     rules = StepRules(halvings(scene.solver))
-    tolerance = TOLERANCE if layout.plan is None else layout.plan.tolerance
+    given = scene.solver.tolerance is not None  # then nothing is asked of a mesh that another stands for
+    tolerance = TOLERANCE if given or layout.plan is None else layout.plan.tolerance
     line = line_settings(scene.cable, scene.solver, scene.gravity, tension, rules, tolerance)
     line["jumps"] |= bool(scene.bodies)
     line["air"] = air_of(scene)

@@ -48,6 +48,7 @@ COMMANDS = {
     "telegrams",
     "towbody",
     "tows",
+    "clear",
     "export",
     "fmu",
     "view",

@@ -36,6 +36,7 @@ CORE = {  # room of the core: what it may import of the others; none knows a too
 TOOLS = {  # a tool -> the other tools that it builds on
     "ahc": {"report"},
     "calibrate": {"compare", "logs"},
+    "clear": {"ensemble"},
     "compare": {"logs"},
     "ensemble": {"sweeps"},
     "layback": {"ensemble", "logs"},  # copies of the tow where it manoeuvres
@@ -62,7 +63,7 @@ ROS = {
     "tf2_msgs",
     "ament_index_python",
 }
-BESIDE_A_NODE = {"ensemble/beside.py", "layback/node_part.py"}
+BESIDE_A_NODE = {"clear/beside.py", "ensemble/beside.py", "layback/node_part.py"}
 LONGEST = 600
 
 

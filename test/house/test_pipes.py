@@ -78,6 +78,7 @@ BESIDES = {  # what a command, or an option of it, wants beside its first argume
     "ahc --board": "--check",
     "ahc --merge": "--board=board.csv",
     "ahc --page": f"--table --board={PACKAGE.parent / 'docs' / 'ahc-1.csv'}",
+    "clear": "--profile=x.csv",
     "calibrate": "--scene=full_scale --free=cable.normal_drag",
     "ensemble --file": "--scene=full_scale",
     "export": "--out=x.csv",

@@ -74,6 +74,7 @@ EXPERIMENTS = (
     "lowered",
     "layback",
     "surveys",
+    "shoals",
 )
 
 

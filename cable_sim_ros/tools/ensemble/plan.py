@@ -9,13 +9,14 @@ from __future__ import annotations
 
 import os
 import warnings
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from math import cos, radians, sin
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 
+from ...errors import CableSimError
 from ...io.scenes.document import Document, SceneError, SceneWarning
 from ...io.scenes.load import scene_from_dict
 from ...io.scenes.winch_plan import PlanError, WinchPlan
@@ -34,6 +35,7 @@ LEAST_FACTOR, MOST_FACTOR = 0.1, 10.0  # of cable.sections.<name>.drag_amplifica
 
 SIGMAS = 1.959964  # half a 95 % interval of a normal distribution, in standard deviations
 COMMANDS_AHEAD = 150  # that the ring of inputs has room for
+B = TypeVar("B", bound=Block)
 OUTSIDE = ("drag", "speed", "east", "north", "turn_deg", "payout")  # of a Draw, that a twin may be given
 
 
@@ -58,10 +60,35 @@ class Ranges(Block):
     )
 
 
-def assumed(ranges: Ranges, chosen: set[str] | None = None) -> list[str]:
+class RangeError(CableSimError):
+    """A range on the command line that cannot be."""
+
+
+def ranges_of(words: Iterable[str], block: type[B]) -> tuple[B, list[str]]:
+    """A Block of half-widths from words KEY=VALUE, and what it assumes, a line each. Raises RangeError."""
+    rows, values = {row.key: row for row in declared(block)}, {}
+    for word in words:
+        key, _, text = word.partition("=")
+        if key not in rows:
+            raise RangeError(
+                f"--range {word}: there is no range '{key}'; nothing was simulated. Known: {', '.join(rows)}"
+            )
+        try:
+            values[key] = float(text)
+            block(**{key: values[key]})
+        except ValueError:  # also pydantic's
+            row = rows[key]
+            raise RangeError(
+                f"--range {word}: '{text}' is no number in {row.interval} {row.unit} ({row.doc}); nothing was "
+                f"simulated. Give the half-width of the 95 % interval"
+            ) from None
+    return (ranges := block(**values)), assumed(ranges, set(values))
+
+
+def assumed(ranges: Block, chosen: set[str] | None = None) -> list[str]:
     """A line for each range with its size; chosen: those that a user chose are left out, of the others the option."""
     lines = []
-    for row in declared(Ranges):
+    for row in declared(type(ranges)):
         if row.key not in (chosen or ()):
             unit = "" if row.unit == "1" else f" {row.unit}"
             how = "(95 %, normal)" if chosen is None else f"(95 %); --range {row.key}="

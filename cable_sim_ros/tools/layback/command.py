@@ -119,9 +119,11 @@ def layback(source, scene, mapping, ranges, out, **asked) -> Answer:
     depth_m, latitude, longitude, or any log with a mapping, under which the tow of --scene is simulated.
     """
     ready(out)
-    known, lines = _ranges(ranges)
     from ...io.scenes.document import find_bag
+    from ..ensemble.plan import Ranges, ranges_of
     from .ways import read_table
+
+    known, lines = ranges_of(ranges, Ranges)
 
     asked["table"] = asked["table"] and read_table(asked["table"])
     asked["sonar"] = asked["sonar"] or (0.0, 0.0, 0.0)
@@ -146,32 +148,6 @@ def layback(source, scene, mapping, ranges, out, **asked) -> Answer:
     with progress_bar() as progress:
         found = _of_log(source, scene, mapping, known, asked, progress)
     return _answer(found, lines, source, out)
-
-
-def _ranges(words: tuple[str, ...]) -> tuple[Ranges, list[str]]:
-    from pydantic import ValidationError
-
-    from ...physics.parameter import declared
-    from ..ensemble.plan import Ranges, assumed
-
-    rows, values = {row.key: row for row in declared(Ranges)}, {}
-    for word in words:
-        key, _, text = word.partition("=")
-        if key not in rows:
-            raise LaybackError(
-                f"--range {word}: there is no range '{key}'; nothing was simulated. Known: {', '.join(rows)}"
-            )
-        try:
-            values[key] = float(text)
-            Ranges(**{key: values[key]})
-        except (ValueError, ValidationError):
-            row = rows[key]
-            raise LaybackError(
-                f"--range {word}: '{text}' is no number in {row.interval} {row.unit} ({row.doc}); nothing was "
-                f"simulated. Give the half-width of the 95 % interval"
-            ) from None
-    ranges = Ranges(**values)
-    return ranges, assumed(ranges, set(values))
 
 
 class Found(NamedTuple):
