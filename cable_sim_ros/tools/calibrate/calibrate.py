@@ -10,7 +10,7 @@ import numpy as np
 
 from ...io.scenes.winch_plan import WinchPlan
 from ...io.sources.recorded_tow import RecordedTow
-from ...runs.transient import start_up
+from ...runs.offline import start_up
 from ...sim.scene import Scene
 from ..compare.pairing import SECOND
 from ..logs.own_signals import Signal
