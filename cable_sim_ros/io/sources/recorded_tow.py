@@ -23,6 +23,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ...files import read_bytes
 from ...physics.heave_filter import Convention, Heave, MotionInput
 from ...physics.inputs import Inputs
 from ...sim.scene import Scene
@@ -206,7 +207,7 @@ def _content(path: Path) -> bytes:
         if not all(file.is_file() for file in files) or sum(file.stat().st_size for file in files) > LARGEST:
             return b""
         for file in files:
-            digest.update(os.fsencode(file.name) + b"/" + hashlib.sha256(file.read_bytes()).digest())
+            digest.update(os.fsencode(file.name) + b"/" + hashlib.sha256(read_bytes(file)).digest())
     except OSError:
         return b""
     return digest.digest()
