@@ -33,12 +33,13 @@ READS = {  # options that name a file or bag that is read; a new option is put h
         "merge",
         "motion",
     ),
-    *("page", "rao", "reveal", "scene", "ship", "table", "vehicle", "winch"),
+    *("page", "profile", "rao", "reveal", "scene", "ship", "table", "vehicle", "winch"),
 }
 OTHERS = {  # options of words, numbers and what is written
     *("align", "antenna", "astern", "band", "began", "bias", "body", "camera", "case", "cluster", "command"),
     *("convention", "counter-offset", "data", "every", "factor", "fidelity", "fields", "fmi", "format", "fps"),
     *("free", "gain", "group", "folds", "design"),
+    *("acceleration", "age", "corridor", "hole", "least-scope", "margin", "max-speed"),  # of clear
     *(
         "heading",
         "heave",
