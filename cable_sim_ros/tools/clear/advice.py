@@ -35,9 +35,21 @@ class Allowances(Block):
 
     drag: float = shared("drag")
     speed: float = shared("speed")
-    sounding: float = quantity(0.5, "m", 0.0, 100.0, "depth of the ground, all alike", "IHO S-44 (2020), order 1a: a")
+    sounding: float = quantity(
+        0.5,
+        "m",
+        0.0,
+        100.0,
+        "the same error of every depth of the ground",
+        "IHO S-44 (2020) table 1, order 1: a = 0.5 m",
+    )
     sounding_share: float = quantity(
-        0.013, "1", 0.0, 0.5, "share of each depth of the ground", "IHO S-44 (2020), order 1a: b"
+        0.013,
+        "1",
+        0.0,
+        0.5,
+        "error of a depth of the ground, as a share of it",
+        "IHO S-44 (2020) table 1, order 1: b = 0.013",
     )
 
 
