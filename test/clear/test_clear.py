@@ -104,7 +104,6 @@ def test_a_profile_that_runs_back_is_put_in_order_and_the_shallower_counts():
     one = profile_of(np.array([0.0, 50.0, 20.0, 50.0, np.nan]), np.array([30.0, 40.0, 10.0, 35.0, 5.0]), 100.0, "p")
     assert one.distance.tolist() == [0.0, 20.0, 50.0] and one.depth.tolist() == [30.0, 10.0, 35.0]
     assert "1 of 5 points" in one.notes[0] and "runs back at 1 points, first from 50 to 20 m" in one.notes[1]
-    assert one.moved(20.0).distance.tolist() == [-20.0, 0.0, 30.0]
     many = np.arange(10_000.0)
     assert profile_of(many, np.where(many == 7777.0, 5.0, 50.0), 100.0, "p").depth.min() == 5.0
 

@@ -35,10 +35,6 @@ class Profile(NamedTuple):
         inside = (k >= 0) & (place < self.gaps[k, 1]) if len(self.gaps) else np.zeros(place.shape, bool)
         return np.where(inside, np.inf, depth)
 
-    def moved(self, by: float) -> Profile:
-        """With distances from a point so much further ahead."""
-        return self._replace(distance=self.distance - by, gaps=self.gaps - by)
-
 
 def profile_of(distance: np.ndarray, depth: np.ndarray, hole: float, where: str) -> Profile:
     """From points in the order they came; hole: distance between points [m] from which nothing is known between them.
