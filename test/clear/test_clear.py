@@ -136,8 +136,10 @@ def test_rows_with_an_empty_cell_are_left_out(tmp_path):
 
 
 def test_a_tow_that_hangs_or_has_no_winch_to_haul_is_refused(tow):
+    short = override(tow.scene, {"cable.sections.armoured.length": 62.0, "winch.scope": 50.0})
     for scene, speed, said in (
         (tow.scene, 0.1, "the ship makes 0.1 m/s, below 0.2"),
+        (short, 1.0, "60 m of scope are more than the 5"),
         (load_scene("rov_tether"), 1.0, "towbody.model = vehicle"),
         (load_scene("full_scale_contact"), 1.0, "winch.drum = contact"),
     ):
@@ -170,6 +172,9 @@ def test_command_of_a_scene_and_of_a_state(at_once, copies, tmp_path):
         (common, "over it what is towed?"),
         ([str(tmp_path / "tow.npz"), *common, "--set", "a=1"], "--set is of a scene"),
         (["side_scan", *common, "--range", "current=1"], "there is no range 'current'"),
+        (["side_scan", *common, "--scope", "60", "--least-scope", "90"], "--least-scope 90 is more than the 60 m"),
+        (["side_scan", *common, "--max-speed", "1"], "--max-speed 1 is less than the 2.06 m/s"),
+        (["full_scale_contact", *common], "has no winch.scope; nothing was judged"),
     ):
         refused = CliRunner().invoke(clear, given)
         assert refused.exit_code != 0 and said in refused.output + str(refused.exception)
@@ -212,6 +217,10 @@ def test_lookout_beside_a_node(tow, copies):
     assert "the answers of the tow are being simulated" in said()
     one.copies = copies
     assert one.look(0.5)["state"] == "clear" and status_of(one.look(0.5)).level == 0
+    one.profile(serialize_message(PointCloud2()))
+    assert "has no x, y, z of 4 or 8 byte floats" in one.look(0.5)["notes"][-1]
+    one.profile(bytes(4_000_001))
+    assert "4000001 bytes, most are 4000000" in one.look(0.5)["notes"][-1]
     one.profile(profile("odom", ground(55.0)[1], b""))
     assert "0 bytes are not 100 points" in one.look(0.5)["notes"][-1]
     one.profile(profile("odom", ground(copies["itself"].depth + 3.0)[1]))
@@ -220,6 +229,11 @@ def test_lookout_beside_a_node(tow, copies):
     one.tick(frame | {"time": 2 * 10**9, "payout_rate": -0.5, "scope": 55.0}, 1.0)
     notes = " ".join(one.look(1.0)["notes"])
     assert "the tow has changed from 60.0 m at 2.06 m/s" in notes and "the winch moves at -0.50 m/s" in notes
+    assert status_of(one.look(1.0)).level >= 1
+    one.profile(profile("odom", ground(55.0)[1]))
+    assert one.look(1.0)["state"] == "clear" and status_of(one.look(1.0)).level == 1, "of the tow as it was"
+    one.problem = "the ship makes 0.1 m/s"
+    assert one.look(1.0)["state"] == "unknown" and said(1.0) == "unknown: the ship makes 0.1 m/s"
     one.tick(frame | {"time": 700 * 10**9}, 1.0)
     assert "the profile is 699 s old, fresh up to 600 s" in said(1.0)
     assert "no tick output" in said(9.0)

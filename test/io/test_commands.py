@@ -1,5 +1,7 @@
 """Winch commands into Inputs: they count from arrival, are refused by cause, and a bag decides as a topic does."""
 
+import os
+import shutil
 from math import inf, nan
 
 import numpy as np
@@ -23,6 +25,7 @@ from cable_sim_ros.io.messages.messages import (
 )
 from cable_sim_ros.io.motion.arrival_order import DataClock, Stamp
 from cable_sim_ros.io.motion.motion import MotionIngest
+from cable_sim_ros.io.scenes.document import find_bag
 from cable_sim_ros.io.sources.recorded_tow import Feeder, RecordedTow, read_tow
 from cable_sim_ros.physics.heave_filter import Heave
 from cable_sim_ros.physics.inputs import COMMAND_ROWS, make_inputs
@@ -445,3 +448,18 @@ def test_messages_that_are_cut_short_are_counted_and_do_not_end_a_replay(tmp_pat
     feeder = Feeder(make_inputs(), tow, Scene)
     feeder.until(T0 + S)
     assert feeder.intake.refusals() == {"size": 1} and dict(feeder.intake.commands.refused) == {"size": 1}
+
+
+def test_a_bag_is_read_anew_where_its_content_differs_and_nobody_writes_to_what_is_kept(tmp_path):
+    """Even where the time of its files is the same."""
+    path = shutil.copytree(find_bag("lmg1903"), tmp_path / "bag")
+    first = read_tow(path)
+    first.about["node"], first.events[0] = "another", first.events[-1]
+    first.notices.append("a notice")
+    again = read_tow(path)
+    assert again.events[0].time < again.events[-1].time and "node" not in again.about and not again.notices
+    (file,), (other,) = path.glob("*.mcap"), find_bag("nbp1406").glob("*.mcap")
+    before = file.stat()
+    shutil.copy(other, file)
+    os.utime(file, ns=(before.st_atime_ns, before.st_mtime_ns))
+    assert read_tow(path).events[0] != again.events[0]

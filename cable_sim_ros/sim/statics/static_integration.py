@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...compiler.jit import driver, inline
+from ...compiler.jit import driver, inline, plain
 from ...physics.ancf import (
     BUOYANCY,
     CD_FIXED,
@@ -105,9 +105,9 @@ def cable_loads(scene: Scene) -> list[CableLoads]:
 def hypot_of(x, y):
     """Length of (x, y), rounded as by math.hypot: what the numba of a machine takes for it may differ by a bit."""
     x, y = max(abs(x), abs(y)), min(abs(x), abs(y))
-    if x == 0.0:
-        return 0.0
     xx, dx = squared(x)
+    if xx == 0.0:
+        return x
     yy, dy = squared(y)
     total = xx + yy
     root = sqrt(total)
@@ -200,10 +200,10 @@ def _keep(out, n, s, y, load):
 
 
 @inline
-def _bears(ground, fx, fy, weight):
+def bears(ground, force, weight):
     """The tension vector above something of ``weight`` [N] that lies on the ground, or is lifted by it."""
     down = max(weight, 0.0)
-    return fx + ground.rub[0] * down, fy + ground.rub[1] * down, 0.0
+    return force[0] + ground.rub[0] * down, force[1] + ground.rub[1] * down, 0.0
 
 
 @driver
@@ -225,7 +225,7 @@ def _march(c, y, s, length, total, laid, flow, ground, k, out):
             t = hypot_of(y[3], y[4]) or 1e-12
             e = h * (1.0 + t / c.ea) / t
             y[0], y[1], y[2] = y[0] + e * y[3], y[1] + e * y[4], bottom
-            y[3], y[4], y[5] = _bears(ground, y[3] - h * f[0], y[4] - h * f[1], (c.weight - c.buoyancy) * h)
+            y[3], y[4], y[5] = bears(ground, (y[3] - h * f[0], y[4] - h * f[1]), (c.weight - c.buoyancy) * h)
             done += h
             continue
         t = sqrt(y[3] ** 2 + y[4] ** 2 + y[5] ** 2)
@@ -288,11 +288,6 @@ class Ground(NamedTuple):
     bottom: float  # m, its height
     rub: tuple[float, float]  # friction over the weight that lies: what it adds to the tension vector up the cable
 
-    def bears(self, force: Row, weight: float) -> Row:
-        """The tension vector above something of ``weight`` [N] that lies there, or is lifted by it."""
-        down = max(weight, 0.0)
-        return (force[0] + self.rub[0] * down, force[1] + self.rub[1] * down, 0.0)
-
 
 def integrate(
     cables: list[CableLoads],
@@ -311,7 +306,7 @@ def integrate(
         if i in joints:
             added = joints[i](float(y[2]))
             force = tuple(a + b for a, b in zip(y[3:].tolist(), added, strict=True))
-            y[3:] = ground.bears((*force[:2], 0.0), added[2]) if s < laid else force
+            y[3:] = plain(bears)(ground, force, added[2]) if s < laid else force
         count = _march(cables[i], y, s, length, total, laid, flow, ground, k, out)
         parts.append(out[:count].copy())
         sections.append(np.full(count, i))

@@ -13,11 +13,22 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ...compiler.jit import plain
 from ..scene import Scene
 from ..tables.current import Flow, flow_of
 from ..tables.material import Hung
 from .route import Route
-from .static_integration import CableLoads, Ground, Joint, Rows, cable_loads, holding_force, integrate, joint_forces
+from .static_integration import (
+    CableLoads,
+    Ground,
+    Joint,
+    Rows,
+    bears,
+    cable_loads,
+    holding_force,
+    integrate,
+    joint_forces,
+)
 
 SHOTS = 30
 LOOSE = 1e-3  # of the scope: a shape that ends farther from the sheave is none
@@ -89,7 +100,7 @@ class _Shooting(NamedTuple):
         force, laid = tuple(held.tolist()), max(lies - 1.0, 0.0) * free
         if lies > 0.0:
             down, borne = max(force[2], 0.0), max(1.0 - lies, LYING)
-            force = (*ground.bears(force, (1.0 - borne) * down)[:2], borne * down if laid == 0.0 else 0.0)
+            force = (*plain(bears)(ground, force, (1.0 - borne) * down)[:2], borne * down if laid == 0.0 else 0.0)
         if laid > 0.0 and hypot(*force[:2]) < self.slack:
             force = (self.slack * cos(yaw), self.slack * sin(yaw), 0.0)
         if hypot(hypot(*force[:2]), force[2]) < 1e-9:

@@ -204,8 +204,11 @@ def deeper_than_the_wire(tow: Tow, profile: Profile, margin: float, ranges: Allo
     left = shallowest - hypot(ranges.sounding, ranges.sounding_share * shallowest) - margin - tow.scope
     if left < 0.0:
         return None
-    text = f"the ground, {shallowest:.4g} m and deeper, is out of reach of {tow.scope:.4g} m of cable"
-    return {"state": "clear", "margin_m": margin, "scope_m": tow.scope, "held": None, "notes": [*profile.notes, text]}
+    notes = list(profile.notes)
+    if profile.distance[0] > -tow.scope:
+        notes.append(f"no depth is known from the towbody to {profile.distance[0]:.4g} m: not judged")
+    why = f"the ground, {shallowest:.4g} m and deeper, is out of reach of {tow.scope:.4g} m of cable"
+    return {"state": "clear", "margin_m": margin, "scope_m": tow.scope, "held": None, "why": why, "notes": notes}
 
 
 def advise(passage: Passage) -> dict[str, Any]:
@@ -259,7 +262,7 @@ def told(report: dict[str, Any]) -> str:
     """The answer in one line."""
     held, margin = report["held"], report["margin_m"]
     if report["state"] == "clear" and held is None:
-        return f"clear: {report['notes'][-1]}"
+        return f"clear: {report['why']}"
     if held is None:
         return "unknown: no depth is known where the towbody goes"
     at = f"at {held['at_m']:.5g} m in {held['at_s']:.4g} s"

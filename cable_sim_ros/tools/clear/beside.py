@@ -185,11 +185,12 @@ class Lookout:
             return {"state": "unknown", "answer": f"unknown: {error}", "notes": []}
         report = deeper_than_the_wire(wanted.tow(self.scene, here.scope, 0.0), ground, wanted.margin, known)
         if report is None:
-            if copies is None:
+            changed = copies is not None and self._other(here)
+            if copies is None or (changed and self.problem):  # what it has become cannot be judged
                 why = self.problem or "the answers of the tow are being simulated"
                 return {"state": "unknown", "answer": f"unknown: {why}", "notes": []}
             report = advise(Passage(copies, ground, wanted.margin, known, wanted.deeper(copies, here.depth)))
-            if self._other(here):
+            if changed:
                 report["notes"].append(
                     f"the tow has changed from {copies['itself'].tow.scope:.1f} m at {copies['itself'].tow.speed:.2f} "
                     f"m/s: its new answers are being simulated"
@@ -198,7 +199,8 @@ class Lookout:
             report["notes"].append(f"the newest profile is not used: {self.refused}")
         if abs(here.rate) > MOVES:
             report["notes"].append(f"the winch moves at {here.rate:+.2f} m/s: judged as if it stood from now on")
-        return {"time_ns": here.time, "profile_age_s": (here.time - points[0]) * 1e-9, "answer": told(report), **report}
+        answer = "; ".join([told(report), *report["notes"]])
+        return {"time_ns": here.time, "profile_age_s": (here.time - points[0]) * 1e-9, "answer": answer, **report}
 
     def _not_yet(self, now: float) -> str:
         """ "" or why nothing can be judged."""
@@ -216,7 +218,8 @@ def status_of(report: dict[str, Any]) -> Status:
     """The task of /diagnostics."""
     values = {"state": report["state"], "took_s": f"{report['took_s']:.4f}", "cpu_s": f"{report['cpu_s']:.4f}"}
     values["notes"] = "; ".join(report["notes"])[:1000]
-    return Status("clear", LEVELS[report["state"]], report["answer"], values)
+    level = max(LEVELS[report["state"]], WARN if report["notes"] else OK)  # clear as far as judged
+    return Status("clear", level, report["answer"], values)
 
 
 def beside(wanted: Wanted, known: Allowances, scene: str | None, namespace: str, wait: float, open_: bool) -> int:

@@ -110,9 +110,19 @@ def _of_files(
 ) -> Answer:
     from .advice import Passage, actions_of, advise, deeper_than_the_wire, told
     from .profile import read_profile
-    from .towed import copies_of
+    from .towed import ClearError, copies_of
 
     (tow, depth), ground = found, read_profile(file, wanted.hole)
+    for option, given, now in (
+        (
+            "--least-scope",
+            wanted.least_scope,
+            f"more than the {tow.scope:g} m of cable out: nothing could be hauled in",
+        ),
+        ("--max-speed", wanted.max_speed, f"less than the {tow.speed:g} m/s of the ship: it could not go faster"),
+    ):
+        if given is not None and (given > tow.scope if option == "--least-scope" else given < tow.speed):
+            raise ClearError(f"{option} {given:g} is {now}; nothing was judged. Leave it out, or give another")
     report, passage = deeper_than_the_wire(tow, ground, wanted.margin, known), None
     if report is None:
         with progress_bar("copies of the tow") as progress:
@@ -123,7 +133,7 @@ def _of_files(
         report = advise(passage)
     report = {"scene": tow.scene.name, "profile": str(file), "answer": told(report), **report, "assumed": lines}
     files = drawn(lambda: _draw(passage, report, out / "clear.png")) if out is not None and passage is not None else []
-    open_ends = report["state"] == "unknown" or bool(report["notes"][:1]) and passage is not None
+    open_ends = report["state"] == "unknown" or bool(report["notes"])
     code = CODE_FAILED if report["state"] in ("act", "cannot") else CODE_DOUBTFUL if open_ends else CODE_OK
     return Answer(report, lambda: _tell(report), out and out / "clear.json", files, code=code)
 

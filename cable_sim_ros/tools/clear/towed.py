@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...errors import RunError
+from ...errors import CableSimError
 from ...physics.heave_compensation import SetpointLaw
 from ...physics.towbody import BodyModel
 from ...physics.winch import DrumModel
@@ -37,7 +37,7 @@ GENTLE = 0.5  # m/s^2, with which the winch starts and stops: harder ones cost s
 LEAST_SPEED = 0.2  # m/s, below which a tow hangs
 
 
-class ClearError(RunError):
+class ClearError(CableSimError):
     """The tow cannot be looked ahead."""
 
 
@@ -88,6 +88,16 @@ def calm(scene: Scene, tow_speed: float, scope: float, rate: float) -> Scene:
         raise ClearError(
             f"{scene.name}: the ship makes {tow_speed:.3g} m/s, below {LEAST_SPEED:g}: the towbody hangs and comes to "
             f"no shoal; nothing was judged. Look again under way"
+        )
+    most = (
+        sum(section.length for section in scene.cable.sections.values())
+        - layout_of(scene).route.inboard
+        - scene.winch.dead_length
+    )
+    if scope > most:
+        raise ClearError(
+            f"{scene.name}: {scope:.4g} m of scope are more than the {most:.4g} m of cable that can be paid out; "
+            f"nothing was judged. Give a shorter --scope"
         )
     blocks: dict[str, Any] = {name: type(one)() for name in CALM if (one := getattr(scene, name, None)) is not None}
     water = scene.water.model_copy(
