@@ -76,42 +76,35 @@ class Sea(NamedTuple):
 
 @inline
 def sincos(angle):
-    """Sine and cosine to 1e-11 without a call, so that loops over lanes are vectorised: half the angle by series."""
+    """Sine and cosine to 1e-11 without a call or a division, so that loops over lanes are vectorised: of half the
+    angle, by polynomials through the Chebyshev points of 0 to pi/2."""
     turns = (angle * (0.5 / pi) + 6755399441055744.0) - 6755399441055744.0  # 1.5 * 2^52: to the nearest whole number
     x = 0.5 * (angle - turns * (2.0 * pi))
     q = x * x
-    s = 1.0 - q / 272.0
-    s = 1.0 - q / 210.0 * s
-    s = 1.0 - q / 156.0 * s
-    s = 1.0 - q / 110.0 * s
-    s = 1.0 - q / 72.0 * s
-    s = 1.0 - q / 42.0 * s
-    s = 1.0 - q / 20.0 * s
-    s = x * (1.0 - q / 6.0 * s)
-    c = 1.0 - q / 240.0
-    c = 1.0 - q / 182.0 * c
-    c = 1.0 - q / 132.0 * c
-    c = 1.0 - q / 90.0 * c
-    c = 1.0 - q / 56.0 * c
-    c = 1.0 - q / 30.0 * c
-    c = 1.0 - q / 12.0 * c
-    c = 1.0 - 0.5 * q * c
+    s = q * 1.550250902793809e-10 - 2.5036745008428295e-08
+    s = q * s + 2.755712317437327e-06
+    s = q * s - 0.0001984126870905615
+    s = q * s + 0.008333333330940365
+    s = x * (1.0 + q * (q * s - 0.16666666666658467))
+    c = q * 2.0043838867607283e-09 - 2.753434319598821e-07
+    c = q * c + 2.4801294210170026e-05
+    c = q * c - 0.0013888887196553783
+    c = q * c + 0.0416666666309018
+    c = 1.0 + q * (q * c - 0.49999999999877454)
     return 2.0 * s * c, 1.0 - 2.0 * s * s
 
 
 @inline
 def decay(x):
-    """e^x for x <= 0, to 1e-11 down to e^-15, held at e^-30: (e^(x/64))^64, vectorised like sincos."""
+    """e^x for x <= 0, to 1e-11, held at e^-30: (e^(x/64))^64, vectorised like sincos."""
     y = max(x, -30.0) * 0.015625
-    e = 1.0 + y / 9.0
-    e = 1.0 + y / 8.0 * e
-    e = 1.0 + y / 7.0 * e
-    e = 1.0 + y / 6.0 * e
-    e = 1.0 + y / 5.0 * e
-    e = 1.0 + y / 4.0 * e
-    e = 1.0 + y / 3.0 * e
-    e = 1.0 + 0.5 * y * e
-    e = 1.0 + y * e
+    e = y * 2.016731863971514e-05 + 0.00019501074816183152
+    e = y * e + 0.0013875636257640153
+    e = y * e + 0.00833304509754231
+    e = y * e + 0.041666632486559024
+    e = y * e + 0.16666666467129349
+    e = y * e + 0.4999999999555448
+    e = 1.0 + y * (y * e + 0.9999999999998372)
     e = e * e
     e = e * e
     e = e * e

@@ -65,11 +65,10 @@ class Stepper:
         self.live: dict[str, Any] = {}
         self.modes: Counter[str] = Counter()  # ticks by the mode of the winch in force
         self.stepping = self.cpu = 0.0
-        self._parts: list[np.ndarray] = []
+        self._rows = bytearray()  # of TICK_OUTPUT: of many chunks of a tick arrays are joined slower than it simulates
         self._places = body_places(sim.scene)
         self._bodies = [np.zeros((0, len(self._places), len(BODY_COLUMNS)))]
-        self._counted = 0  # ticks and parts that `modes` has
-        self._counted_parts = 0
+        self._counted = 0  # ticks that `modes` has
 
     def begin(self, start: Start) -> None:
         """The simulator has been started, or taken to another clock."""
@@ -78,9 +77,10 @@ class Stepper:
 
     def count(self) -> None:
         """Count the modes of the ticks since the last time, while scene and commands are theirs."""
-        if parts := self._parts[self._counted_parts :]:
-            self.modes += count_modes(np.concatenate(parts), self.sim.inputs, self.sim.scene.setpoint.algorithm)
-        self._counted, self._counted_parts = self.done, len(self._parts)
+        if self.done > self._counted:
+            rows = np.frombuffer(self._rows, TICK_OUTPUT, -1, self._counted * TICK_OUTPUT.itemsize)
+            self.modes += count_modes(rows, self.sim.inputs, self.sim.scene.setpoint.algorithm)
+        self._counted = self.done
 
     def change(self, name: str, value: Any) -> None:
         """Give a live parameter another value from the next tick on. Raises KeyError, ValueError."""
@@ -105,7 +105,7 @@ class Stepper:
             frames, halted = error.frames, error
         self.stepping += time.perf_counter() - begun
         self.cpu += time.process_time() - used
-        self._parts.append(frames.copy())
+        self._rows += frames.tobytes()
         if self._places and len(frames):
             self._bodies.append(body_rows(self.sim.chunk_tables[0][: len(frames)], self._places))
         self.done += len(frames)
@@ -133,8 +133,7 @@ class Stepper:
     @property
     def frames(self) -> np.recarray:
         """Every tick so far."""
-        parts = np.concatenate(self._parts) if self._parts else np.zeros(0, TICK_OUTPUT)
-        return parts.view(np.recarray)
+        return np.frombuffer(self._rows, TICK_OUTPUT).copy().view(np.recarray)
 
 
 class RunRecorder:

@@ -13,6 +13,7 @@ from cable_sim_ros.physics.drag_laws import CHOO_CASARELLA, LAWS, DragLaw, eleme
 from cable_sim_ros.physics.state import ARC, LINE_SETTINGS, MEAN, NOW, A, Change, Q, V, make_state
 from cable_sim_ros.physics.towbody import BODY
 from cable_sim_ros.physics.water import Water
+from cable_sim_ros.physics.water_kinematics import link_stir
 from cable_sim_ros.sim.build import build_line
 
 
@@ -127,6 +128,7 @@ class Bench:
     def assemble(self, change: Change, tangent: np.bool_) -> float:
         """The system into work.band and work.lower; returns the strain energy [J]."""
         line = build_line(self.elements, np.zeros((self.n + 1, 6)), np.zeros(0, BODY), [], np.zeros(1, LINE_SETTINGS))
+        link_stir(line, self.state)
         link_assembly(line, self.state)
         return _assemble(line, self.state, change, tangent)
 
