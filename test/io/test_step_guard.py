@@ -55,7 +55,7 @@ def towed(found):
     return np.array(ship.rows), ship.it
 
 
-@pytest.mark.parametrize("beside", [False, True])
+@pytest.mark.parametrize("beside", [pytest.param(False, marks=pytest.mark.nightly), True])
 @pytest.mark.parametrize("name", FAULTS)
 def test_a_fault_under_way_does_not_shake_the_ship(name, beside):
     """Before: up to some 600 m/s^2 and 100 rad/s^2 until it was named."""

@@ -121,7 +121,7 @@ CASES = {
 
 @pytest.mark.parametrize("case", CASES)
 @pytest.mark.filterwarnings("error")
-@pytest.mark.parametrize("kind", ["run", "haul", "haul with a plan"])
+@pytest.mark.parametrize("kind", ["run", "haul", pytest.param("haul with a plan", marks=pytest.mark.nightly)])
 def test_every_text_is_inside_and_every_axis_has_a_unit(case, kind):
     recording, count = CASES[case](), 4 if kind == "run" else 5
     with matplotlib.rc_context(STYLE):
