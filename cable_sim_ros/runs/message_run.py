@@ -27,8 +27,8 @@ from ..sim.mesh.mesh_kinds import FeedMesh
 from ..sim.rebase import carried_over
 from ..sim.scene import Scene
 from ..sim.tables.rigid_tables import flaps_of
-from ..sim.verdict import Reason
-from . import mean_track, sources
+from ..sim.verdict import Reason, refused_motion
+from . import mean_track
 from .controller import ControllerError, ControlLoop
 from .resume import Resumed, nothing_left
 from .runner import Runner
@@ -108,12 +108,12 @@ class MessageRun(Runner):
         if self.tow is not None:
             self.doubts += mean_track.pitch_sign(frames)
         if self.feeder is not None:
-            self.doubts += sources.doubts(self.feeder.intake.ingest, count * self.tick / SECOND)
+            self.doubts += refused_motion(self.feeder.intake.ingest.refusals(), count * self.tick / SECOND)
         return stepped
 
     def _prepare(self) -> tuple[Start, int]:
         if self._resumed is None:
-            start = self.origin = self._start()
+            start = self.origin = self.first()
             self.plan_start = self.planned = start.time
         else:
             start = self._resumed.begin(self, self._own_plan)
@@ -138,9 +138,6 @@ class MessageRun(Runner):
 
     def first(self) -> Start:
         """Where the motion begins; pushes it as far as that."""
-        return self._start()
-
-    def _start(self) -> Start:
         tow, feeder = self.tow, self.feeder
         if tow is None or feeder is None:
             return Start(0, (0.0, 0.0), None)

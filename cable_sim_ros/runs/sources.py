@@ -19,7 +19,7 @@ from typing import Any
 from ..io.bags.bag_writer import BagError
 from ..io.messages.fault_hypotheses import DOUBTS
 from ..io.motion.arrival_order import Intake, Took
-from ..io.motion.motion import TOPICS, MotionIngest
+from ..io.motion.motion import TOPICS
 from ..io.scenes.document import find_bag
 from ..io.scenes.load import SceneWarning, load_scene, override, scene_from_text
 from ..io.scenes.ship_plan import ShipPlan
@@ -36,7 +36,6 @@ from ..sim.inputs import ShipMotion
 from ..sim.layout import layout_of
 from ..sim.scene import Scene
 from ..sim.tables.attitude import body_rates
-from ..sim.verdict import Reason, refused_motion
 from .settings import NOTHING, Settings, apply_to_bag, apply_to_scene, recorded_intake, refuse_without_bag
 
 GLANCE, LOOK = 1.0, 20.0  # s of motion: where the first convicts nobody, the rest is not looked at
@@ -75,11 +74,6 @@ def look(tow: RecordedTow, scene: Scene, motion: MotionInput, heave: Heave) -> N
         f"{tow.path}: none of the ship's motion can be used. {said}. Nothing was simulated: it would be a tow on its "
         f"mean track.{remedy} See the causes in docs/motion.md"
     )
-
-
-def doubts(ingest: MotionIngest, length: float) -> tuple[Reason, ...]:
-    """Reasons that refused sources of motion give to the verdict; length: of the motion, s."""
-    return refused_motion(ingest.refusals(), length)
 
 
 def motion_of(

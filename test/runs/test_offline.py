@@ -38,9 +38,9 @@ def recorded(tmp_path_factory):
 def test_the_shipped_cable_stays_in_its_groove_when_begun_like_a_node():
     """Along the first heading, where an offline run takes the mean: out of 10 mm the cable climbed after 11 s."""
     begun = message_run.MessageRun(load_scene("full_scale"), read_tow(offline.find_bag("nbp1406")))
-    assert begun._start().heading is not None
+    assert begun.first().heading is not None
     time, x, y, yaw = begun.feeder.intake.ingest.first_pose
-    begun._start = lambda: message_run.Start(time, (x, y), yaw)
+    begun.first = lambda: message_run.Start(time, (x, y), yaw)
     frames = begun.run(14.0, None).frames
     assert frames.groove_margin.min() > 0.02 and not (frames.status & (Flag.DETACHED | Flag.HALVED)).any()
     assert np.degrees(frames.wrap_angle.min()) < 8.0, "the sheave must come down to the water"

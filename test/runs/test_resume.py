@@ -103,8 +103,8 @@ def test_another_motion_takes_the_tow_up_at_its_beginning(saved):
 
 
 def test_a_motion_of_another_heading_is_refused(saved, monkeypatch):
-    real = message_run.MessageRun._start
-    monkeypatch.setattr(message_run.MessageRun, "_start", lambda self: real(self)._replace(heading=1.0))
+    real = message_run.MessageRun.first
+    monkeypatch.setattr(message_run.MessageRun, "first", lambda self: real(self)._replace(heading=1.0))
     text = (
         r"tow.npz: the ship heads 0 deg in the state and 57 deg in the motion: the tow would be swept round by 57 deg, "
     )

@@ -52,7 +52,7 @@ def read(path: Path) -> Log:
         if line.text.lstrip().startswith(b"#"):
             joined = joined or b"format=FAST" in line.text
             continue
-        frame = _frame(line.text) if line.whole or line.text.rstrip() != line.text else _last(line.text)
+        frame = _frame(line.text)
         if frame is None:
             losses.add("line that is no frame" if line.whole else "frame cut off", f"line {line.number}")
         else:
@@ -60,11 +60,6 @@ def read(path: Path) -> Log:
     reader.end(losses)
     log = Log(str(path), "nmea2000", reader.build.sources(), reader.build.records, losses, reader.said())
     return with_records(log, "frame of NMEA 2000")
-
-
-def _last(text: bytes) -> Frame | None:
-    """The last line without its end: whole where it has as many bytes as it says."""
-    return _frame(text)
 
 
 def _frame(text: bytes) -> Frame | None:
