@@ -63,7 +63,7 @@ ROS = {
     "tf2_msgs",
     "ament_index_python",
 }
-BESIDE_A_NODE = {"clear/beside.py", "ensemble/beside.py", "layback/node_part.py"}
+BESIDE_A_NODE = {"clear/beside.py", "ensemble/beside.py", "layback/fixes.py"}
 LONGEST = 600
 
 

@@ -15,16 +15,17 @@ from cable_sim_ros.io.scenes.load import load_scene, override  # noqa: E402
 from cable_sim_ros.ros.blocks import NodeBlock  # noqa: E402
 from cable_sim_ros.ros.parameters import ParameterError, settle  # noqa: E402
 from cable_sim_ros.tools.ensemble.plan import Ranges  # noqa: E402
-from cable_sim_ros.tools.layback import node_part  # noqa: E402
+from cable_sim_ros.tools.layback import fixes as fixes_module  # noqa: E402
+from cable_sim_ros.tools.layback.fixes import BandTable  # noqa: E402
 from cable_sim_ros.tools.layback.laid import COVERAGE, Tow, band_of  # noqa: E402
-from cable_sim_ros.tools.layback.node_part import BandTable, TowbodyFix, fix_problem  # noqa: E402
+from cable_sim_ros.tools.layback.node_part import TowbodyFix, fix_problem  # noqa: E402
 
 ORIGIN = {"fix.latitude": 60.0, "fix.longitude": 5.0}
 QUICK = {"fix.ranges.speed": 0.0, "fix.ranges.current": 0.0}  # the drag alone: two static tows a place
 
 
 def test_the_table_is_the_interval_at_its_places_and_nothing_outside(monkeypatch):
-    monkeypatch.setattr(node_part, "SHARES", (0.5, 1.0))
+    monkeypatch.setattr(fixes_module, "SHARES", (0.5, 1.0))
     scene, ranges = load_scene("side_scan"), Ranges(speed=0.0, current=0.0)
     table = BandTable(scene, ranges)
     _, band = band_of(scene, Tow(200.0, 2.06, 0.0, 0.0), ranges)
@@ -32,7 +33,7 @@ def test_the_table_is_the_interval_at_its_places_and_nothing_outside(monkeypatch
     assert found == pytest.approx(tuple(part / COVERAGE for part in (band.along, band.across, band.depth)))
     assert table.of(150.0, 1.5, 3.0) is not None  # in still water every heading is the same
     assert table.of(50.0, 2.06, 0.0) is None and table.of(200.0, 5.0, 0.0) is None
-    monkeypatch.setattr(node_part, "SHARES", (1.0,))
+    monkeypatch.setattr(fixes_module, "SHARES", (1.0,))
     drifting = BandTable(
         override(scene, {"water.current": [0.0, 0.3]}), Ranges(drag=0.0, speed=0.0, current=0.0, current_turn_deg=0.0)
     )

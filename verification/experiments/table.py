@@ -144,7 +144,7 @@ def _nearest(result: Result) -> list[str]:
         kept = [row for row in rows if verdict_of(row) == KEPT]
         cells = [source, str(len(kept)), str(len(rows) - len(kept))]
         if kept:
-            r = max(kept, key=lambda row: abs(row.ours - row.measured) / row.allowed)
+            r = max(kept, key=lambda row: abs(row.ours - row.measured) / row.allowed if row.allowed else 0.0)
             cells += [r.name, r.unit, text(r.measured, r), text(r.ours, r), text(r.allowed)]
         else:
             cells += ["-"] * 5

@@ -29,7 +29,7 @@ from ...sim.problem import Problem
 from ...sim.scene import Scene
 from ..sweeps.cases import within
 from ..sweeps.sweep_file import Range, Spread
-from .limits import COPIES, LEAST_COPIES, MAX_COPIES, MAX_SEED, SEED
+from .limits import COPIES, LEAST_COPIES, MAX_COPIES, MAX_SEED, SEED, Ranges
 
 LEAST_FACTOR, MOST_FACTOR = 0.1, 10.0  # of cable.sections.<name>.drag_amplification
 
@@ -37,27 +37,6 @@ SIGMAS = 1.959964  # half a 95 % interval of a normal distribution, in standard 
 COMMANDS_AHEAD = 150  # that the ring of inputs has room for
 B = TypeVar("B", bound=Block)
 OUTSIDE = ("drag", "speed", "east", "north", "turn_deg", "payout")  # of a Draw, that a twin may be given
-
-
-class Ranges(Block):
-    """Half-widths of the 95 % intervals of what a layback hangs on."""
-
-    drag: float = quantity(
-        0.2,
-        "1",
-        0.0,
-        0.8,
-        "share of the drag of cable and towbody",
-        "choice: measured C_D of bare tow cables are 2.2 to 2.5, of calm ones 1.2 to 1.5 (docs/drag.md)",
-    )
-    speed: float = quantity(0.1, "m/s", 0.0, 3.0, "speed of the ship along its course", "choice: 0.2 kn")
-    current: float = quantity(
-        0.1, "m/s", 0.0, 3.0, "either horizontal component of a current that the scene does not have", "choice: 0.2 kn"
-    )
-    current_turn_deg: float = quantity(15.0, "deg", 0.0, 180.0, "direction of the current of the scene", "choice")
-    payout: float = quantity(
-        0.0, "m", 0.0, 1000.0, "cable out, as the counter shows it", "choice: the counter is taken as exact"
-    )
 
 
 class RangeError(CableSimError):

@@ -1,0 +1,35 @@
+"""Parameters of the node for its fixes, `fix.*`, and what is wrong with them."""
+
+from __future__ import annotations
+
+from ...io.geodesy import FARTHEST
+from ...physics.parameter import Block, quantity
+from ..ensemble.limits import Ranges
+
+TOPIC = "towbody/fix"
+
+
+class Fix(Block):
+    """Where `odom` begins, and what is not known of the tow."""
+
+    latitude: float | None = quantity(
+        None, "deg", -FARTHEST, FARTHEST, "of the origin of odom, WGS 84; none: no towbody/fix"
+    )
+    longitude: float | None = quantity(None, "deg", -180.0, 180.0, "of the origin of odom, WGS 84")
+    surface: float | None = quantity(
+        None, "m", -120.0, 120.0, "height of the mean water surface above the ellipsoid; none: the fix has no altitude"
+    )
+    rate: float = quantity(1.0, "Hz", 0.1, 20.0, "rate of towbody/fix, in wall time")
+    ranges: Ranges = quantity(Ranges(), "", None, None, "half-widths of 95 % that its covariance comes from")
+
+
+def fix_problem(fix: Fix) -> str:
+    """ "" or why these parameters cannot be used."""
+    given = {"latitude": fix.latitude, "longitude": fix.longitude}
+    if sum(value is not None for value in given.values()) == 1:
+        name, other = ("latitude", "longitude") if fix.longitude is None else ("longitude", "latitude")
+        return (
+            f"parameter 'fix.{name}' = {given[name]:g} deg has no fix.{other} beside it: where odom begins is not "
+            f"known; nothing was started. Give both, or neither for no {TOPIC}"
+        )
+    return ""
