@@ -363,10 +363,10 @@ def manual(page, out) -> None:
     """A PAGE of the manual in Markdown, made from the declarations.
 
     parameters: every key of a scene and of the node; fields: what a tick answers, with units, tables and topics;
-    problems: what a scene or a plan is refused for or warned of; mapping_keys: keys, words and units of a mapping of a
-    log.
+    problems: what a scene or a plan is refused for or warned of; causes: why messages of motion and commands are
+    refused; mapping_keys: keys, words and units of a mapping of a log.
     """
-    own = {"parameters": manual_text, "fields": fields_text, "problems": problems_text}
+    own = {"parameters": manual_text, "fields": fields_text, "problems": problems_text, "causes": causes_text}
     others = extensions.found(extensions.PAGES)
     if page not in own | others:
         names = ", ".join(own | others)
@@ -461,3 +461,10 @@ def problems_text() -> str:
     from ..runs import problem_manual
 
     return problem_manual.text()
+
+
+def causes_text() -> str:
+    """Why messages of motion and commands are refused."""
+    from ..runs import cause_manual
+
+    return cause_manual.text()

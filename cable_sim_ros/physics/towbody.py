@@ -98,10 +98,14 @@ class Towbody(Block):
         "DNV-RP-H103 (2011) 4.3.5",
     )
     length: float | None = quantity(
-        None, "m", 1e-3, 100.0, "extent along x, for drawing alone; none: ten times the diameter"
+        None, "m", 1e-3, 100.0, "extent along x, of a level body for drawing alone; none: ten times the diameter"
     )
     diameter: float | None = quantity(
-        None, "m", 1e-3, 100.0, "extent across, for drawing alone; none: that of a cylinder of the displaced volume"
+        None,
+        "m",
+        1e-3,
+        100.0,
+        "extent across, of a level body for drawing alone; none: that of a cylinder of the displaced volume",
     )
     inertia: tuple[float, float, float] | None = quantity(
         None, "kg m^2", 1e-9, 1e9, "rigid: moments of inertia about the centre of gravity, body axes"

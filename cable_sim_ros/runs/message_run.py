@@ -153,7 +153,7 @@ class MessageRun(Runner):
             why = "".join(f" {cause}: {CAUSES[cause]}." for cause in refused if CAUSES.get(cause))
             raise MotionError(
                 f"{tow.path}: no message of the ship's motion can be used ({counts}): nothing was simulated, it would "
-                f"be a tow on its mean track.{why} See the causes in docs/motion.md, or simulate it with --motion none"
+                f"be a tow on its mean track.{why} See docs/causes.md, or simulate it with --motion none"
             )
         first, x, y, yaw = feeder.intake.ingest.first_pose
         heading = _mean_yaw(tow, yaw, feeder.intake.ingest) if tow.heading is None else tow.heading

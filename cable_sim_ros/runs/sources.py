@@ -72,7 +72,7 @@ def look(tow: RecordedTow, scene: Scene, motion: MotionInput, heave: Heave) -> N
         remedy += " Does the driver send gravity for specific force? Then --set motion.force_reversed=true."
     raise MotionError(
         f"{tow.path}: none of the ship's motion can be used. {said}. Nothing was simulated: it would be a tow on its "
-        f"mean track.{remedy} See the causes in docs/motion.md"
+        f"mean track.{remedy} See docs/causes.md"
     )
 
 
@@ -273,7 +273,7 @@ def motion_of_bag(
     if not samples:
         counts = ", ".join(f"{cause} {count}" for cause, count in intake.refusals().items()) or "none came"
         raise MotionError(
-            f"{tow.path}: no message of the ship's motion can be used ({counts}): there are no samples. See the causes "
-            f"in docs/motion.md"
+            f"{tow.path}: no message of the ship's motion can be used ({counts}): there are no samples. See "
+            f"docs/causes.md"
         )
     return samples

@@ -7,8 +7,6 @@ from pathlib import Path
 
 import pytest
 
-from cable_sim_ros.io.messages.messages import CAUSES
-
 pytestmark = pytest.mark.check
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -222,11 +220,3 @@ def test_the_glossary_is_in_alphabetical_order():
     terms = re.findall(r"^\*\*(.+?)\*\*", (DOCS / "glossary.md").read_text("utf-8"), re.M)
     assert len(terms) > 50
     assert [term.casefold() for term in terms] == sorted(term.casefold() for term in terms)
-
-
-def test_every_cause_of_a_refusal_stands_on_the_page_of_the_motion():
-    section = (DOCS / "motion.md").read_text("utf-8").partition('<a id="causes"></a>')[2].partition("\n## Jittering")[0]
-    rows = set(re.findall(r"^\| `(\w+)` \|", section, re.M))
-    events = set(re.findall(r"`(\w+)`", section.rpartition("nothing is refused:")[2]))
-    assert rows == {cause for cause, text in CAUSES.items() if text}
-    assert events == {cause for cause, text in CAUSES.items() if not text}

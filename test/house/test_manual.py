@@ -7,13 +7,13 @@ import pytest
 
 import cable_sim_ros
 from cable_sim_ros import testing
-from cable_sim_ros.cli.commands import fields_text, manual_text, problems_text
+from cable_sim_ros.cli.commands import causes_text, fields_text, manual_text, problems_text
 from cable_sim_ros.io.messages.channels import EVERY
-from cable_sim_ros.io.messages.fault_hypotheses import DOUBTS
+from cable_sim_ros.io.messages.fault_hypotheses import UNUSED
 from cable_sim_ros.io.messages.messages import CAUSES
 from cable_sim_ros.physics.parameter import declared
 from cable_sim_ros.physics.tick_output import BODY_COLUMNS, CONTACT_COLUMNS, FIELDS, SHAPE_COLUMNS, STRUM_COLUMNS
-from cable_sim_ros.runs import field_manual
+from cable_sim_ros.runs import cause_manual, field_manual
 from cable_sim_ros.runs.metrics import METRICS
 from cable_sim_ros.runs.summary import SUMMARY
 from cable_sim_ros.sim import flag_rules
@@ -31,10 +31,23 @@ DOCS = Path(__file__).resolve().parents[2] / "docs"
 
 @pytest.mark.parametrize(
     "page, text",
-    [("parameters", manual_text), ("fields", fields_text), ("problems", problems_text), ("mapping_keys", mapping_text)],
+    [
+        ("parameters", manual_text),
+        ("fields", fields_text),
+        ("problems", problems_text),
+        ("causes", causes_text),
+        ("mapping_keys", mapping_text),
+    ],
 )
 def test_the_manual_is_up_to_date(page, text):
     assert (DOCS / f"{page}.md").read_text("utf-8") == text(), f"run: cable-sim manual {page} --out docs/{page}.md"
+
+
+def test_every_cause_is_a_refusal_with_a_remedy_or_an_event():
+    assert set(cause_manual.EVENTS) == {cause for cause, text in CAUSES.items() if not text}
+    rows = re.findall(r"^\| `(\w+)` \|(.*) \|", causes_text(), re.M)
+    assert {cause for cause, _ in rows} == set(CAUSES)
+    assert not [said for _, said in rows if "dropped" in said or UNUSED in said]
 
 
 def plain(*rows):
@@ -63,12 +76,6 @@ def of_vibration():
     yield f"`{files.WARNINGS}`", "", "what is doubtful about the result, as texts", "`warnings(span, result)`"
 
 
-def of_causes(causes):
-    yield "cause", "what is refused, and what to do"
-    for cause, text in causes.items():
-        yield f"`{cause}`", text
-
-
 def of_flags():
     yield "flag", "harmless up to", "why", "more of it: the run is", "figures concerned"
     for rule in flag_rules.RULES:
@@ -93,8 +100,6 @@ TABLES = {  # made by a declaration, on a page that is written by hand
     "run": ("json", plain(*METRICS)),
     "span": ("json", plain(*((name, *row) for name, row in wake_run.FIELDS.items()))),
     "viv": ("json", of_vibration()),
-    "causes": ("motion", of_causes({cause: text for cause, text in CAUSES.items() if text and cause not in DOUBTS})),
-    "doubts": ("motion", of_causes(DOUBTS)),
     "flags": ("flags", of_flags()),
     "checks": ("flags", of_checks()),
     "rules": ("rules", of_rules()),

@@ -315,6 +315,7 @@ def test_a_recording_takes_no_options_of_a_run(made):
         (("--set", "gravity=9.8"), "--set"),
         (("--out", "x"), "--out"),
         (("--faults", "x.yaml"), "--faults"),
+        (("--ship", "60 speed 1 over 60"), "--ship"),
     ):
         done = call("plan", bag, *words)
         assert done.exit_code == 2

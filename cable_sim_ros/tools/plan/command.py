@@ -24,6 +24,8 @@ SIMULATES = (  # options of a run that a recording has made already
     "motion",
     "heave",
     "rao",
+    "ship",
+    "vehicle",
     "duration",
     "winch",
     "faults",
