@@ -2,8 +2,8 @@
 # make check  tests that start no process, and the linter: after an edit (a minute and a half, kernels compiled)
 # make test   makes the environment and runs what a user needs to trust an installation
 # make test-rest  the other tests;  make test-view  those of one folder of test/;  make lint  runs linter and type checks
-# make coverage  runs all tests (half as long again) and lists what they leave out above the physics
-# make install-check  installs as docs/install.md says: from a wheel, and beside a ROS from its distribution (a stand-in)
+# make coverage  runs all tests (half as long again) and lists files above the physics below 80 %
+# make install-check  installs as docs/install.md says (wheel, stand-in for a ROS from its distribution) and makes the site
 # make bench  run time against error beside other codes;  make validate  repeats the experiments (both into runs/)
 # make soak  what the clock judges: tests, then the real node under load, faults and neighbours (two hours, idle machine)
 # make stress  stability N1 to N28, bags and recordings I and S at full size (half an hour or more), into runs/

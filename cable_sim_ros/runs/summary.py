@@ -49,9 +49,9 @@ PASSAGE = {  # figure of the JSON: event
 }
 EXTREMES = (  # of a haul: name, meaning
     ("body_depth", "depth of the towbody"),
-    ("payout", "pay-out: unstretched cable off the drum"),
-    ("scope", "scope: unstretched cable outboard of the sheave"),
-    ("layback", "layback: horizontal distance from sheave to towbody"),
+    ("payout", "pay-out"),
+    ("scope", "scope"),
+    ("layback", "layback, from the sheave"),
     ("cable_on_drum", "length of cable on the drum"),
 )
 

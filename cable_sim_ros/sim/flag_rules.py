@@ -89,7 +89,7 @@ RULES = (
         PEAKS,
         "part of the cable carried less than no tension: the least tension is that of a rod, and the snap as it comes "
         "tight depends on mesh and step. Do not design for these peaks without a finer step",
-        "one snap makes the largest tension of a run of any length; a touch of less than 0.1 s makes none",
+        "one snap makes the peak of a run of any length; a touch of less than 0.1 s makes none",
         alarm=True,
     ),
     Rule(
@@ -101,7 +101,7 @@ RULES = (
         "the cable was off its sheave or out of its groove: contact, wrap angle and line loads are not those of one in "
         "its groove, tension is that of a cable without its sheave, and the towbody hangs on another length outboard; "
         "in a turn a block that swivels keeps it (sheave.swivel)",
-        "a lift of some tenths of a second is a snap that comes down again; longer, it lies beside the sheave",
+        "a snap lifts it for some tenths of a second; longer, it lies beside the sheave",
         at_end=True,
         alarm=True,
     ),
@@ -113,7 +113,7 @@ RULES = (
         CONTACT,
         "the cable was pressed deeper into the sheave than contact.penetration_limit: line loads are spread too wide. "
         "Tension and towbody hardly notice. Give contact.working_tension the highest tension expected",
-        "contact figures are means over the run: 1 % of it does not show in them",
+        "1 % of the run does not show in means",
         alarm=True,
     ),
     Rule(
@@ -124,7 +124,7 @@ RULES = (
         (*TENSION, *CONTACT),
         "an element too long for sheave or drum lay on it: tension ripples or jumps, contact and wrap angle are wrong. "
         "Give a finer mesh there",
-        "each coming on is a jump of the tension, which stands as a peak in a run of any length",
+        "each coming on is a jump of the tension: a peak in a run of any length",
         alarm=True,
     ),
     Rule(
@@ -144,7 +144,7 @@ RULES = (
         SEAWAY,
         "motion was being taken up again and again: a mixture, not that of the sea. See which source comes and goes, "
         "and whether samples come later than input_delay (sample_age_p99_ms in statistics_file): a busy machine",
-        "each start takes it up, in the 20 s that the statistics leave out",
+        "each start, in the 20 s that the statistics leave out",
     ),
     Rule(
         "COMMAND_STALE",
@@ -153,7 +153,7 @@ RULES = (
         0.01,
         WINCH,
         "winch commands stopped: the winch held its length in place of going on as last commanded",
-        "a gap of a controller that goes on is no more than a late command",
+        "the gap of a controller that goes on is a late command",
     ),
     Rule(
         "DRUM_END",
@@ -162,7 +162,7 @@ RULES = (
         0.0,
         COMPENSATED,
         "the winch stood at an end stop: it did not go where commands and set-point sent it",
-        "one heave at the end stop makes the largest tension of a run of any length",
+        "one heave at the end stop makes the peak of a run of any length",
         alarm=True,
     ),
     Rule(
@@ -172,7 +172,7 @@ RULES = (
         0.0,
         COMPENSATED,
         "the winch stood at a soft limit of the scene: that way there was no compensation and tension took the motion",
-        "as DRUM_END; without compensation a winch that stops at its limit does what the scene asks of it",
+        "as DRUM_END; without compensation that is what the scene asks for",
         compensating=True,
         alarm=True,
     ),
@@ -194,7 +194,7 @@ RULES = (
         0.01,
         COMPENSATED,
         "the set-point law asked for more than there is and was limited: this is not its compensation",
-        "one heave without compensation makes the largest tension; 1 % of the run does not show in the rest",
+        "one heave without compensation makes the peak; 1 % of the run does not show in the rest",
         alarm=True,
     ),
     Rule(
@@ -204,12 +204,10 @@ RULES = (
         0.05,
         WINCH,
         "winch commands asked for more than rate or travel allow: the winch did less than it was told",
-        "a single length far away is approached at the largest rate for some seconds, as it is meant",
+        "a length far away is approached at the largest rate for some seconds",
     ),
     _harmless(
-        "LOW_FLOW",
-        "hardly any water flowed past the towbody: its heading was held",
-        "the heading alone is held, no figure of the summary depends on it",
+        "LOW_FLOW", "hardly any water flowed past the towbody: its heading was held", "no figure depends on the heading"
     ),
     Rule(
         "WINCH_SATURATED",
@@ -218,7 +216,7 @@ RULES = (
         0.01,
         COMPENSATED,
         "the winch was held to its largest rate or acceleration: it did not follow the set-point",
-        "as SETPOINT_LIMITED; without compensation the ramp of the commands is all there is to follow",
+        "as SETPOINT_LIMITED; without compensation there is only the ramp to follow",
         compensating=True,
         alarm=True,
     ),
@@ -229,19 +227,13 @@ RULES = (
         0.0,
         PEAKS,
         "the time steps damped ringing of the tension away: deviation and peaks are too small",
-        "the flag has its own share of the working tension; without it as soon as the deviation misses 2 %",
+        "the flag has its own share of the working tension; or once the deviation misses 2 %",
         alarm=True,
     ),
     _harmless(
-        "MOTOR_LIMITED",
-        "the motor gave all that its curve and power allow",
-        "what the drum does then is what such a motor does",
+        "MOTOR_LIMITED", "the motor gave all that its curve and power allow", "the drum does what such a motor does"
     ),
-    _harmless(
-        "BRAKE_SLIPPED",
-        "the drum turned against its brake",
-        "a brake slips above what it holds; how far stands in brake_slip",
-    ),
+    _harmless("BRAKE_SLIPPED", "the drum turned against its brake", "a brake slips above what it holds"),
     Rule(
         "SURFACE_CROSSED",
         DOUBTFUL,
@@ -250,7 +242,7 @@ RULES = (
         (*PEAKS, *BODY),
         "towbody or a body on the line crossed the water surface: the first blow, and water that it carries out, are "
         "left out",
-        "one slam makes the largest tension, and the snap after it, of a run of any length",
+        "one slam, and the snap after it, makes the peak of a run of any length",
         alarm=True,
     ),
     Rule(
@@ -270,7 +262,7 @@ RULES = (
         0.01,
         (*BODY, *ATTITUDE),
         "flaps ran into their flap_timeout, and stood at flap_neutral instead of where they were commanded",
-        "a gap of a controller that goes on is no more than a late command",
+        "as COMMAND_STALE",
     ),
     Rule(
         "FLAP_LIMITED",
@@ -279,7 +271,7 @@ RULES = (
         0.05,
         (*BODY, *ATTITUDE),
         "flaps were commanded beyond their flap_range, and stood at its end",
-        "a controller that is far from what it keeps is at the end of its range, as it is meant",
+        "a controller far from what it keeps is at the end of its range",
     ),
     Rule(
         "VEHICLE_STALE",
@@ -309,7 +301,7 @@ RULES = (
         (*TENSION, *BODY),
         "the vehicle was beyond the cable's reach or in the seabed, where the cable's end stayed behind, or pulled "
         "harder than vehicle.max_tension: no vehicle does what was asked of it",
-        "one pull of this kind makes the largest tension of a run of any length",
+        "one such pull makes the peak of a run of any length",
         alarm=True,
     ),
 )
@@ -321,38 +313,38 @@ CHECKS = (
         "OVERLOAD",
         DOUBTFUL,
         TENSION + CONTACT + BODY,
-        f"tension above `breaking_load`; of a section without, {MAX_STRESS / 1e6:g} MPa on the full circle of its "
-        "diameter, which no steel or fibre rope carries. Of several sections the strongest counts",
+        f"tension above `breaking_load` of the strongest section; without it {MAX_STRESS / 1e6:g} MPa on the full "
+        "circle of its diameter, which no steel or fibre rope carries",
     ),
     (
         "MEAN_TRACK",
         DOUBTFUL,
         TENSION + BODY,
         "over 30 s or more the mean speed of the motion is more than 10 % and 0.2 m/s from `ship.tow_speed`, or its "
-        "heading more than 10 deg from that of the start: another tow than that of the scene; half of it is a warning",
+        "heading more than 10 deg from that of the start: not the tow of the scene; half of it is a warning",
     ),
     (
         "PITCH_SIGN",
         DOUBTFUL,
         TENSION + BODY,
         "over 30 s or more the ship is drawn ahead as its bow goes up (correlation of acceleration and pitch below "
-        "-0.4): pitch with the other sign",
+        "-0.4)",
     ),
     (
         "MESH_WAVES",
         DOUBTFUL,
         SEAWAY,
-        "cable was hauled in, from the scope of the start, to one at which the elements are too long for the waves of "
-        "the water: 1.5 times `accuracy.tension` or more",
+        "cable was hauled in to a scope at which the elements are too long for the waves of the water: 1.5 times "
+        "`accuracy.tension` or more",
     ),
     (
         "FRICTION_SLIP",
         DOUBTFUL,
         ("winch_pull_max_n", "winch_power_max_w", "winch_power_min_w"),
         "with friction on sheave or drum the winch ran slower than 3 times `contact.slip_speed` for more than 5 % of "
-        "the run, as one that is held: there friction acts in part, by more than 0.1 % of `contact.working_tension`",
+        "the run: there friction acts in part, by more than 0.1 % of `contact.working_tension`",
     ),
-    ("SETPOINT_DRIFT", DOUBTFUL, TENSION + WINCH, "`constant_tension`, 300 s or more: its mean pay-out goes on and on"),
+    ("SETPOINT_DRIFT", DOUBTFUL, TENSION + WINCH, "`constant_tension`, 300 s or more: its mean pay-out drifts"),
     (
         "LAYBACK_DEPTH",
         DOUBTFUL,
@@ -365,21 +357,21 @@ CHECKS = (
         DOUBTFUL,
         TENSION + BODY,
         f"IMU or odometry were refused for more than {REFUSED_S:g} s and {100.0 * REFUSED:g} % of the run, as their "
-        "parts do not fit: the cause is named. Borne where the odometry that was used moves as the refused IMU",
+        "parts do not fit; not where the odometry that was used moves as the refused IMU",
     ),
     (
         "MOTION_ROUNDED",
         DOUBTFUL,
         SEAWAY,
-        f"the acceleration at the sheave that the rounding of the motion leaves wrong is above {100.0 * ROUNDED:g} % "
-        f"of that of the motion, and {MIN_ROUNDED:g} m/s^2",
+        f"rounding leaves more than {100.0 * ROUNDED:g} % of the acceleration at the sheave wrong, and "
+        f"{MIN_ROUNDED:g} m/s^2",
     ),
     (
         "RAO_OUTSIDE",
         DOUBTFUL,
         SEAWAY,
-        f"more than {100.0 * OUTSIDE_TABLE:g} % of the energy of the sea is outside the periods or headings of the "
-        "table given with `--rao`, whose ends are held there",
+        f"more than {100.0 * OUTSIDE_TABLE:g} % of the energy of the sea is outside periods or headings of the table "
+        "of `--rao`, whose ends are held there",
     ),
     (
         "RESIDUAL",
@@ -388,17 +380,12 @@ CHECKS = (
         f"a replay in the recorded scene is further than {100.0 * WITHIN:g} % of the tension, or {WITHIN_M:g} m, from "
         f"what the bag recorded; with a journal {WITHIN_JOURNAL:g} of the tension, or {WITHIN_JOURNAL:g} m",
     ),
-    (
-        "NOT_COMPARED",
-        DOUBTFUL,
-        TENSION + BODY,
-        "a replay of a bag that recorded nothing of the tow at its times: there is nothing to compare with",
-    ),
+    ("NOT_COMPARED", DOUBTFUL, TENSION + BODY, "a replay of a bag that recorded nothing of the tow at its times"),
     (
         "SEA_GROWING",
         DOUBTFUL,
         TENSION + BODY,
-        "the figures begin before waves and turbulence have grown, as the run is shorter than twice `water.ramp`",
+        "the figures begin before waves and turbulence have grown: the run is shorter than twice `water.ramp`",
     ),
     (
         "CHECK",
@@ -412,8 +399,8 @@ CHECKS = (
         "STEP_CONTROL",
         DOUBTFUL,
         PEAKS + BODY,
-        f"of the chosen steps that were tried more than {100.0 * REFUSED_FRACTION:g} %, and more than {MIN_REFUSED}, "
-        "were taken back: for their error, or without a solution",
+        f"more than {100.0 * REFUSED_FRACTION:g} % of the chosen steps tried, and more than {MIN_REFUSED}, were taken "
+        "back, for their error or without a solution",
     ),
     ("STOP_STEP", DOUBTFUL, PEAKS, "the peak came within 5 s of a stop of the drum: the steps may miss 2 % of it"),
     (
@@ -427,7 +414,7 @@ CHECKS = (
         DOUBTFUL,
         (*BODY, *WINCH),
         "the motor of a winch that renders left drive.set_pull and came back to it, in steps longer than 1 ms: from "
-        "then on they lose pay-out, in tows that were measured 0.04 m in chosen steps, 0.3 m in steps of 10 ms",
+        "then on they lose pay-out, measured 0.04 m in chosen steps, 0.3 m in steps of 10 ms",
     ),
     ("JOURNAL", DOUBTFUL, TENSION + BODY, "a replay could not do all that the journal of the recording says"),
     (
@@ -435,7 +422,7 @@ CHECKS = (
         DOUBTFUL,
         WINCH,
         "`cable-sim plan`: a margin of the winch or its cable is negative, its rate or torque was saturated, or the "
-        "cable went slack: the winch does not suffice",
+        "cable went slack",
     ),
     ("BEHIND", DOUBTFUL, TENSION + BODY, "the node did not hold real time and was taken to the present"),
     ("NOT_RECORDED", DOUBTFUL, TENSION + BODY, "messages were lost on the way to the disk"),

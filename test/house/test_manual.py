@@ -55,16 +55,31 @@ def plain(*rows):
     return ("field", "unit", "meaning"), *((f"`{name}`", unit * (unit != "1"), meaning) for name, unit, meaning in rows)
 
 
+SETS = ("BODY", "COMPENSATED", "SEAWAY", "TENSION", "PEAKS", "CONTACT", "ATTITUDE", "WINCH")  # the larger first
+
+
 def named(metrics):
-    return ", ".join(f"`{name}`" for name in dict.fromkeys(metrics)) or "none"
+    """Figures by the names of their sets, else by their own."""
+    left, names = list(dict.fromkeys(metrics)), []
+    for name in SETS:
+        if set(whole := getattr(flag_rules, name)) <= set(left):
+            names.append(name.lower())
+            left = [metric for metric in left if metric not in whole]
+    return ", ".join([*names, *(f"`{name}`" for name in left)]) or "none"
+
+
+def of_sets():
+    yield "set", "figures"
+    for name in SETS:
+        yield name.lower(), ", ".join(f"`{metric}`" for metric in getattr(flag_rules, name))
 
 
 def bound(rule):
-    """Up to which time a flag is harmless, in words."""
+    """Up to which time, in all or as a share of the run, a flag is harmless."""
     if rule.state == flag_rules.FAILED:
         return "none"
     text = "any time" if rule.state == flag_rules.OK else f"{rule.seconds:g} s"
-    text += f", or {100.0 * rule.fraction:g} % of the run where that is longer" if rule.fraction else ""
+    text += f" or {100.0 * rule.fraction:g} %" if rule.fraction else ""
     text += ", and not at the end of the run" if rule.at_end else ""
     return text + ("; any time with `setpoint.algorithm: hold`" if rule.compensating else "")
 
@@ -77,7 +92,7 @@ def of_vibration():
 
 
 def of_flags():
-    yield "flag", "harmless up to", "why", "more of it: the run is", "figures concerned"
+    yield "flag", "harmless up to", "why", "beyond: the run is", "figures concerned"
     for rule in flag_rules.RULES:
         yield f"`{rule.flag}`", bound(rule), rule.why, rule.state, named(rule.metrics)
 
@@ -102,6 +117,7 @@ TABLES = {  # made by a declaration, on a page that is written by hand
     "viv": ("json", of_vibration()),
     "flags": ("flags", of_flags()),
     "checks": ("flags", of_checks()),
+    "sets": ("flags", of_sets()),
     "rules": ("rules", of_rules()),
 }
 
@@ -148,7 +164,7 @@ def test_every_public_name_stands_on_its_page(module):
     names = [name for name in module.__all__ if not name.startswith("__")]
     assert names
     for name in names:
-        assert f"\n| `{name}` |" in page, name
+        assert re.search(rf"^\| (`\w+`, )*`{name}`[, ]", page, re.M), name
         assert f" {module.__name__}.{name}" in page.partition("## In full")[2], name
 
 

@@ -62,7 +62,7 @@ def test_the_others_are_python():
 
 
 def test_every_name_of_its_table_is_there():
-    table = PAGE.partition("| of the tow | |")[2].partition("`load_run(bag)`")[0]
+    table = PAGE.partition("| of the tow | |")[2].partition("\n## ")[0]
     names = {name for cell in re.findall(r"^\| (.*?) \|", table, re.M) for name in re.findall(r"`(\w+)", cell)}
     assert len(names) > 15
     set_at_start = {"environment", "domain", "node", "processes", "folder", "recording"}

@@ -171,7 +171,6 @@ class SpanRow(NamedTuple):
     steps: int
 
 
-NO_WAKE = "; null: nothing is shed"
 FIELDS = {  # unit and meaning
     "case": ("", "name of the case"),
     "length_m": ("m", "length of the span, as given"),
@@ -179,25 +178,25 @@ FIELDS = {  # unit and meaning
     "wind_m_s": ("m/s", "wind across the span, as given"),
     "natural_frequency_hz": ("Hz", "first natural frequency (A24), with the added mass of the fluid"),
     "strouhal_frequency_hz": ("Hz", "St U/d (A25)"),
-    "reynolds": ("", f"Reynolds number of the wind on the diameter; up to {MIN_RE:g} nothing is shed"),
+    "reynolds": (
+        "",
+        f"of the wind on the diameter; up to {MIN_RE:g} nothing is shed, and what follows from a wake is null",
+    ),
     "vertical_rms_m": ("m", "rms across the wind in the middle of the span"),
     "vertical_peak_m": ("m", "its peak"),
     "streamwise_rms_m": ("m", "rms along the wind in the middle of the span"),
     "streamwise_peak_m": ("m", "its peak"),
     "streamwise_mean_m": ("m", "by the drag, against the span without wind"),
     "end_vertical_peak_m": ("m", "peak across the wind where the span meets the first sheave; 0 where it is pinned"),
-    "vertical_frequency_hz": ("Hz", f"of the vibration across the wind{NO_WAKE}"),
-    "streamwise_frequency_hz": ("Hz", f"of that along it{NO_WAKE}"),
-    "wake_frequency_hz": ("Hz", f"of the wake in the middle{NO_WAKE}"),
-    "wake_amplitude": ("", f"peak of its q{NO_WAKE}"),
-    "wake_shift_percent": ("%", f"its frequency against that of the same wake behind a held cable{NO_WAKE}"),
-    "lock_in_width_percent": (
-        "%",
-        f"detuning, on either side, over which this motion holds such a wake: 50 a3 (Y/d)/q{NO_WAKE}",
-    ),
+    "vertical_frequency_hz": ("Hz", "of the vibration across the wind"),
+    "streamwise_frequency_hz": ("Hz", "of that along it"),
+    "wake_frequency_hz": ("Hz", "of the wake in the middle"),
+    "wake_amplitude": ("", "peak of its q"),
+    "wake_shift_percent": ("%", "its frequency against that of the same wake behind a held cable"),
+    "lock_in_width_percent": ("%", "detuning, on either side, over which this motion holds such a wake: 50 a3 (Y/d)/q"),
     "steady": (
         "",
-        f"do the amplitudes of the two halves of what is measured differ by less than {100.0 * STEADY:g} %?{NO_WAKE}",
+        f"do the amplitudes of the two halves of what is measured differ by less than {100.0 * STEADY:g} %?",
     ),
     "steps": ("", "time steps of the run"),
 }
