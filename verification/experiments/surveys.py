@@ -9,6 +9,7 @@ The model is the same in truth and interval, so this says nothing of the model. 
 
 from __future__ import annotations
 
+import textwrap
 from math import pi
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -178,7 +179,7 @@ def markdown(found: list[Surveyed]) -> list[str]:
             lines.append([words, str(count), *cells, *(rest if key == "inside" else ["", ""])])
     about = ", ".join(f"{kind}: {words}" for kind, words in KINDS.items())
     return [
-        f"Share of the time inside the 95 % interval, %, with its own 95 % interval. {about}.",
+        textwrap.fill(f"Share of the time inside the 95 % interval, %, with its own 95 % interval. {about}.", 100),
         markdown_table(lines),
     ]
 
