@@ -14,7 +14,7 @@ from cable_sim_ros.io.scenes.load import load_scene
 from cable_sim_ros.physics.tick_output import TICK_OUTPUT
 from cable_sim_ros.ros.blocks import NodeBlock
 from cable_sim_ros.ros.parameters import ParameterError, settle
-from cable_sim_ros.tools.telegrams import lci90i, tss1
+from cable_sim_ros.tools.telegrams import tss1
 from cable_sim_ros.tools.telegrams.blocks import Telegrams
 from cable_sim_ros.tools.telegrams.fields import TelegramError
 from cable_sim_ros.tools.telegrams.sender import Sender
@@ -84,11 +84,11 @@ def test_telegrams_go_out_at_their_rates_of_simulation_time(scene, receivers):
     )
     for k in range(1, 101):
         sender.tick(row(k))
-    found = [lci90i.decode(data) for data in heard(winch)]
-    assert [values.time for values, _ in found] == [FIRST + k * TICK for k in range(5, 101, 5)]
-    assert [values.payout for values, _ in found] == [100.0 + k for k in range(5, 101, 5)]
-    assert {form.name for _, form in found} == {"X"}
-    motion = [tss1.decode(data) for data in heard(tss)]
+    found = [data.split(b",") for data in heard(winch)]
+    assert [part[1][-6:] for part in found] == [b"%06.3f" % (20 + k / 100) for k in range(5, 101, 5)]
+    assert [float(part[5]) for part in found] == [100.0 + k for k in range(5, 101, 5)]
+    assert {part[2] for part in found} == {b"X"}
+    motion = [data for data in heard(tss) if tss1.LINE.fullmatch(data)]
     assert len(motion) == 30 and sender.links[1].counts() == {
         "sent": 30,
         "withheld": 0,

@@ -5,18 +5,21 @@ from __future__ import annotations
 import socket
 import time
 
+import numpy as np
 import pytest
 from conftest import poll
 
 pytest.importorskip("rclpy")
 pytestmark = pytest.mark.realtime
 MS, DAY = 1_000_000, 86_400_000_000_000  # ns
+LB = 4.4482216152605  # N
 
 
-def test_a_node_sends_what_it_publishes_and_counts_it(world):
+def test_a_node_sends_what_it_publishes_and_counts_it(world, tmp_path):
     from cable_sim_ros.io.scenes.load import load_scene
     from cable_sim_ros.ros.load.probe import Probe
-    from cable_sim_ros.tools.telegrams import lci90i, pashr, psxn, tss1
+    from cable_sim_ros.tools.logs.formats import read_log
+    from cable_sim_ros.tools.telegrams.tss1 import LINE
 
     ears = Probe(world.domain, "ears")
     world.closing.append(ears.close)
@@ -48,7 +51,7 @@ def test_a_node_sends_what_it_publishes_and_counts_it(world):
 
     def heaved() -> float:
         """Range of the heave that was sent: the ship may begin on a crest, so a number of telegrams is not enough."""
-        down = [psxn.decode(data).heave for data in heard["psxn"]]
+        down = [float(data.split(b"*")[0].split(b",")[5]) for data in heard["psxn"]]
         return max(down) - min(down)
 
     node = world.node(**ports).until("waiting")
@@ -64,23 +67,27 @@ def test_a_node_sends_what_it_publishes_and_counts_it(world):
 
     _, frames = ears.frames()
     of_time = {int(frame["time"]) // MS * MS: frame for frame in frames}  # telegrams have whole milliseconds
-    winch = [lci90i.decode(data)[0] for data in heard["lci90i"]]
-    both = [(values, of_time[values.time]) for values in winch if values.time in of_time]
+    sources = {}
+    for name in ("lci90i", "pashr"):
+        (tmp_path / name).write_bytes(b"".join(heard[name]))
+        (sources[name],) = read_log(tmp_path / name).sources.values()
+    winch, motion = sources["lci90i"], sources["pashr"]
+    both = [(k, of_time[time]) for k, time in enumerate(winch.device.tolist()) if time in of_time]
     assert len(both) > 20
-    for values, frame in both:
-        assert abs(values.tension - frame["tension"]) < 2.3 and abs(values.payout - frame["payout"]) <= 0.051
+    for k, frame in both:
+        assert abs(LB * winch.columns["tension"][k] - frame["tension"]) < 2.3
+        assert abs(winch.columns["payout"][k] - frame["payout"]) <= 0.051
     of_day = {stamp % DAY: frame for stamp, frame in of_time.items()}
-    motion = [pashr.decode(data)[0] for data in heard["pashr"]]
-    both = [(values, of_day[values.time]) for values in motion if values.time in of_day]
+    both = [(k, of_day[time % DAY]) for k, time in enumerate(motion.device.tolist()) if time % DAY in of_day]
     level = load_scene("full_scale").ship.reference_height
     assert len(both) > 10
-    for values, frame in both:
-        assert abs(values.heave + level - frame["ship_position"][2]) < 0.0051
-    assert all(tss1.decode(data) for data in heard["tss1"])
+    for k, frame in both:
+        assert abs(motion.columns["heave"][k] + level - frame["ship_position"][2]) < 0.0051
+    assert all(map(LINE.fullmatch, heard["tss1"]))
     counts = node.state()["telegrams"]
     assert task.level == 0 and 20 < int(task.values["lci90i_sent"]) <= counts["lci90i"]["sent"]
     for name, count in counts.items():
         assert count["sent"] == len(heard[name]) and count["failed"] == count["unheard"] == 0
         assert count["withheld"] <= (name == "tss1"), "the first tick has no acceleration"
-    steps = [round((b.time - a.time) / 5e7) for a, b in zip(winch, winch[1:])]
+    steps = [round(step / 5e7) for step in np.diff(winch.device).tolist()]
     assert min(steps) == 1 and sum(steps) - len(steps) == counts["lci90i"]["missed"]

@@ -13,7 +13,7 @@ from cable_sim_ros.io.bags.bag import BagWriter
 from cable_sim_ros.io.messages.channels import CHANNELS, Context, serialize
 from cable_sim_ros.io.scenes.load import dump_scene, load_scene
 from cable_sim_ros.physics.tick_output import TICK_OUTPUT
-from cable_sim_ros.tools.telegrams import lci90i, pashr, psxn, tss1
+from cable_sim_ros.tools.logs.formats import read_log
 
 pytestmark = pytest.mark.trust
 
@@ -52,32 +52,29 @@ def test_a_recording_becomes_a_log_in_the_form_of_the_real_ones(tmp_path, scene)
     assert result.exit_code == 0, result.output
     assert result.output == f"{out}: 80 lines at 20 Hz; tension, speed, pay-out of truth\n"
     lines = out.read_bytes().splitlines()
-    stamps, telegrams = zip(*(line.split(b" ", 1) for line in lines))
-    assert stamps[0] == b"2014-05-13T16:53:20.060000Z" and len(set(stamps)) == 80
+    assert lines[0].startswith(b"2014-05-13T16:53:20.060000Z ")
     assert lines[-1] == (
         b"2014-05-13T16:53:24.000000Z \x0102RD,2014-05-13T16:53:24.000,STBD TRAWL,00000495,000030.0,000102.0,3600"
     )
-    values = [lci90i.decode(telegram)[0] for telegram in telegrams]
-    spent = np.array([value.time - BEGIN for value in values]) / 1e9
-    assert np.allclose([value.payout for value in values], 100.0 + 0.5 * spent, atol=0.051)
+    read = read_log(out).sources["lci90i/STBD TRAWL"]
+    assert (read.logged == read.device).all() and len(set(read.logged)) == 80
+    assert np.allclose(read.columns["payout"], 100.0 + 0.5 * (read.logged - BEGIN) / 1e9, atol=0.051)
 
 
 @pytest.mark.parametrize(
-    "kind, lines, withheld", [("psxn", 40, 0), ("pashr", 40, 0), ("tss1", 40, 0), ("tss1", 199, 1)]
+    "kind, lines, withheld, sign", [("psxn", 40, 0, -1), ("pashr", 40, 0, 1), ("tss1", 40, 0, 1), ("tss1", 199, 1, 1)]
 )
-def test_every_format_has_its_log(tmp_path, scene, kind, lines, withheld):
+def test_every_format_has_its_log(tmp_path, scene, kind, lines, withheld, sign):
     record(tmp_path / "tow", scene)
     out = tmp_path / "log"
     rate = ("--rate", 50.0) if lines == 199 else ()
     result = run(tmp_path / "tow", "--format", kind, "--out", out, *rate)
     assert result.exit_code == 0, result.output
-    found = [line.split(b" ", 1)[1] for line in out.read_bytes().splitlines()]
-    assert len(found) == lines
+    (read,) = read_log(out).sources.values()
+    assert len(read) == lines
     assert ("withheld: 1; horizontal acceleration is no number" in result.output) == bool(withheld)
-    decode = {"psxn": psxn.decode, "pashr": lambda t: pashr.decode(t)[0], "tss1": lambda t: tss1.decode(t)[0]}[kind]
-    last = decode(found[-1])
-    assert last.heave == pytest.approx(40.0, abs=0.006)
-    assert kind != "tss1" or last.vertical == pytest.approx(5.0, abs=0.001)
+    assert read.columns["heave"][-1] == pytest.approx(sign * 40.0, abs=0.006)
+    assert kind != "tss1" or read.columns["vertical"][-1] == pytest.approx(5.0, abs=0.001)
 
 
 def test_what_cannot_be_written_is_one_line(tmp_path, scene):

@@ -1,1 +1,1 @@
-"""Telegrams of ship's instruments as bytes, and back: one format a file; no clock, no socket."""
+"""Telegrams of ship's instruments as bytes: one format a file; no clock, no socket."""

@@ -8,11 +8,8 @@ from ipaddress import IPv4Address, IPv6Address, ip_address
 from typing import Any
 
 from ...physics.parameter import Block, quantity
-from .lci90i import Form as WinchForm
-from .lci90i import TensionUnit, name_problem
-from .pashr import Form as PashrForm
+from .lci90i import Form, TensionUnit, name_problem
 from .sources import FORMATS
-from .tss1 import Form as TssForm
 
 RTPS, PORTS = 7400, 250  # UDP ports of ROS domain d: from 7400 + 250 d on. OMG DDSI-RTPS 9.6.2.3
 PRIVILEGED = 1024  # ports below belong to services of the machine
@@ -81,10 +78,8 @@ def asked(block: Telegrams) -> dict[str, Any]:
 def form_of(part: Any) -> Any:
     """Form of the telegrams of a block; None where there is but one."""
     if isinstance(part, Lci90i):
-        return WinchForm(part.number, part.name, part.plain_tension, part.speed_decimals, part.tension_unit)
-    if isinstance(part, Pashr):
-        return PashrForm(heave_up=part.heave is HeaveSign.UP)
-    return TssForm() if isinstance(part, Tss1) else None
+        return Form(part.number, part.name, part.plain_tension, part.speed_decimals, part.tension_unit)
+    return part.heave is HeaveSign.UP if isinstance(part, Pashr) else None
 
 
 def address_of(text: str) -> IPv4Address | IPv6Address | None:

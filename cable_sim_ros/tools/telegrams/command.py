@@ -29,7 +29,7 @@ KINDS = ("lci90i", "psxn", "pashr", "tss1")
 def telegrams(bag, kind, out, rate, number, name, tension_unit, heave_down, scene) -> None:
     """The telegrams that the instruments of the recorded run BAG would have sent, as a log: a logger's stamp, a blank
     and a telegram a line."""
-    from . import lci90i, pashr, tss1
+    from . import lci90i
     from .sources import write_log
 
     source = click.get_current_context().get_parameter_source
@@ -39,11 +39,7 @@ def telegrams(bag, kind, out, rate, number, name, tension_unit, heave_down, scen
             raise click.UsageError(f"{flag} is of {of}, not of {kind}; nothing was written; leave it out")
     if why := lci90i.name_problem(name):
         raise click.UsageError(f"--name {name!r} does not fit; nothing was written; give {why}")
-    forms = {
-        "lci90i": lci90i.Form(number, name, unit=lci90i.TensionUnit(tension_unit)),
-        "pashr": pashr.Form(heave_up=not heave_down),
-        "tss1": tss1.Form(),
-    }
+    forms = {"lci90i": lci90i.Form(number, name, unit=lci90i.TensionUnit(tension_unit)), "pashr": not heave_down}
     log = write_log(bag, kind, out, forms.get(kind), rate, scene)
     say(f"{out}: {log.lines} lines at {log.rate:g} Hz; {log.said}")
     if log.withheld:

@@ -11,13 +11,13 @@ from typing import NamedTuple
 
 from ...errors import CableSimError
 
-SECOND, MILLI, DAY = 1_000_000_000, 1_000_000, 86_400_000_000_000  # ns
+SECOND, MILLI = 1_000_000_000, 1_000_000  # ns
 EPOCH = datetime(1970, 1, 1, tzinfo=UTC)
 ENDS = b"\r\n"
 
 
 class TelegramError(CableSimError, ValueError):
-    """A telegram that cannot be read, or settings that cannot be used."""
+    """Settings that cannot be used."""
 
 
 class Withheld(TelegramError):
@@ -27,9 +27,9 @@ class Withheld(TelegramError):
 class Motion(NamedTuple):
     """What a motion sensor tells, axes of REP 103, `base_link`: x forward, y to port, z up.
 
-    time [ns] since 1970 (PASHR: since midnight when read back; PSXN and TSS1: 0); roll [rad] positive port side up;
-    pitch [rad] positive bow down; yaw [rad] from east to north; heave [m] positive up; horizontal and vertical [m/s^2]:
-    acceleration across the vertical, no sign, and along it, positive up; nan where a telegram has none.
+    time [ns] since 1970; roll [rad] positive port side up; pitch [rad] positive bow down; yaw [rad] from east to north;
+    heave [m] positive up; horizontal and vertical [m/s^2]: acceleration across the vertical, no sign, and along it,
+    positive up; nan where a telegram has none.
     """
 
     time: int
@@ -78,11 +78,6 @@ def heading_of(yaw: float) -> str:
     return "0.00" if text == "360.00" else text
 
 
-def yaw_of(heading: float) -> float:
-    """The inverse, rad in (-pi, pi]."""
-    return math.radians(90.0 - heading if heading < 270.0 else 450.0 - heading)
-
-
 def exclusive_or(body: bytes) -> int:
     """Checksum of NMEA 0183: of what stands between $ and *."""
     check = 0
@@ -95,26 +90,3 @@ def sentence(body: str) -> bytes:
     """$body*hh<CR><LF>."""
     data = body.encode("ascii")
     return b"$%s*%02X%s" % (data, exclusive_or(data), ENDS)
-
-
-def parts_of(telegram: bytes, head: str, count: int) -> list[str]:
-    """Fields behind the head of a sentence whose checksum fits; TelegramError otherwise."""
-    body, star, check = telegram.strip().removeprefix(b"$").partition(b"*")
-    try:
-        text, given = body.decode("ascii"), int(check, 16) if star else -1
-    except ValueError:
-        raise TelegramError(f"{telegram!r} is no sentence of NMEA 0183") from None
-    if given != exclusive_or(body):
-        raise TelegramError(f"{telegram!r}: its checksum should be {exclusive_or(body):02X}")
-    parts = text.removeprefix(head).split(",")
-    if not text.startswith(head) or len(parts) != count:
-        raise TelegramError(f"{telegram!r} is not ${head} with {count} fields behind it")
-    return parts
-
-
-def numbers_of(telegram: bytes, texts: list[str]) -> list[float]:
-    """Numbers of fields; TelegramError otherwise."""
-    try:
-        return [float(text) for text in texts]
-    except ValueError:
-        raise TelegramError(f"{telegram!r} has a field that is no number") from None

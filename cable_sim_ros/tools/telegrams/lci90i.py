@@ -13,11 +13,10 @@ there. Displays differ: in the log of the CTD winch tension is without zeros and
 from __future__ import annotations
 
 import re
-from datetime import datetime
 from enum import Enum
 from typing import NamedTuple
 
-from .fields import ENDS, TelegramError, filled, moment, nanoseconds, numbers_of, within
+from .fields import ENDS, filled, moment, within
 
 WIDTH = 8  # characters of a number
 LONGEST_NAME = 16  # characters; a choice, 10 are seen
@@ -86,22 +85,3 @@ def encode(values: Winch, form: Form = USUAL) -> bytes:
         ]
     ).encode("ascii")
     return b"%s%s%04d%s" % (SOH, body, sum(body) % 10_000, ENDS)
-
-
-def decode(telegram: bytes, unit: TensionUnit = TensionUnit.LB) -> tuple[Winch, Form]:
-    """Values and form of a telegram, with or without what goes before and behind it; unit: of its tension."""
-    found = LINE.fullmatch(telegram)
-    if found is None:
-        raise TelegramError(f"{telegram!r} is no telegram of an LCI-90i")
-    body, number, at, name, pull, speed, payout, check = found.groups()
-    if sum(body) % 10_000 != int(check):
-        raise TelegramError(f"{telegram!r}: its checksum should be {sum(body) % 10_000:04d}")
-    try:
-        time = nanoseconds(datetime.strptime(at.decode(), "%Y-%m-%dT%H:%M:%S.%f"))
-    except ValueError:
-        raise TelegramError(f"{telegram!r}: {at.decode()} is no time") from None
-    tension, rate, out = numbers_of(telegram, [part.decode() for part in (pull, speed, payout)])
-    form = Form(
-        int(number), (name or b"").decode(), pull.endswith(b"."), len(speed.partition(b".")[2]), TensionUnit(unit)
-    )
-    return Winch(time, tension * NEWTON[form.unit], rate / 60.0, out), form

@@ -9,9 +9,9 @@ proven by the height of its antenna; terminology of the Seapath 320 installation
 
 from __future__ import annotations
 
-from math import degrees, radians
+from math import degrees
 
-from .fields import Motion, heading_of, numbers_of, parts_of, sentence, within, yaw_of
+from .fields import Motion, heading_of, sentence, within
 
 MOST_HEAVE = 9999.99  # m; the format sets no bound
 
@@ -23,9 +23,3 @@ def encode(values: Motion) -> bytes:
     heave = within("heave", -values.heave, -MOST_HEAVE, MOST_HEAVE, "m")
     within("yaw", values.yaw, -7.0, 7.0, "rad")
     return sentence(f"PSXN,23,{roll:.2f},{pitch:.2f},{heading_of(values.yaw)},{heave:.2f}")
-
-
-def decode(telegram: bytes) -> Motion:
-    """Values of a telegram."""
-    roll, pitch, heading, heave = numbers_of(telegram, parts_of(telegram, "PSXN,23,", 4))
-    return Motion(0, radians(roll), -radians(pitch), yaw_of(heading), -heave)

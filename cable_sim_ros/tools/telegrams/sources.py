@@ -62,7 +62,7 @@ FORMATS = {
     "lci90i": Format(WINCH, 20.0, False, lci90i.encode),  # rate of the logs of NBP1406
     "psxn": Format(MOTION, 10.0, False, lambda values, form: psxn.encode(values)),
     "pashr": Format(MOTION, 10.0, False, pashr.encode),
-    "tss1": Format(MOTION, 10.0, True, tss1.encode),
+    "tss1": Format(MOTION, 10.0, True, lambda values, form: tss1.encode(values)),
 }
 
 
