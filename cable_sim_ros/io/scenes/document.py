@@ -14,6 +14,7 @@ import sys
 import warnings
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any, Generic, TypeVar
@@ -88,57 +89,9 @@ def shipped_bags() -> list[str]:
     return sorted(path.parent.name for path in (share_folder() / "bags").glob("*/metadata.yaml"))
 
 
-def find_scene(path_or_name: str | os.PathLike) -> Path:
-    """Path of a scene: a file, or the name of a shipped one with or without ``.yaml``."""
-    return _find(path_or_name, "scene", "config", shipped_scenes, (".yaml", ""), _no_folder)
-
-
-def shipped_viv() -> list[str]:
-    """Names of the spans in ``config/viv/`` whose vibration ``cable-sim viv`` computes, sorted."""
-    return sorted(path.stem for path in (share_folder() / "config" / "viv").glob("*.yaml"))
-
-
-def find_viv(path_or_name: str | os.PathLike) -> Path:
-    """Path of a span for ``cable-sim viv``: a file, or the name of a shipped one with or without ``.yaml``."""
-    return _find(path_or_name, "span", "config/viv", shipped_viv, (".yaml", ""), _no_folder)
-
-
-def find_span(path_or_name: str | os.PathLike) -> Path:
-    """Path of a span in a wind: a file, or the name of a shipped one with or without ``.yaml``."""
-    return _find(path_or_name, "span", "config", shipped_spans, (".yaml", ""), _no_folder)
-
-
-def find_bag(path_or_name: str | os.PathLike) -> Path:
-    """Path of a bag: a bag directory or MCAP file, the folder of a run with its bag in it, or the name of a shipped
-    one."""
-    found = _find(path_or_name, "bag", "bags", shipped_bags, ("",), Path.exists)
-    inside = found / RUN_BAG
-    return inside if inside.is_dir() and not (found / "metadata.yaml").exists() else found
-
-
-def shipped_mappings() -> list[str]:
-    """Names of the ready mappings of logs in ``config/mappings/``, sorted."""
-    return sorted(path.stem for path in (share_folder() / "config" / "mappings").glob("*.yaml"))
-
-
-def find_mapping(path_or_name: str | os.PathLike) -> Path:
-    """Path of a mapping of a log: a file, or the name of a ready one with or without ``.yaml``."""
-    return _find(path_or_name, "mapping", "config/mappings", shipped_mappings, (".yaml", ""), _no_folder)
-
-
-def shipped_tows() -> list[str]:
-    """Names of the tables of measured tows in ``bags/tows/``, each with a map in ``config/tows/``, sorted."""
-    return sorted(path.stem for path in (share_folder() / "bags" / "tows").glob("*.csv"))
-
-
-def find_tow_table(path_or_name: str | os.PathLike) -> Path:
-    """Path of a table of measured tows: a file, or the name of a shipped one with or without ``.csv``."""
-    return _find(path_or_name, "table of tows", "bags/tows", shipped_tows, (".csv", ""), _no_folder)
-
-
-def find_tow_map(path_or_name: str | os.PathLike) -> Path:
-    """Path of a map of a table of tows: a file, or the name of a shipped one with or without ``.yaml``."""
-    return _find(path_or_name, "map of tows", "config/tows", shipped_tows, (".yaml", ""), _no_folder)
+def _shipped(folder: str, ending: str = ".yaml") -> list[str]:
+    """Names of the files of a kind in a folder of ours, sorted."""
+    return sorted(path.stem for path in (share_folder() / folder).glob(f"*{ending}"))
 
 
 def _no_folder(path: Path) -> bool:
@@ -146,12 +99,20 @@ def _no_folder(path: Path) -> bool:
     return path.exists() and not path.is_dir()
 
 
-def _find(path_or_name, what, folder, shipped, suffixes, test) -> Path:
+def _find(
+    what: str,
+    folder: str,
+    shipped: Callable[[], list[str]],
+    path_or_name: str | os.PathLike,
+    ending: str = ".yaml",
+    test: Callable[[Path], bool] = _no_folder,
+) -> Path:
+    """Path of a file that is named by its path, or, of a shipped one, by its name with or without the ending."""
     given = Path(path_or_name)
     if test(given):
         return given
     if given.parent == Path("."):
-        for suffix in suffixes:
+        for suffix in dict.fromkeys((ending, "")):
             candidate = share_folder() / folder / (given.name + suffix)
             if test(candidate):
                 return candidate
@@ -160,6 +121,25 @@ def _find(path_or_name, what, folder, shipped, suffixes, test) -> Path:
         f"{given}: no such {what} file; nothing was started. "
         f"Give the path of a {what}, or the name of a shipped one: {names}"
     )
+
+
+shipped_viv = partial(_shipped, "config/viv")  # spans whose vibration `cable-sim viv` computes
+shipped_mappings = partial(_shipped, "config/mappings")  # ready mappings of logs
+shipped_tows = partial(_shipped, "bags/tows", ".csv")  # tables of measured tows, each with a map in config/tows
+find_scene = partial(_find, "scene", "config", shipped_scenes)
+find_viv = partial(_find, "span", "config/viv", shipped_viv)
+find_span = partial(_find, "span", "config", shipped_spans)  # in a wind
+find_mapping = partial(_find, "mapping", "config/mappings", shipped_mappings)
+find_tow_table = partial(_find, "table of tows", "bags/tows", shipped_tows, ending=".csv")
+find_tow_map = partial(_find, "map of tows", "config/tows", shipped_tows)
+
+
+def find_bag(path_or_name: str | os.PathLike) -> Path:
+    """Path of a bag: a bag directory or MCAP file, the folder of a run with its bag in it, or the name of a shipped
+    one."""
+    found = _find("bag", "bags", shipped_bags, path_or_name, "", Path.exists)
+    inside = found / RUN_BAG
+    return inside if inside.is_dir() and not (found / "metadata.yaml").exists() else found
 
 
 class SceneError(CableSimError, ValueError):
