@@ -139,31 +139,30 @@ def sine_heave(
 
     duration: of the run, s. Raises MotionError.
     """
-    maximum, where = Heave().max_displacement, f"heave of {amplitude:g} m in {period:g} s"
-    if not 0.0 < amplitude <= maximum:
-        raise MotionError(
-            f"{where}: the amplitude is outside (0, {maximum:g}] m; {CONSEQUENCE}. "
-            f"Give --heave AMPLITUDE,PERIOD in m and s"
-        )
-    if not HEAVE_PERIODS[0] <= period <= HEAVE_PERIODS[1]:
-        raise MotionError(
-            f"{where}: the period is outside [{HEAVE_PERIODS[0]:g}, {HEAVE_PERIODS[1]:g}] s; {CONSEQUENCE}. "
-            f"Give --heave AMPLITUDE,PERIOD in m and s"
-        )
-    t, omega = _times(duration, where), 2.0 * np.pi / period
+    where = f"heave of {amplitude:g} m in {period:g} s"
+    if why := heave_problem(amplitude, period):
+        raise MotionError(f"{where}: {why}; {CONSEQUENCE}. Give --heave AMPLITUDE,PERIOD in m and s")
+    t, omega = times_of(duration, where), 2.0 * np.pi / period
     value, rate = mean_track(t, ship) if plan is None else plan.track(t, ship)
     value[:, 2] += amplitude * np.sin(omega * t)
     rate[:, 2] = amplitude * omega * np.cos(omega * t)
-    return _made(f"heave {amplitude:g} m, {period:g} s", t, value, rate, where, ship, plan)
+    return _by_plan(made(where, value, rate, f"heave {amplitude:g} m, {period:g} s"), ship, plan)
+
+
+def heave_problem(amplitude: float, period: float) -> str:
+    """Why a heave [m, s] is none that a ship makes, "" where it is."""
+    most, (short, long) = Heave().max_displacement, HEAVE_PERIODS
+    if not 0.0 < amplitude <= most:
+        return f"the amplitude is outside (0, {most:g}] m"
+    return "" if short <= period <= long else f"the period is outside [{short:g}, {long:g}] s"
 
 
 def planned(plan: ShipPlan, duration: float, ship: Ship) -> RecordedTow:
     """The track of a plan of the ship, level, as odometry messages; duration: of the run, s. Raises MotionError."""
-    t = _times(duration, "ship plan")
-    return _made("ship plan", t, *plan.track(t, ship), "ship plan", ship, plan)
+    return _by_plan(made("ship plan", *plan.track(times_of(duration, "ship plan"), ship)), ship, plan)
 
 
-def _times(duration: float, where: str) -> np.ndarray:
+def times_of(duration: float, where: str) -> np.ndarray:
     """Times [n] of the messages of a run of so many seconds, a second more than is run. Raises MotionError."""
     if not 0.0 < duration <= LONGEST:
         raise MotionError(
@@ -173,15 +172,16 @@ def _times(duration: float, where: str) -> np.ndarray:
     return np.arange(-(-round(duration * SECOND) // STEP) + SECOND // STEP) * (STEP / SECOND)
 
 
-def _made(
-    name: str, t: np.ndarray, value: np.ndarray, rate: np.ndarray, where: str, ship: Ship, plan: ShipPlan | None
-) -> RecordedTow:
-    """Motion that was made, beginning with the stamp of a second."""
-    stamps = SECOND + np.arange(len(t)) * STEP
-    made = RecordedTow(name, odometry_events(Samples(stamps, value, rate), where))
+def made(where: str, value: np.ndarray, rate: np.ndarray, name: str = "") -> RecordedTow:
+    """Motion at times as of `times_of`, beginning with the stamp of a second; name: of the source, else ``where``."""
+    stamps = SECOND + np.arange(len(value)) * STEP
+    return RecordedTow(name or where, odometry_events(Samples(stamps, value, rate), where))
+
+
+def _by_plan(tow: RecordedTow, ship: Ship, plan: ShipPlan | None) -> RecordedTow:
     if plan is not None:
-        made.heading, made.ship_plan = radians(ship.heading_deg), str(plan)
-    return made
+        tow.heading, tow.ship_plan = radians(ship.heading_deg), str(plan)
+    return tow
 
 
 def _read(path: Path) -> tuple[list[str], dict[tuple[int, bool], str], list[int], np.ndarray]:

@@ -36,7 +36,7 @@ from ...sim.scene import Scene
 from ...sim.tables.sea_tables import wave_table
 from ...sim.verdict import check
 from .csv_table import CONSEQUENCE, MotionError
-from .motion_table import LONGEST, SECOND, STEP, Samples, mean_track, odometry_events
+from .motion_table import made, mean_track, times_of
 from .rao_table import FREEDOMS, RaoTable, Wave
 from .recorded_tow import RecordedTow
 
@@ -215,11 +215,7 @@ def sea_motion(rao: str | os.PathLike, scene: Scene, duration: float) -> Recorde
     answer = response_of(rao, scene)
     met = waves_met(scene)
     where = f"{answer.title} in the waves of {scene.name}"
-    if not 0.0 < duration <= LONGEST:
-        raise MotionError(
-            f"{where}: a duration of {duration:g} s is outside (0, {LONGEST:g}] s; {CONSEQUENCE}. Give a shorter "
-            f"--duration"
-        )
+    t = times_of(duration, where)
     energy = sum(amplitude * amplitude for _, amplitude, _ in met)
     outside = sum(amplitude * amplitude for wave, amplitude, _ in met if not answer.covers(wave)) / energy
     if outside > MOST_OUTSIDE:
@@ -227,8 +223,6 @@ def sea_motion(rao: str | os.PathLike, scene: Scene, duration: float) -> Recorde
             f"{where}: {100.0 * outside:.3g} % of the energy of the sea ({_span(met)}) is outside the table, above "
             f"{100.0 * MOST_OUTSIDE:g} %; {CONSEQUENCE}. Give a table that reaches so far, or other water.waves"
         )
-    steps = np.arange(-(-round(duration * SECOND) // STEP) + SECOND // STEP)  # a second more than is run
-    t = steps * (STEP / SECOND)
     answers = [answer.response(wave) for wave, _, _ in met]
     moved, rate = summed(t, met, answers)
     moved, rate = _grown(t, scene.water.ramp, moved, rate)
@@ -239,7 +233,7 @@ def sea_motion(rao: str | os.PathLike, scene: Scene, duration: float) -> Recorde
         to[:, 0] += cos(yaw) * of[:, 0] - sin(yaw) * of[:, 1]
         to[:, 1] += sin(yaw) * of[:, 0] + cos(yaw) * of[:, 1]
         to[:, 2:] += of[:, 2:]
-    tow = RecordedTow(where, odometry_events(Samples(SECOND + steps * STEP, value, going), where))
+    tow = made(where, value, going)
     tow.heading = yaw
     notes = answer.notes()
     if outside > 0.0:

@@ -10,7 +10,6 @@ from __future__ import annotations
 import os
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
-from importlib import import_module
 from math import degrees
 from pathlib import Path
 from typing import NamedTuple
@@ -22,6 +21,7 @@ from ...io.geodesy import FARTHEST, on_plane
 from ...io.sources.csv_table import CONSEQUENCE, head_of, numbers_of
 from ...limits import MAX_TOW_SPEED
 from ..logs.log import LogError
+from ..logs.read_signals import read
 
 STEP = 1.0  # s between samples
 SMOOTH = 5.0  # s, of the Gaussian that smooths the way of the ship
@@ -114,13 +114,7 @@ def _of_signals(
     path: Path, mapping: str | os.PathLike | None
 ) -> tuple[np.ndarray, dict[str, np.ndarray], list[str], list[str]]:
     """The same from the signals of any log that is known, at the times of the pay-out; and what was assumed."""
-    try:
-        reader = import_module("cable_sim_ros.tools.logs.read_signals")
-    except ImportError:
-        raise LogError(
-            f"{path}: only CSV with the columns {EXAMPLE} is read here; {CONSEQUENCE}. Save the log as such a table"
-        ) from None
-    found = {one.quantity: one for one in reader.read_signals(path, mapping)}
+    found = {one.quantity: one for one in read(path, mapping).signals}
     if "payout" not in found or not len(found["payout"].time):
         raise LogError(
             f"{path}: has no pay-out (found: {', '.join(found) or 'nothing'}); {CONSEQUENCE}. Map the counter of the "

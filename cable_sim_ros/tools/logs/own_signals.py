@@ -18,32 +18,30 @@ import numpy as np
 from ...io.bags.bag import BagError, BagReader
 from ...io.bags.typestore import STORE
 from ...io.messages.cdr import header_time
-from ...io.messages.channels import CHANNELS
-from ...io.sources.recorded_tow import RecordedTow, odometry_of, read_tow, recorded_frames, recorded_values
+from ...io.sources.recorded_tow import (
+    CHANNEL_NAMES,
+    COMPARED,
+    RecordedTow,
+    odometry_of,
+    read_tow,
+    recorded_frames,
+    recorded_values,
+)
 from ...sim.tables.attitude import angles_of
 
 ODOMETRY = ("x", "y", "z", "roll", "pitch", "yaw")
 SIGNALS_TOPIC = "/tow_sim/import/signals"  # of an imported bag: every record of every signal
 JOINT_STATE = "sensor_msgs/msg/JointState"
 IMPORT = "import"  # of the custom data of an imported bag
-CHANNEL_QUANTITIES = (  # channel, field of the tick output, component, quantity, factor
-    ("sheave_tension", "tension", None, "tension", 1.0),
-    ("winch_state", "payout", None, "payout", 1.0),
-    ("winch_state", "payout_rate", None, "payout_rate", 1.0),
-    ("winch_state", "tension_drum", None, "tension_drum", 1.0),
-    ("towbody_pose", "body_position", 0, "body_x", 1.0),
-    ("towbody_pose", "body_position", 1, "body_y", 1.0),
-    ("towbody_pose", "body_position", 2, "body_depth", -1.0),
-)
 
 
 class Quantity(NamedTuple):
-    """A quantity: unit, meaning, field of the tick output, component of that field (-1: a number), factor to it."""
+    """A quantity: unit, meaning, field of the tick output, component of that field (None: a number), factor to it."""
 
     unit: str
     meaning: str
     output: str = ""
-    component: int = -1
+    component: int | None = None
     factor: float = 1.0
 
 
@@ -169,7 +167,7 @@ def signals_of_frames(frames: np.recarray, source: str) -> list[Signal]:
     for name, one in QUANTITIES.items():
         if one.output:
             value = np.asarray(frames[one.output], float)
-            values[name] = one.factor * (value if one.component < 0 else value[:, one.component])
+            values[name] = one.factor * (value if one.component is None else value[:, one.component])
     values["departure_angle"] = 0.5 * np.pi - np.asarray(frames["departure_angle"], float)
     level = not np.nan_to_num(frames["body_quaternion"])[:, :2].any()  # such a towbody has no roll, pitch and heading
     for prefix, of in (("", "ship"), *([] if level else [("body_", "body")])):
@@ -194,16 +192,17 @@ def later_only(time: np.ndarray) -> np.ndarray:
 
 
 def _of_channels(tow: RecordedTow) -> list[Signal]:
-    topics = {channel.name: channel.topic for channel in CHANNELS}
+    names = {(one.output, one.component): name for name, one in QUANTITIES.items()}
+    recorded = recorded_values(tow, [(CHANNEL_NAMES[topic], output, part) for topic, _, _, output, part in COMPARED])
     out = []
-    recorded = recorded_values(tow, [row[:3] for row in CHANNEL_QUANTITIES])
-    for (channel, _, _, quantity, factor), had in zip(CHANNEL_QUANTITIES, recorded):
+    for (topic, _, _, output, part), had in zip(COMPARED, recorded):
         if had is None:
             continue
         time, value = had
         good = later_only(time) & np.isfinite(value)
         if good.any():
-            out.append(Signal(quantity, time[good], factor * value[good], f"{tow.path}: {topics[channel]}"))
+            factor = QUANTITIES[name := names[output, part]].factor
+            out.append(Signal(name, time[good], factor * value[good], f"{tow.path}: {topic}"))
     return out
 
 

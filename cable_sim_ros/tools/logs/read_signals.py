@@ -35,18 +35,13 @@ class Reading:
     empty: int = 0
 
 
-def read_signals(path: Paths, mapping: str | os.PathLike | None = None, format: str | None = None) -> list[Signal]:
-    """Signals of one or several files or folders.
+def read(path: Paths, mapping: str | os.PathLike | None = None, format: str | None = None) -> Reading:
+    """Signals of one or several files or folders, and what was done.
 
     A recording of this product and an imported bag need no mapping. mapping: name of a ready one, or a YAML file;
     None: the ready one that fits most of each file; format: of FORMATS, None: found from the first bytes.
     LogError if nothing can be used.
     """
-    return read(path, mapping, format).signals
-
-
-def read(path: Paths, mapping: str | os.PathLike | None = None, format: str | None = None) -> Reading:
-    """The same, with what was done."""
     paths = paths_of(path)
     if mapping is None and format is None and len(paths) == 1:
         own = signals_of_bag(paths[0])

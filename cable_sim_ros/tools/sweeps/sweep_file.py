@@ -19,12 +19,11 @@ from ...io.scenes.document import Document, ResourceError, SceneError, find_bag
 from ...io.scenes.live_changes import ChangeError
 from ...io.scenes.load import load_scene
 from ...io.scenes.winch_plan import PlanError, WinchPlan
-from ...io.sources.motion_table import HEAVE_PERIODS, read_table
+from ...io.sources.motion_table import heave_problem, read_table
 from ...io.sources.recorded_tow import read_tow
 from ...io.sources.sea_motion import response_of, sea_motion
 from ...limits import LONGEST_RUN
 from ...physics.heave_compensation import SetpointLaw
-from ...physics.heave_filter import Heave
 from ...physics.parameter import REQUIRED, Block, quantity
 from ...runs.message_run import MessageRun
 from ...runs.settings import apply_to_scene, of_intake
@@ -209,7 +208,8 @@ def _of_motions(plan: SweepPlan) -> Iterator[Problem]:
     for i, motion in enumerate(plan.motions):
         if sum(one is not None for one in (motion.bag, motion.heave, motion.rao)) > 1:
             yield Problem(f"motions.{i}", "names more than one motion", "Keep one of bag, heave, rao")
-        if motion.heave is not None and (text := heave_problem(motion.heave)):
+        if motion.heave is not None and (why := heave_problem(*motion.heave)):
+            text = f"= [{motion.heave[0]:g}, {motion.heave[1]:g}]: {why}"
             remedy = "Write amplitude in m and period in s, for example heave: [1, 8]"
             yield Problem(f"motions.{i}.heave", text, remedy)
 
@@ -411,16 +411,6 @@ def motion_problem(scene: Scene, kind: str, name: str, waves_vary: bool) -> str:
                     return "holds no motion of a ship; nothing was simulated. Give a bag with odometry or IMU"
     except (CableSimError, OSError) as error:
         return str(error).replace("--rao simple: ", "").replace("--rao simple", "rao: simple")  # as a sweep has it
-    return ""
-
-
-def heave_problem(heave: tuple[float, float]) -> str:
-    """Why amplitude and period [m, s] are none that --heave of the command line takes, "" where they are."""
-    shown, most = f"= [{heave[0]:g}, {heave[1]:g}]", Heave().max_displacement
-    if not 0.0 < heave[0] <= most:
-        return f"{shown}: the amplitude is outside (0, {most:g}] m"
-    if not HEAVE_PERIODS[0] <= heave[1] <= HEAVE_PERIODS[1]:
-        return f"{shown}: the period is outside [{HEAVE_PERIODS[0]:g}, {HEAVE_PERIODS[1]:g}] s"
     return ""
 
 

@@ -13,7 +13,7 @@ from cable_sim_ros.tools.logs.devices.telegrams import NMEA0183
 from cable_sim_ros.tools.logs.formats import read_log
 from cable_sim_ros.tools.logs.inspection.inspect_log import first_mapping
 from cable_sim_ros.tools.logs.log import LogError
-from cable_sim_ros.tools.logs.read_signals import read_signals
+from cable_sim_ros.tools.logs.read_signals import read as read_signals
 from cable_sim_ros.tools.telegrams import psxn
 
 
@@ -390,7 +390,7 @@ def test_a_winch_that_speaks_behind_an_at_sign(tmp_path):
         lines.append(iso(MIDNIGHT + k * SECOND) + b"@%s*%02x\r\n" % (text, exclusive_or(text)))
     lines[3] = lines[3].replace(b"30.00", b"31.00")
     (tmp_path / "log").write_bytes(b"".join(lines))
-    found = {one.quantity: one for one in read_signals(tmp_path / "log")}
+    found = {one.quantity: one for one in read_signals(tmp_path / "log").signals}
     assert found["payout"].value[0] == 102.9 and len(found["payout"].value) == 39
     np.testing.assert_allclose(found["tension"].value, 295.0 * 9.80665)
 
@@ -431,9 +431,9 @@ def test_a_seapath_without_its_companions_is_read_and_so_is_the_mapping_that_ins
     """Neither GGA nor PSXN,20: as the telegrams of this product are."""
     lines = [iso(MIDNIGHT + k * SECOND) + psxn.encode(logs.motion(k % 7)) for k in range(60)]
     (tmp_path / "log").write_bytes(b"".join(lines))
-    found = {one.quantity: one for one in read_signals(tmp_path / "log")}
+    found = {one.quantity: one for one in read_signals(tmp_path / "log").signals}
     assert len(found["heave"].value) == 60 and found["heave"].time[0] == MIDNIGHT
     assert any("stamps of the logger" in line for line in found["heave"].assumed)
     (tmp_path / "m.yaml").write_text(first_mapping(read_log(tmp_path / "log"), []))
-    again = {one.quantity: one for one in read_signals(tmp_path / "log", tmp_path / "m.yaml")}
+    again = {one.quantity: one for one in read_signals(tmp_path / "log", tmp_path / "m.yaml").signals}
     assert np.array_equal(again["heave"].value, found["heave"].value)

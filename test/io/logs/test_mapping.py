@@ -11,7 +11,7 @@ from cable_sim_ros.io.scenes.document import shipped_mappings
 from cable_sim_ros.sim.tables.attitude import rotation
 from cable_sim_ros.tools.logs.log import LogError
 from cable_sim_ros.tools.logs.mapping.mapping_file import MAPPINGS, MappingError, load_mapping
-from cable_sim_ros.tools.logs.read_signals import read, read_signals
+from cable_sim_ros.tools.logs.read_signals import read
 
 T = np.arange(0.0, 60.0, 0.1)
 HEAVE, ROLL, PITCH = 0.8 * np.sin(0.7 * T), np.radians(4.0) * np.sin(0.5 * T), np.radians(2.0) * np.cos(0.6 * T)
@@ -285,7 +285,7 @@ def test_half_of_the_entries_is_used_and_the_rest_is_named(log):
 def test_a_log_without_a_ready_mapping_says_how_to_make_one(tmp_path):
     path = table(tmp_path / "odd.csv", spam=T, eggs=T**2)
     with pytest.raises(LogError, match="no ready mapping fits its sources .* --mapping-out FILE"):
-        read_signals(path)
+        read(path)
 
 
 @pytest.mark.parametrize("name", shipped_mappings())

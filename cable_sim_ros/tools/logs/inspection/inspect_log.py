@@ -32,7 +32,6 @@ from ..read_signals import best_of
 HEAVE = re.compile(r"(^|[^a-z])heave([^a-z]|$)", re.I)
 HEIGHT = re.compile(r"^(alt|altitude|height.*|.*_height|hgt)$", re.I)
 UP = re.compile(r"(accel.*(z|\[2\])$|^vertical$|.*acc_z$)", re.I)
-RATES = ("roll_rate", "pitch_rate"), ("rate_x", "rate_y")
 FEWEST = 60  # records
 SURE = 0.7  # correlation that says which sign
 WINDOW = 60.0  # s of the mean that is taken off: tide and drift of the satellites
