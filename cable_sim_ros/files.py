@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import csv
 import errno
 import os
 import secrets
 import stat
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
@@ -87,6 +88,12 @@ def write_text(path: str | os.PathLike, text: str) -> None:
     """Write a file as UTF-8; OSError."""
     with open_file(path, "w", encoding="utf-8") as file:
         file.write(text)
+
+
+def write_csv(path: str | os.PathLike, heads: Iterable[str], rows: Iterable[Iterable], ends: str = "\r\n") -> None:
+    """Write rows of cells below their heads; OSError."""
+    with open_file(path, "w", encoding="utf-8", newline="") as file:
+        csv.writer(file, lineterminator=ends).writerows([heads, *rows])
 
 
 @contextmanager

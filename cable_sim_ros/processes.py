@@ -86,3 +86,18 @@ class Workers(ProcessPoolExecutor):
             for process in list((self._processes or {}).values()):
                 process.terminate()
         super().shutdown(wait, cancel_futures=cancel_futures)
+
+
+class Alive:
+    """True until SIGINT or SIGTERM."""
+
+    def __init__(self) -> None:
+        self.asked = False
+        for number in (signal.SIGINT, signal.SIGTERM):
+            signal.signal(number, self._end)
+
+    def _end(self, *_: Any) -> None:
+        self.asked = True
+
+    def __call__(self) -> bool:
+        return not self.asked

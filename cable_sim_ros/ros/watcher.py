@@ -32,7 +32,6 @@ from .parameters import rows, settle
 NAMED = {channel.name: channel for channel in CHANNELS}
 HEALTH, SHAPE, CONTACT = NAMED["sim_health"], NAMED["cable_shape"], NAMED["sheave_contact"]
 KEPT = 20_000  # messages of sim/health that may wait to be read: 200 s of 100 Hz
-LATE = 0.3  # s a shape may wait for the tick output it belongs to
 NEEDED = ("tension", "sheave_position", "ship_position", "ship_quaternion", "body_position", "body_quaternion")
 NAMED_WITHIN = 10.0  # s
 PART = 200  # parameters asked for at once

@@ -6,12 +6,12 @@ python -m cable_sim_ros.ros.load.flood services|topics|giants [--seconds S] [--b
 from __future__ import annotations
 
 import argparse
-import signal
 import sys
 import time
 from collections.abc import Callable, Sequence
 
 from ...io.messages.messages import KINDS
+from ...processes import Alive
 from ...terminal import say
 from ..topics import inputs_there, message_class
 from .sender import Ship
@@ -84,9 +84,7 @@ def main(arguments: Sequence[str]) -> int:
     from rclpy.executors import SingleThreadedExecutor
     from rclpy.signals import SignalHandlerOptions
 
-    stopped: list[int] = []
-    for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, lambda *_: stopped.append(1))
+    running = Alive()
     rclpy.init(args=["flood", *ros], signal_handler_options=SignalHandlerOptions.NO)
     node = rclpy.create_node("flood", namespace="/tow_sim")
     executor = SingleThreadedExecutor()
@@ -94,7 +92,7 @@ def main(arguments: Sequence[str]) -> int:
     end = time.monotonic() + given.seconds
 
     def alive() -> bool:
-        return not stopped and time.monotonic() < end
+        return running() and time.monotonic() < end
 
     say("flooding")
     parts = (node, executor.spin_once, alive)

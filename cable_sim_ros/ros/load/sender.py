@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import argparse
 import math
-import signal
 import struct
 import sys
 import time
@@ -18,6 +17,7 @@ from collections.abc import Callable, Sequence
 from ...io.bags.typestore import STORE
 from ...io.messages.cdr import header, store_type
 from ...io.messages.messages import KINDS
+from ...processes import Alive
 from ..loop import raise_priority
 from ..play.player import SECOND, sleep_until
 from ..topics import message_class
@@ -93,9 +93,7 @@ def main(arguments: Sequence[str]) -> int:
     from rclpy.qos import QoSProfile, ReliabilityPolicy
     from rclpy.signals import SignalHandlerOptions
 
-    stopped: list[int] = []
-    for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, lambda *_: stopped.append(1))
+    running = Alive()
     rclpy.init(args=["sender", *ros], signal_handler_options=SignalHandlerOptions.NO)
     node = rclpy.create_node("sensors", namespace="/tow_sim")
     profile = QoSProfile(depth=50, reliability=ReliabilityPolicy.BEST_EFFORT)
@@ -106,13 +104,8 @@ def main(arguments: Sequence[str]) -> int:
         if rate > 0.0
     }
     raise_priority()  # where it is allowed: a sensor does not wait for this machine's other work
-    send(
-        lambda kind, data: publishers[kind].publish(data),
-        Ship(amplitude, period),
-        rates,
-        given.seconds,
-        lambda: not stopped,
-    )
+    ship = Ship(amplitude, period)
+    send(lambda kind, data: publishers[kind].publish(data), ship, rates, given.seconds, running)
     node.destroy_node()
     rclpy.try_shutdown()
     return 0

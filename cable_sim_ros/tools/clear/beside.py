@@ -22,13 +22,14 @@ from std_srvs.srv import Trigger
 
 from ...cli.options import json_of
 from ...errors import CODE_OK, CableSimError
+from ...processes import Alive
 from ...ros.parts import ERROR, OK, WARN, Status
 from ...ros.topics import diagnostic_array
 from ...ros.watcher import Watcher, watching
 from ...sim.scene import Scene
 from ...sim.tables.attitude import angles_of
 from ...terminal import say
-from ..ensemble.beside import NICE, Alive
+from ..ensemble.beside import NICE
 from .advice import Allowances, Passage, actions_of, advise, deeper_than_the_wire, told
 from .options import Wanted
 from .profile import ProfileError, ahead_of, values_of

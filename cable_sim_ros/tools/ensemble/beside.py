@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import math
 import os
-import signal
 import time
 from collections import deque
 from collections.abc import Iterator, Mapping, Sequence
@@ -25,6 +24,7 @@ from std_msgs.msg import String
 from ...errors import CODE_FAILED, CODE_OK
 from ...io.messages.messages import COMMANDED
 from ...io.messages.messages import KINDS as OF_MESSAGES
+from ...processes import Alive
 from ...ros.client import Client
 from ...ros.parts import ERROR, OK, WARN, Status
 from ...ros.topics import diagnostic_array, inputs_there
@@ -169,21 +169,6 @@ KINDS = ("low", "median", "high", "copy_0")
 STATE = ("copies", "level", "lag", "behind", "settling", "copy_0_apart")
 BAND_NAMES = (*(f"{name}.{kind}" for name in FIGURES for kind in KINDS), *STATE)
 AHEAD_NAMES = ("x", "y", "z", "seconds", *(f"{name}_{kind}" for name in FIGURES for kind in KINDS[:3]))
-
-
-class Alive:
-    """True until SIGINT or SIGTERM."""
-
-    def __init__(self) -> None:
-        self.asked = False
-        for number in (signal.SIGINT, signal.SIGTERM):
-            signal.signal(number, self._end)
-
-    def _end(self, *_: Any) -> None:
-        self.asked = True
-
-    def __call__(self) -> bool:
-        return not self.asked
 
 
 class Beside:

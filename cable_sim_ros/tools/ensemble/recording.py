@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import os
 import time
 from collections.abc import Callable, Iterator
@@ -11,7 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...files import open_file
+from ...files import write_csv
 from ...io.bags.bag import BagError, BagReader, Damage, report
 from ...io.messages.channels import channel_of
 from ...io.messages.messages import COMMANDED, KINDS
@@ -215,9 +214,7 @@ def doubts_of(one: Followed, told: dict[str, Any], plan: EnsemblePlan) -> list[s
 def write_table(path: Path, one: Followed) -> None:
     """ensemble.csv: time, and of each figure low, median, high, copy 0 and the recorded tow, with units."""
     kinds = ("low", "median", "high", "copy_0", "recorded")
-    with open_file(path, "w", newline="", encoding="utf-8") as file:
-        rows = csv.writer(file)
-        rows.writerow(["time_s", *(f"{name}_{kind}_{unit}" for name, (*_, unit) in FIGURES.items() for kind in kinds)])
-        stack = np.stack([one.low, one.median, one.high, one.nominal, one.tow], axis=-1)
-        for second, row in zip(one.time.tolist(), stack.reshape(len(stack), -1).tolist(), strict=True):
-            rows.writerow([f"{second:.3f}", *(f"{value:.6g}" for value in row)])
+    heads = ["time_s", *(f"{name}_{kind}_{unit}" for name, (*_, unit) in FIGURES.items() for kind in kinds)]
+    stack = np.stack([one.low, one.median, one.high, one.nominal, one.tow], axis=-1)
+    pairs = zip(one.time.tolist(), stack.reshape(len(stack), -1).tolist(), strict=True)
+    write_csv(path, heads, ([f"{second:.3f}", *(f"{value:.6g}" for value in row)] for second, row in pairs))

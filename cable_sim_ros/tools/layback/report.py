@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 from collections.abc import Mapping
 from datetime import UTC, datetime
 from pathlib import Path
@@ -10,7 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...files import open_file
+from ...files import write_csv
 from ...io.geodesy import on_earth
 from ...sim.flag_rules import LAYBACK_WITHIN as WITHIN
 from ...sim.flag_rules import PLACE
@@ -162,11 +161,7 @@ def table(one: Laid, place: Place, measured: bool, seabed: float | None = None) 
 
 def write_table(path: Path, one: Laid, place: Place, measured: bool, seabed: float | None = None) -> None:
     """The table as CSV with points and commas."""
-    heads, rows = table(one, place, measured, seabed)
-    with open_file(path, "w", encoding="utf-8", newline="") as file:
-        writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(heads)
-        writer.writerows(rows)
+    write_csv(path, *table(one, place, measured, seabed), ends="\n")
 
 
 def _times(seconds: np.ndarray, began: float | None) -> list[str]:

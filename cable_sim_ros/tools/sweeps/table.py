@@ -13,7 +13,7 @@ import click
 
 from ...cli.options import Answer, answers, folder_option, set_option, workers_option
 from ...errors import CODE_DOUBTFUL, CODE_FAILED, CODE_OK, CableSimError
-from ...files import open_file
+from ...files import write_csv
 from ...sim.flag_rules import DOUBTFUL, FAILED
 from ...terminal import in_lines, print_table, say
 from ..logs.mapping.units import UNITS, named, units_of
@@ -184,12 +184,7 @@ def _place(row: dict[str, Any], keys: list[str]) -> str:
 
 
 def _write(swept: Swept, figures: list[dict[str, Any]], out: Path) -> list[tuple[str, Path]]:
-    import csv
-
-    with open_file(out / "table.csv", "w", newline="", encoding="utf-8") as file:
-        writer = csv.DictWriter(file, list(figures[0]))
-        writer.writeheader()
-        writer.writerows(figures)
+    write_csv(out / "table.csv", figures[0], map(dict.values, figures))
     _draw(swept.plan.sweep, figures, out / "table.png")
     return [("table", out / "table.csv"), ("picture", out / "table.png")]
 

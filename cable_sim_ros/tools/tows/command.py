@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import tempfile
 from functools import partial
 from pathlib import Path
@@ -11,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from ...cli.options import Answer, answers, drawn, folder_option, progress_bar, set_option, workers_option
-from ...files import open_file
+from ...files import write_csv
 from ...terminal import print_table, say
 from ..sweeps.command import stoppable
 
@@ -83,7 +82,8 @@ def tows(table, scene, map_, free, group, folds, design, settings, out, workers)
     figures = figures_of(judged, setting.free)
     files = []
     if out is not None:
-        files = [("table", _write(figures["rows"], out / "tows.csv")), *drawn(lambda: _draw(judged, out / "tows.png"))]
+        write_csv(out / "tows.csv", figures["rows"][0], map(dict.values, figures["rows"]))
+        files = [("table", out / "tows.csv"), *drawn(lambda: _draw(judged, out / "tows.png"))]
     verdict = judged.verdict.lines(what={"doubtful": "its depths cannot be taken as they are"}, page="docs/tows.md")
     return Answer(
         figures,
@@ -122,14 +122,6 @@ def tell(judged: Judged, figures: dict[str, Any]) -> None:
         f"interpolated between {judged.between.tows} simulated tows; beside these tows simulated themselves off by "
         f"{100 * judged.apart[1]:.2g} % of depth rms, {100 * judged.apart[0]:.2g} % at most"
     )
-
-
-def _write(rows: list[dict[str, Any]], path: Path) -> Path:
-    with open_file(path, "w", newline="", encoding="utf-8") as file:
-        writer = csv.DictWriter(file, list(rows[0]))
-        writer.writeheader()
-        writer.writerows(rows)
-    return path
 
 
 def _draw(judged: Judged, path: Path) -> Path:

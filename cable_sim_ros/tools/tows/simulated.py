@@ -25,7 +25,6 @@ from .table import SHORTEST, Tow, TowsError
 MARGIN = 0.05  # of the range of the tows, by which the design is wider
 SLOWER, FASTER = 0.6, 1.3  # times the speeds that 5 and 95 of 100 tows are faster than: those of the design
 STEEPEST, FLATTEST = 0.01, 1.55  # rad, of chord and cable in the interpolation
-LEAST = 64  # tows of a design
 APART = 8  # one in so many of a design is not fitted but compared with
 LIMITED = "COMMAND_LIMITED"  # the winch did less than it was told: another tow
 OWN = ("ship.tow_speed", "winch.scope")  # keys that the table gives
@@ -33,7 +32,6 @@ STATIC = 1.0  # s of a static tow
 HAUL = 10.0  # s of the haul: a tow is deepest before
 ENOUGH = 0.8  # of a design must be simulated
 SEED = 1
-Progress = Callable[[int, int], None]
 Run = Callable[[Sequence[Case]], list[dict[str, Any]]]
 
 

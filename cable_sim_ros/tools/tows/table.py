@@ -10,7 +10,6 @@ import os
 from collections.abc import Iterator, Sequence
 from enum import StrEnum
 from math import isfinite, nan, pi
-from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
@@ -295,8 +294,3 @@ def _no_tow(tow: Tow, made: TowsMap) -> str:
 def load_map(path_or_name: str | os.PathLike) -> TowsMap:
     """Map of a YAML file or of the name of a shipped one. Raises TowsMapError with every problem of the file."""
     return MAPS.load(path_or_name)
-
-
-def folder_of(table: Table) -> str:
-    """Name of a table for a folder of runs."""
-    return Path(table.path).stem

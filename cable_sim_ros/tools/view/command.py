@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import signal
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
@@ -11,25 +10,11 @@ import click
 
 from ...cli.options import FILE, Answer, Count, Number, answers, need_ros, node_options, start_option, tow_scene_option
 from ...limits import LONGEST_RUN
+from ...processes import Alive
 from ...terminal import say
 
 if TYPE_CHECKING:
     from viser import ViserServer
-
-
-class Alive:
-    """True until SIGINT or SIGTERM."""
-
-    def __init__(self) -> None:
-        self.asked = False
-        for number in (signal.SIGINT, signal.SIGTERM):
-            signal.signal(number, self._end)
-
-    def _end(self, *_) -> None:
-        self.asked = True
-
-    def __call__(self) -> bool:
-        return not self.asked
 
 
 top_option = click.option(
