@@ -145,7 +145,7 @@ ROWS = "0,0\n1,0\n2,0\n3,0\n4,0\n"
             HEAD + "0,0\n1,0\n2.5,0\n3.5,0\n4.5,0",
             r"csv:4: a step of 1.5 s is no whole number of periods of 1 s within 5 %; ",
         ),
-        (HEAD + "0,0\n1e5,0\n2e5,0\n3e5,0", r"300000 s of motion are more than 86400 s; .* Is time_s in seconds\?"),
+        (HEAD + "0,0\n1e5,0\n2e5,0\n3e5,0", r"300000 s are more than 86400 s; .* Is time_s in seconds\?"),
         (HEAD + ROWS + "9,0\n10,0\n", r"csv:7: 2 rows between two gaps, at least 4 are needed; .* Fill the gaps"),
         (HEAD + "0,0\n1,20.5\n2,0\n3,0", r"csv:3: heave_m = 20.5 m is outside \[-20, 20\] m; .* ship.reference_height"),
         ("time_s,z_m\n0,0\n1,21\n2,0\n3,0", r"csv:3: z_m = 21 m is outside \[-19.5, 20.5\] m"),

@@ -127,13 +127,7 @@ class BagReader:
             yield from self._foreign(topics)
             return
         for file, raw in self.pieces():
-            names = topics_of(file)
-            for item in raw:
-                name = names.get(item.channel)
-                if name is None:
-                    self.nameless(file, item.channel)
-                elif name[0] in topics:
-                    yield Message(*name, item.time, item.data)
+            yield from self._named(file, raw, topics)
 
     # ---- opening
 
@@ -216,6 +210,15 @@ class BagReader:
         topic = f"of '{file.channels[channel].topic}' that are not CDR" if channel in file.channels else "of a channel"
         self.damage.add(f"messages {topic} or whose description is lost are left out, in {file.path.name}")
 
+    def _named(self, file: McapFile, raw: list[Raw], topics: Collection[str] | None) -> Iterator[Message]:
+        names = topics_of(file)
+        for item in raw:
+            name = names.get(item.channel)
+            if name is None:
+                self.nameless(file, item.channel)
+            elif topics is None or name[0] in topics:
+                yield Message(*name, item.time, item.data)
+
     def _lost(self, file: McapFile, offset: int, size: int, why: str, chunk: bool = True) -> None:
         if (file, offset) in self._known:  # it is read a second time
             return
@@ -228,15 +231,9 @@ class BagReader:
         held: list[Message] = []
         size, newest = 0, -1
         for number, (piece, file) in enumerate(work):
-            raw = self._load(file, piece, newest)
-            names = topics_of(file)
-            for item in raw:
-                name = names.get(item.channel)
-                if name is None:
-                    self.nameless(file, item.channel)
-                elif topics is None or name[0] in topics:
-                    held.append(Message(*name, item.time, item.data))
-                    size += len(item.data)
+            fresh = list(self._named(file, self._load(file, piece, newest), topics))
+            held += fresh
+            size += sum(len(message.data) for message in fresh)
             held.sort(key=attrgetter("time"))  # stable
             until = work[number + 1][0].first if number + 1 < len(work) else None
             ready = len(held)

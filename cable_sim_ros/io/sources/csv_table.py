@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import csv
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -119,3 +119,24 @@ def _cell(path: Path, line: int, name: str, cell: str) -> float:
             f"Leave the whole row out, or fill it"
         )
     return number
+
+
+def check_times(path: Path, time: np.ndarray, row: Callable[[int], str], fewest: int, longest: float) -> None:
+    """Raise MotionError for too few times [s], for one that does not advance and for too long a span; row: what errors
+    call the row of a number."""
+    if len(time) < fewest:
+        raise MotionError(
+            f"{path}: has {len(time)} rows, at least {fewest} are needed; {CONSEQUENCE}. Give more of them"
+        )
+    good = np.diff(time) > 0.0
+    if not good.all():
+        k = int(np.argmin(good))
+        raise MotionError(
+            f"{row(k + 1)}: time_s = {time[k + 1]:.9g} s does not advance past {time[k]:.9g} s; {CONSEQUENCE}. Put the "
+            f"rows in order of time, each time once"
+        )
+    if time[-1] - time[0] > longest:
+        raise MotionError(
+            f"{path}: {time[-1] - time[0]:g} s are more than {longest:g} s; {CONSEQUENCE}. Is time_s in seconds? Cut "
+            f"the table into parts"
+        )

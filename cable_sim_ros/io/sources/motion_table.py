@@ -25,7 +25,7 @@ from ..messages.messages import Event
 from ..scenes.ship_plan import ShipPlan
 from .csv_table import CONSEQUENCE as CONSEQUENCE
 from .csv_table import MotionError as MotionError
-from .csv_table import head_of, numbers_of
+from .csv_table import check_times, head_of, numbers_of
 from .motion_curves import Curve, Given, judged, through
 from .recorded_tow import RecordedTow
 from .rounding import even
@@ -232,22 +232,8 @@ def _given(path: Path, names: Sequence[str]) -> dict[tuple[int, bool], str]:
 
 def _stretches(path: Path, lines: Sequence[int], time: np.ndarray, ship: Ship) -> list[slice]:
     """Rows between gaps. Raises MotionError for time that does not advance or not evenly, warns of gaps."""
-    if len(time) < FEWEST:
-        raise MotionError(
-            f"{path}: has {len(time)} rows, at least {FEWEST} are needed; {CONSEQUENCE}. Give more of them"
-        )
+    check_times(path, time, lambda k: f"{path}:{lines[k]}", FEWEST, LONGEST)
     steps = np.diff(time)
-    if not (steps > 0.0).all():
-        k = int(np.argmax(steps <= 0.0))
-        raise MotionError(
-            f"{path}:{lines[k + 1]}: {TIME} = {time[k + 1]:.9g} s does not advance past {time[k]:.9g} s; "
-            f"{CONSEQUENCE}. Put the rows in order of time, each time once"
-        )
-    if time[-1] - time[0] > LONGEST:
-        raise MotionError(
-            f"{path}: {time[-1] - time[0]:g} s of motion are more than {LONGEST:g} s; {CONSEQUENCE}. Is {TIME} in "
-            f"seconds? Cut the table into parts"
-        )
     period = float(np.median(steps))
     fraction = steps / period
     uneven = np.abs(fraction - np.maximum(1.0, np.round(fraction))) > UNEVEN

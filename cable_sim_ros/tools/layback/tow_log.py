@@ -18,7 +18,7 @@ import numpy as np
 from scipy.ndimage import gaussian_filter1d
 
 from ...io.geodesy import FARTHEST, on_plane
-from ...io.sources.csv_table import CONSEQUENCE, head_of, numbers_of
+from ...io.sources.csv_table import CONSEQUENCE, check_times, head_of, numbers_of
 from ...limits import MAX_TOW_SPEED
 from ..logs.log import LogError
 from ..logs.read_signals import read
@@ -202,21 +202,8 @@ def _even(path: Path, time: np.ndarray, columns: dict[str, np.ndarray], lines: l
 
 
 def _checked(path: Path, time: np.ndarray, columns: dict[str, np.ndarray], lines: list[str]) -> None:
-    """Raise LogError for time that does not advance, and for values that no tow has."""
-    if len(time) < FEWEST:
-        raise LogError(f"{path}: has {len(time)} rows, at least {FEWEST} are needed; {CONSEQUENCE}. Give more of them")
-    steps = np.diff(time)
-    if not (steps > 0.0).all():
-        k = int(np.argmax(~(steps > 0.0)))
-        raise LogError(
-            f"{lines[k + 1]}: time_s = {time[k + 1]:.9g} s does not advance past {time[k]:.9g} s; {CONSEQUENCE}. Put "
-            f"the rows in order of time, each time once"
-        )
-    if time[-1] - time[0] > LONGEST:
-        raise LogError(
-            f"{path}: {time[-1] - time[0]:g} s are more than {LONGEST:g} s; {CONSEQUENCE}. Is time_s in seconds? Cut "
-            f"the log into parts"
-        )
+    """Raise MotionError for time that does not advance, LogError for values that no tow has."""
+    check_times(path, time, lines.__getitem__, FEWEST, LONGEST)
     if time[-1] - time[0] < FEWEST * STEP:
         raise LogError(
             f"{path}: {time[-1] - time[0]:g} s are fewer than {FEWEST * STEP:g} s; {CONSEQUENCE}. Give a longer log"

@@ -17,6 +17,7 @@ from __future__ import annotations
 import re
 from collections import Counter
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import dataclass, field
 from datetime import date
 from functools import lru_cache
@@ -233,43 +234,35 @@ def nanoseconds(fraction: bytes | None) -> int:
 def stamp_of(line: bytes) -> Stamp | None:
     """The stamp in front of a line, or None."""
     start = len(line) - len(line.lstrip(b" \t"))
-    for read in (_calendar, _number, _month_first, _tag):
-        try:
-            found = read(line, start)
-        except (ValueError, OverflowError):
-            continue  # a date or time that is none
-        if found is not None:
-            behind = line[found.end :]
-            behind = behind[1:] if behind[:1] in (b",", b";") else behind
-            return found._replace(end=len(line) - len(behind.lstrip(b" \t")))
+    for form, read in ((_CALENDAR, _calendar), (_NUMBER, _number), (_MONTH_FIRST, _month_first), (_TAG, _tag)):
+        found = form.match(line, start)
+        with suppress(ValueError, OverflowError):  # a date or time that is none
+            if found is not None:
+                time, kind = read(found)
+                behind = line[found.end() :]
+                behind = behind[1:] if behind[:1] in (b",", b";") else behind
+                return Stamp(within(time), len(line) - len(behind.lstrip(b" \t")), kind)
     return None
 
 
-def _calendar(line: bytes, start: int) -> Stamp | None:
-    found = _CALENDAR.match(line, start)
-    if found is None:
-        return None
-    year, _, month, day, hours, minutes, seconds, fraction, zone = found.groups()
-    time = day_of(int(year), int(month), int(day)) + clock_of(int(hours), int(minutes), int(seconds), fraction)
-    return Stamp(within(time - ahead_of((zone or b"").decode())), found.end(), UTC if zone else NO_ZONE)
+def _calendar(found: re.Match[bytes]) -> tuple[int, str]:
+    year, _, month, day, *clock, zone = found.groups()
+    return _at(year, month, day, clock) - ahead_of((zone or b"").decode()), UTC if zone else NO_ZONE
 
 
-def _number(line: bytes, start: int) -> Stamp | None:
-    found = _NUMBER.match(line, start)
-    if found is None:
-        return None
-    return Stamp(within(int(found[1]) * SECOND + nanoseconds(found[2] or found[3])), found.end(), EPOCH)
+def _number(found: re.Match[bytes]) -> tuple[int, str]:
+    return int(found[1]) * SECOND + nanoseconds(found[2] or found[3]), EPOCH
 
 
-def _month_first(line: bytes, start: int) -> Stamp | None:
-    found = _MONTH_FIRST.match(line, start)
-    if found is None:
-        return None
-    month, day, year, hours, minutes, seconds, fraction = found.groups()
-    time = day_of(int(year), int(month), int(day)) + clock_of(int(hours), int(minutes), int(seconds), fraction)
-    return Stamp(within(time), found.end(), MONTH_FIRST)
+def _month_first(found: re.Match[bytes]) -> tuple[int, str]:
+    month, day, year, *clock = found.groups()
+    return _at(year, month, day, clock), MONTH_FIRST
 
 
-def _tag(line: bytes, start: int) -> Stamp | None:
-    found = _TAG.match(line, start)
-    return None if found is None else Stamp(within(int(found[1]) * SECOND + nanoseconds(found[2])), found.end(), EPOCH)
+def _tag(found: re.Match[bytes]) -> tuple[int, str]:
+    return int(found[1]) * SECOND + nanoseconds(found[2]), EPOCH
+
+
+def _at(year: bytes, month: bytes, day: bytes, clock: list[bytes]) -> int:
+    hours, minutes, seconds, fraction = clock
+    return day_of(int(year), int(month), int(day)) + clock_of(int(hours), int(minutes), int(seconds), fraction)
