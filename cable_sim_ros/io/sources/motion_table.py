@@ -159,25 +159,25 @@ def sine_heave(
 
 def planned(plan: ShipPlan, duration: float, ship: Ship) -> RecordedTow:
     """The track of a plan of the ship, level, as odometry messages; duration: of the run, s. Raises MotionError."""
-    t = _times(duration, "ship plan")
+    t = _times(duration, "ship plan", round(plan.every * SECOND))
     return _made("ship plan", t, *plan.track(t, ship), "ship plan", ship, plan)
 
 
-def _times(duration: float, where: str) -> np.ndarray:
+def _times(duration: float, where: str, step: int = STEP) -> np.ndarray:
     """Times [n] of the messages of a run of so many seconds, a second more than is run. Raises MotionError."""
     if not 0.0 < duration <= LONGEST:
         raise MotionError(
             f"{where}: a duration of {duration:g} s is outside (0, {LONGEST:g}] s; {CONSEQUENCE}. "
             f"Give a shorter --duration"
         )
-    return np.arange(-(-round(duration * SECOND) // STEP) + SECOND // STEP) * (STEP / SECOND)
+    return np.arange(-(-round(duration * SECOND) // step) + SECOND // step) * (step / SECOND)
 
 
 def _made(
     name: str, t: np.ndarray, value: np.ndarray, rate: np.ndarray, where: str, ship: Ship, plan: ShipPlan | None
 ) -> RecordedTow:
     """Motion that was made, beginning with the stamp of a second."""
-    stamps = SECOND + np.arange(len(t)) * STEP
+    stamps = SECOND + np.round(t * SECOND).astype(np.int64)
     made = RecordedTow(name, odometry_events(Samples(stamps, value, rate), where))
     if plan is not None:
         made.heading, made.ship_plan = radians(ship.heading_deg), str(plan)
