@@ -12,12 +12,17 @@ from click.testing import CliRunner
 from cable_sim_ros import load_scene, override
 from cable_sim_ros.cli.commands import main
 from cable_sim_ros.errors import CODE_DOUBTFUL, CableSimError
+from cable_sim_ros.io.scenes.ship_plan import ShipPlan
+from cable_sim_ros.io.scenes.winch_plan import PlanItem, WinchPlan
+from cable_sim_ros.physics.ship import Ship
 from cable_sim_ros.runs import offline
 from cable_sim_ros.sim.flag_rules import FAILED
 from cable_sim_ros.tools.calibrate.free import free_of
 from cable_sim_ros.tools.sweeps import sweep
+from cable_sim_ros.tools.sweeps.worker import simulate
+from cable_sim_ros.tools.tows import series
 from cable_sim_ros.tools.tows.fit import folds_of, widened, wider
-from cable_sim_ros.tools.tows.simulated import Setting, answered, height_of
+from cable_sim_ros.tools.tows.simulated import Setting, answered, cases_of, height_of, made_of
 from cable_sim_ros.tools.tows.table import MAPS, TowsMap, TowsMapError, load_map, read_tows
 from cable_sim_ros.tools.tows.tows import judge
 
@@ -47,10 +52,9 @@ HEIGHT = height_of(load_scene("bongo"))
 
 def row_of(case):
     """What the run of a case would give, of the closed form."""
-    rate, lasts = (
-        map(float, re.findall(r"0 rate ([\d.e-]+), ([\d.]+) hold", case.winch)[0]) if "rate" in case.winch else (0, 0)
-    )
-    wire = case.settings["winch.scope"] - HEIGHT + rate * lasts
+    items = [*WinchPlan(case.winch).items, PlanItem(case.duration, "hold")]
+    wire = case.settings["winch.scope"] - HEIGHT
+    wire += max(np.cumsum([0.0, *(a.value * (b.time - a.time) for a, b in zip(items, items[1:]))]))
     area = case.settings.get("towbody.drag_area", [0.85])[0]
     angle = incline(area, case.settings["ship.tow_speed"])
     figures = {"body_depth_max_m": wire * cos(angle), "departure_angle_deepest_deg": degrees(angle)}
@@ -359,3 +363,154 @@ def test_options_that_contradict_the_table_are_refused_in_one_line(tmp_path, mor
 def test_a_table_without_tows_is_refused(tmp_path, rows, why):
     with pytest.raises(CableSimError, match=why):
         read_tows(table_of(tmp_path, rows), MAPS.check(MAP, "map"), 6.0)
+
+
+SERIES = MAP | {
+    "series": {
+        "field": "file",
+        "wire": {"field": "wire", "unit": "m"},
+        "speed": {"field": "speed", "unit": "kn"},
+        "depth": {"field": "depth", "unit": "m"},
+    }
+}
+LEGS = np.array([0.0, 10.0, 200.0, 205.0, 400.0]), np.array([0.0, 0.0, 95.0, 95.0, -2.5])  # s, m: deck, out, hold, in
+
+
+def file_of(path, time=None, wire=None, speed=1.8, depth=None, head="t_s,wire,speed,depth"):
+    """A series of one of the legs at 1 Hz, or of these columns; depth: of its deepest row."""
+    time = np.arange(401.0) if time is None else np.asarray(time)
+    wire = np.interp(time, *LEGS) if wire is None else np.asarray(wire)
+    rows = np.broadcast_arrays(time, wire, speed, np.nan if depth is None else depth)
+    lines = [",".join("" if value != value else f"{value:.9g}" for value in row) for row in zip(*rows)]
+    path.write_text("\n".join([head, *lines]) + "\n", encoding="utf-8")
+
+
+def over_time(folder, name="a.csv", row="a,one,,,,40,75", made=SERIES, max_rate=0.6):
+    (folder / "tows.csv").write_text(f"{HEAD.strip()},file\n{row},{name}\n{ROW.strip()},\n", encoding="utf-8")
+    return read_tows(folder / "tows.csv", MAPS.check(made, "map"), 6.0, max_rate=max_rate)
+
+
+def test_a_series_counts_in_place_of_the_numbers_of_its_row(tmp_path):
+    file_of(tmp_path / "a.csv", speed=1.8 + 0.3 * np.sin(0.01 * np.arange(401.0)), depth=60.0)
+    table = over_time(tmp_path, row="a,one,50,,,40,75")
+    tow, plain = table.tows
+    assert plain.series is None and not table.left
+    assert (tow.wire, tow.depth) == (95.0, 60.0) and len(table.notes) == 2  # wire and depth of the row are others
+    # from 4 m on the way out to 4 m on the way in, along the legs
+    assert tow.series.time == pytest.approx([0.0, 182.0, 187.0, 369.0], abs=0.3) and tow.series.wire[0] == 4.0
+    assert tow.speeds["ship"] == pytest.approx(np.mean(1.8 + 0.3 * np.sin(0.01 * np.arange(18, 388))) / 1.944, 1e-2)
+    winch, ship, speed = tow.series.plans(2.0 * tow.series.mean)
+    assert WinchPlan(winch).items[0].value == pytest.approx(0.5, 1e-3)
+    ShipPlan(ship).check(load_scene("bongo").ship)
+    track = ShipPlan(ship).track(np.arange(0.0, 369.0, 0.02), Ship(tow_speed=speed))[1][:, 0]
+    read = 2.0 * (1.8 + 0.3 * np.sin(0.01 * (np.arange(0.0, 369.0, 0.02) + 18.0))) / 1.944
+    assert np.abs(track - read).max() < 0.1 and track.mean() == pytest.approx(read.mean(), 2e-3)
+
+
+def test_a_winch_follows_a_counter_of_whole_metres_and_leaves_gaps_out(tmp_path):
+    wire = np.round(np.interp(np.arange(401.0), *LEGS))
+    wire[50] = np.nan
+    file_of(tmp_path / "a.csv", wire=wire)
+    table = over_time(tmp_path)
+    rates = table.tows[0].series.rates
+    assert 0.4 < rates.max() <= 0.606 and table.tows[0].wire == 95.0
+    assert "1 of 401 rows, first in row 51" in table.notes[0] and "followed within" in table.notes[-1]
+
+
+TIME = np.arange(401.0)
+
+
+@pytest.mark.parametrize(
+    ("given", "why"),
+    [
+        ({"time": [*range(300), *range(298, 399)]}, "row 301 is 298 s .* not after 299 s"),
+        ({"wire": np.full(401, np.nan)}, "is no column of numbers"),
+        ({"wire": np.where(TIME < 399, np.nan, 5.0)}, "wire has 2 finite numbers, .* needs 4"),
+        ({"wire": np.interp(TIME, *LEGS) / 40}, r"wire reaches 2.375 m .* outside \[5"),
+        ({"wire": -np.interp(TIME, *LEGS)}, "wire reaches 2.5 m .*factor: -1"),
+        ({"wire": np.interp(TIME, *LEGS) - 7.0}, "wire = -9.5 m .* below -6 m"),
+        ({"wire": 2.0 * np.interp(TIME, *LEGS)}, "wire runs at 1 m/s.* winch.max_rate = 0.6 m/s.*--set"),
+        ({"time": TIME / 100.0, "wire": np.interp(TIME, *LEGS)}, "lasts 3.69 s, outside"),
+        ({"speed": 1800.0}, "speed = 926 to 926 m/s.*outside"),
+        ({"time": [0, 1, 2], "wire": [0, 50, 0]}, "has 3 rows .* needs 4"),
+        ({"head": "t_s,wire_ft,speed,depth"}, "is no column of numbers: wire_ft"),
+        ({"head": "t_s,wire [ft],speed,depth"}, "wire is in ft by its heading, in m by the map"),
+        ({"head": "t_s,wire,speed [m],depth"}, "speed is in m by its heading, in kn by the map"),
+    ],
+)
+def test_a_series_that_is_no_tow_is_left_out_with_its_reason(tmp_path, given, why):
+    file_of(tmp_path / "a.csv", **given)
+    (left,) = over_time(tmp_path).left
+    assert left.startswith("line 2, a: a.csv: ") and re.search(why, left), left
+
+
+def test_a_file_that_is_not_there_or_too_large_is_left_out_and_one_elsewhere_refused(tmp_path, monkeypatch):
+    file_of(tmp_path / "a.csv")
+    (tmp_path / "in").mkdir()
+    (tmp_path / "in" / "b.csv").symlink_to(tmp_path / "a.csv")
+    assert "no such file" in over_time(tmp_path / "in", "c.csv").left[0].lower()
+    assert "it is a folder" in over_time(tmp_path, "in").left[0]
+    for name in ("../a.csv", "b.csv", str(tmp_path / "a.csv")):
+        with pytest.raises(CableSimError, match="outside the folder of the table"):
+            over_time(tmp_path / "in", name)
+    monkeypatch.setattr(series, "MOST_BYTES", 100)
+    assert "beyond 0 MB" in over_time(tmp_path).left[0]
+
+
+@pytest.mark.parametrize(
+    ("change", "key"),
+    [
+        ({"series": SERIES["series"] | {"field": ""}}, "series.field"),
+        ({"series": SERIES["series"] | {"wire": {"field": "wire", "unit": "kn"}}}, "series.wire.unit"),
+        ({"series": SERIES["series"] | {"wire": {"field": ["a", "b"], "unit": "m"}}}, "series.wire.field"),
+        ({"series": SERIES["series"] | {"depth": {"field": "d", "unit": "m", "scaled": True}}}, "series.depth.scaled"),
+        ({"wire": None}, "wire"),
+    ],
+)
+def test_a_map_of_series_that_does_not_fit_is_refused_by_its_key(change, key):
+    base = SERIES if "series" in change else MAP
+    with pytest.raises(TowsMapError) as caught:
+        MAPS.check(base | change, "map")
+    assert any(key in text for text in caught.value.problems)
+
+
+def test_a_tow_over_time_has_the_depth_and_interval_of_its_row(tmp_path):
+    """Three of 12 rows as series: between designs of 256 and of 16 tows of closed form the same but for both errors."""
+    rows = [(*row, "") for row in tows_of(12)]
+    plain = judged(table_of(tmp_path, rows, f"{HEAD.strip()},file\n"), folds=2, made=SERIES)
+    for k in range(3):
+        name, group, wire, rate, speed, angle, depth, _ = rows[k]
+        out = (wire - 4.0) * 60.0 / rate
+        file_of(tmp_path / f"{k}.csv", [0, out, out + 5, 2 * out + 5], [4, wire, wire, 4], speed, depth)
+        rows[k] = (name, group, "", "", "", angle, "", f"{k}.csv")
+    found = judged(table_of(tmp_path, rows, f"{HEAD.strip()},file\n"), folds=2, made=SERIES)
+    assert found.between.tows == 256 + 3 * 16 and found.between.over_time[1] < 0.005
+    within = found.between.over_time[0] + plain.between.error[0]
+    assert found.left_out == pytest.approx(plain.left_out, rel=within)
+    assert found.fitted.values == pytest.approx(plain.fitted.values, rel=within)
+
+
+def test_tows_of_nes_lter_written_as_series_are_as_deep(tmp_path):
+    """Lines of wire are the same but for digits: 1 mm, where 0.1 m were allowed. The last has a speed that swings by
+    0.03 m/s about its mean, of which 0.1 m/s are 7.5 % of depth (docs/tows.md)."""
+    made, scene = load_map("nes_lter"), load_scene("bongo")
+    own = SERIES["series"] | {"speed": {"field": "speed", "unit": "m/s"}}
+    rows = [tow for tow in read_tows("nes_lter", made, HEIGHT).tows if tow.wire <= 30.0][:3]
+    lines = [f"{HEAD.strip()},file"]
+    for k, tow in enumerate(rows):
+        out, back = tow.wire / tow.rate_out, tow.wire / tow.rate_in
+        time = np.arange(0.0, out + 5.0 + back, 1.0)
+        speed = tow.speeds["ship"] + (0.03 * np.sin(time / 10.0) if k == 2 else 0.0)
+        wire = np.interp(time, [0.0, out, out + 5.0, out + 5.0 + back], [0.0, tow.wire, tow.wire, 0.0])
+        file_of(tmp_path / f"{k}.csv", time, wire, speed)
+        lines.append(f"{tow.name},{tow.group},,,,,,{k}.csv")
+    (tmp_path / "tows.csv").write_text("\n".join(lines), encoding="utf-8")
+    map_ = MAPS.check(MAP | {"begin": made.begin, "series": own}, "map")
+    found = read_tows(tmp_path / "tows.csv", map_, HEIGHT)
+    setting = Setting("bongo", scene, {}, made.begin, HEIGHT, [])
+    tows = [made_of(tow, row.speeds["ship"]) for row, tow in zip([*rows, *rows], [*rows, *found.tows], strict=True)]
+    cases = cases_of(setting, tows, np.empty((6, 0)))
+    assert [case.ship is None for case in cases] == [True] * 5 + [False]
+    by_row, by_series = np.split(answered([simulate(case) for case in cases]).depth, 2)
+    assert by_series[:2] == pytest.approx(by_row[:2], abs=1e-3)
+    assert by_series[2] == pytest.approx(by_row[2], rel=0.75 * 0.03)

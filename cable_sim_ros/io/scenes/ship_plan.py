@@ -25,6 +25,7 @@ MAX_TURN = 3600.0  # deg of one order
 MAX_TURN_RATE = 10.0  # deg/s, at most of a turn: more than a tug's
 MAX_ACCELERATION = 1.0  # m/s^2: more than that of a ship
 MIN_OVER = 1.0  # s
+EVERY = 0.02  # s
 RAMP = 0.2  # of an order, at its beginning and at its end
 PEAK = 1.0 / (1.0 - RAMP)  # largest rate of an order over its mean one
 
@@ -64,12 +65,14 @@ class ShipPlan:
     """Orders to the ship in the order of time: ``ShipPlan("60 starboard 90 over 120, 300 speed 1 over 60")``.
 
     port, starboard: turn by so many degrees; speed: go over to so many m/s through the world frame, ahead. The ship
-    goes where it points, level, at ``ship.reference_height``. ``str`` of a plan is its text. Raises PlanError.
+    goes where it points, level, at ``ship.reference_height``. ``str`` of a plan is its text; every: s between messages
+    of its track, which a plan without turns may have further apart. Raises PlanError.
     """
 
     items: tuple[ShipItem, ...]
+    every: float = EVERY
 
-    def __init__(self, text: str, where: str = WORDS.name) -> None:
+    def __init__(self, text: str, where: str = WORDS.name, every: float = EVERY) -> None:
         parts = parts_of(text, where, WORDS)
         items = [_item(f"{where}, item {k} '{part}'", part) for k, part in enumerate(parts, 1)]
         for k, item in enumerate(items):
@@ -82,6 +85,7 @@ class ShipPlan:
                     f" Begin it then, or give that less time"
                 )
         object.__setattr__(self, "items", tuple(items))
+        object.__setattr__(self, "every", every)
 
     @classmethod
     def of(cls, given: ShipPlan | str | os.PathLike) -> ShipPlan:

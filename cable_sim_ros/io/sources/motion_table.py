@@ -159,22 +159,24 @@ def heave_problem(amplitude: float, period: float) -> str:
 
 def planned(plan: ShipPlan, duration: float, ship: Ship) -> RecordedTow:
     """The track of a plan of the ship, level, as odometry messages; duration: of the run, s. Raises MotionError."""
-    return _by_plan(made("ship plan", *plan.track(times_of(duration, "ship plan"), ship)), ship, plan)
+    step = round(plan.every * SECOND)
+    track = plan.track(times_of(duration, "ship plan", step), ship)
+    return _by_plan(made("ship plan", *track, step=step), ship, plan)
 
 
-def times_of(duration: float, where: str) -> np.ndarray:
+def times_of(duration: float, where: str, step: int = STEP) -> np.ndarray:
     """Times [n] of the messages of a run of so many seconds, a second more than is run. Raises MotionError."""
     if not 0.0 < duration <= LONGEST:
         raise MotionError(
             f"{where}: a duration of {duration:g} s is outside (0, {LONGEST:g}] s; {CONSEQUENCE}. "
             f"Give a shorter --duration"
         )
-    return np.arange(-(-round(duration * SECOND) // STEP) + SECOND // STEP) * (STEP / SECOND)
+    return np.arange(-(-round(duration * SECOND) // step) + SECOND // step) * (step / SECOND)
 
 
-def made(where: str, value: np.ndarray, rate: np.ndarray, name: str = "") -> RecordedTow:
+def made(where: str, value: np.ndarray, rate: np.ndarray, name: str = "", step: int = STEP) -> RecordedTow:
     """Motion at times as of `times_of`, beginning with the stamp of a second; name: of the source, else ``where``."""
-    stamps = SECOND + np.arange(len(value)) * STEP
+    stamps = SECOND + np.arange(len(value)) * step
     return RecordedTow(name or where, odometry_events(Samples(stamps, value, rate), where))
 
 

@@ -37,7 +37,7 @@ DECIDES = (
 class Case(NamedTuple):
     """One run. number: its place in the order; varied: what tells it from the others, by key; settings: values of the
     scene by key; seed: of all that is random; winch: a plan in words; files: hashes of scene, bag and response
-    operators as the case was made of them; key: of its row."""
+    operators as the case was made of them; key: of its row; ship: a plan in words."""
 
     number: int
     varied: dict[str, Any]
@@ -52,6 +52,7 @@ class Case(NamedTuple):
     figures: tuple[str, ...]
     files: tuple[str, str, str]
     key: str
+    ship: str | None = None
 
 
 def cases_of(plan: SweepPlan, drawn: Sequence[dict[str, float]] | None = None) -> Iterator[Case]:
@@ -85,12 +86,18 @@ def cases_of(plan: SweepPlan, drawn: Sequence[dict[str, float]] | None = None) -
 
 
 def case_of(
-    number: int, scene: str, settings: dict[str, Any], winch: str, duration: float, figures: tuple[str, ...]
+    number: int,
+    scene: str,
+    settings: dict[str, Any],
+    winch: str,
+    duration: float,
+    figures: tuple[str, ...],
+    ship: str | None = None,
 ) -> Case:
-    """A case on the mean track by its own values, for tools that make no sweep of a file."""
+    """A case on the mean track, or a plan of the ship, by its own values, for tools that make no sweep of a file."""
     files = contents(scene, ShipMotion())
     rest = (settings, None, ShipMotion(), str(WinchPlan.of(winch)), None, duration, "chosen", figures)
-    return Case(number, {}, scene, *rest, files, _key(files, *rest))
+    return Case(number, {}, scene, *rest, files, _key(files, *rest, *filter(None, [ship])), ship)
 
 
 def _values(one: Steps | list[Any]) -> list[Any]:

@@ -15,6 +15,7 @@ import numpy as np
 
 from ...errors import CableSimError
 from ...io.scenes.document import SceneError
+from ...io.scenes.ship_plan import ShipPlan
 from ...runs.summary import Run
 from ...sim.flag_rules import FAILED
 from .cases import Case, contents
@@ -23,6 +24,7 @@ from .sweep_file import seeds_of
 
 CUT = 2.5  # ticks; a motion that is shorter than duration by more ended the run
 AGAIN = "again"  # column of a row that failed by the machine: the next start runs its case again
+MESSAGES = 0.1  # s between those of a ship's plan: five times those of a run, which are most of its cost
 COSTS = ("cpu_s", "simulated_s")  # cpu_s: of the machine; left out of comparisons
 
 
@@ -93,6 +95,7 @@ def _run(case: Case) -> dict[str, Any]:
         case.motion.bag,
         heave=case.motion.heave,
         rao=case.motion.rao,
+        ship=None if case.ship is None else ShipPlan(case.ship, every=MESSAGES),
         duration=case.duration,
         winch=case.winch,
         algorithm=case.setpoint,

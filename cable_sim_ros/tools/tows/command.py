@@ -60,14 +60,14 @@ def tows(table, scene, map_, free, group, folds, design, settings, out, workers)
         raise click.UsageError(f"--free: {len(free)} numbers; one or two can be told apart by depths. Fix the others")
     made = load_map(map_)
     height = height_of(base)
-    read = read_tows(table, made, height, group)
+    read = read_tows(table, made, height, group, base.winch.max_rate)
     numbers = free_of(free, base) if free else []
     for key in (*given, *(one.key for one in numbers)):
         if key in OWN:
             raise TowsError(f"{key} is given, and each tow has it from {table}; nothing was simulated. Leave it out")
     place = str(Path(scene)) if Path(scene).is_file() else scene
     setting = Setting(place, base, given, made.begin, height, numbers)
-    speeds = speeds_around(read.tows, frozenset(name for name, one in made.speeds.items() if one.scaled))
+    speeds = speeds_around(read.tows, frozenset(name for name, one in made.readings.items() if one.scaled))
     with (
         stoppable(out),
         tempfile.TemporaryDirectory(prefix="cable_sim_tows_") as scratch,
@@ -122,6 +122,12 @@ def tell(judged: Judged, figures: dict[str, Any]) -> None:
         f"interpolated between {judged.between.tows} simulated tows; beside these tows simulated themselves off by "
         f"{100 * judged.apart[1]:.2g} % of depth rms, {100 * judged.apart[0]:.2g} % at most"
     )
+    between = figures["interpolation"]
+    if between["series"]:
+        say(
+            f"{between['series']} tows over time have designs of their own, between which depths are off by "
+            f"{100 * between['series_rms_share']:.2g} % rms, {100 * between['series_max_share']:.2g} % at most"
+        )
 
 
 def _draw(judged: Judged, path: Path) -> Path:

@@ -25,7 +25,7 @@ from scipy.optimize import minimize
 from scipy.stats import t as student
 
 from ..calibrate.free import Free
-from .simulated import Made, Surrogate
+from .simulated import Between, made_of
 from .table import Tow, TowsMap, error_of
 
 FREEDOM = 4.0  # degrees of Student's t
@@ -72,21 +72,21 @@ class Tows:
     """Readings of tows as arrays, and what the simulated ones are at every true speed and node of the free numbers."""
 
     def __init__(
-        self, made: TowsMap, tows: Sequence[Tow], free: Sequence[Free], between: Surrogate, speeds: tuple[float, float]
+        self, made: TowsMap, tows: Sequence[Tow], free: Sequence[Free], between: Between, speeds: tuple[float, float]
     ) -> None:
         self.free, self.map = list(free), made
         self.wire = np.array([tow.wire for tow in tows])
         self.depth, self.angle = (np.array([getattr(tow, one) for tow in tows]) for one in ("depth", "angle"))
-        self.readings = {name: np.array([tow.speeds[name] for tow in tows]) for name in made.speeds}
-        self.scaled = [name for name, column in made.speeds.items() if column.scaled]
+        self.readings = {name: np.array([tow.speeds[name] for tow in tows]) for name in made.readings}
+        self.scaled = [name for name, column in made.readings.items() if column.scaled]
         self.scaled += [DEPTH] * (made.depth is not None and made.depth.scaled)
-        errors = {name: error_of(column) for name, column in made.speeds.items()}
+        errors = {name: error_of(column) for name, column in made.readings.items()}
         self.stated = {name: error for name, error in errors.items() if error is not None}
         fine = ceil(2.0 * (speeds[1] - speeds[0]) / min(self.stated.values(), default=np.inf)) + 1
         self.true = np.linspace(*speeds, min(max(SPEEDS, fine), MOST_SPEEDS))
         units = [np.array(unit) for unit in product(np.linspace(0.0, 1.0, NODES), repeat=len(free))]
         low, high = (np.array([getattr(one, end) for one in free]) for end in ("low", "high"))
-        grid = [Made(t.wire, t.rate_out, t.rate_in, t.hold, float(s)) for t in tows for s in self.true]
+        grid = [made_of(tow, float(speed)) for tow in tows for speed in self.true]
         tables = [between(grid, np.tile(low + (high - low) * unit, (len(grid), 1))) for unit in units]
         shape = (len(tows), len(self.true), *[NODES] * len(free))
         self._tables = [np.stack([table[k] for table in tables], -1).reshape(shape) for k in (0, 1)]

@@ -9,7 +9,8 @@ from __future__ import annotations
 import os
 from collections.abc import Iterator, Sequence
 from enum import StrEnum
-from math import isfinite, nan, pi
+from math import inf, isfinite, nan, pi
+from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
@@ -20,14 +21,13 @@ from ...io.sources.csv_table import Line, head_of
 from ...physics.parameter import REQUIRED, Block, quantity
 from ...sim.problem import Problem
 from ..logs.mapping.units import UNITS, named, nearest
+from .series import LONGEST_WIRE, SHORTEST, SPEEDS, Series, SeriesError, Signal, read_series
 
 CONSEQUENCE = "nothing was simulated"
 MOST = 5000  # rows
-SPEEDS = (0.05, 10.0)  # m/s, of a ship that tows a wire
 RATES = (0.005, 5.0)  # m/s, of a winch
-LONGEST_WIRE = 20_000.0  # m
+BESIDE = 0.05  # share of wire and depth by a series, by which the row's own may be another
 DEEPER = 1.02  # depth over wire at most: counters and recorders have errors
-SHORTEST = 1.0  # m of wire that is paid out at least
 NOTHING = {"", "nan", "na", "n/a", "null", "none", "-", "--"}
 
 
@@ -59,6 +59,13 @@ class Column(Block):
     )
 
 
+class SeriesColumns(Block):
+    field: str = quantity(REQUIRED, "", None, None, "column of the table: CSV file in its folder; empty: no series")
+    wire: Column = quantity(REQUIRED, "", None, None, "m: wire out, a column of the file, as the others")
+    speed: Column | None = quantity(None, "", None, None, "m/s: of the ship, in place of the first that is not scaled")
+    depth: Column | None = quantity(None, "", None, None, "m: its largest value in place of that of the table")
+
+
 class TowsMap(Block):
     tows: str = quantity(REQUIRED, "", None, None, "name of the map")
     about: str = quantity("", "", None, None, "what the table is, and where its conventions come from")
@@ -67,16 +74,28 @@ class TowsMap(Block):
     group: str = quantity("", "", None, None, "column of what tows have in common, a cruise; empty: none")
     begin: float = quantity(4.0, "m", 0.5, 1000.0, "wire in the water where the simulated pay-out begins")
     stays: float = quantity(5.0, "s", 0.0, 3600.0, "time between pay-out and haul, where no column hold is")
-    wire: Column = quantity(REQUIRED, "", None, None, "m: largest wire out")
-    rate_out: Column = quantity(REQUIRED, "", None, None, "m/s: of the pay-out")
+    wire: Column | None = quantity(None, "", None, None, "m: largest wire out; needed without series")
+    rate_out: Column | None = quantity(None, "", None, None, "m/s: of the pay-out; needed without series")
     rate_in: Column | None = quantity(None, "", None, None, "m/s: of the haul; none: that of the pay-out")
     hold: Column | None = quantity(None, "", None, None, "s: time at the largest wire out")
     speeds: dict[str, Column] = quantity(
-        REQUIRED, "", None, None, "m/s, by any name: ship or net through the water, each with an error of its own"
+        {}, "", None, None, "m/s, by any name: ship or net through the water, each with an error of its own"
     )
     angle: Column | None = quantity(None, "", None, None, "rad: of the wire at the sheave, from the vertical")
     depth: Column | None = quantity(None, "", None, None, "m: largest depth reached")
     bottom: Column | None = quantity(None, "", None, None, "m: depth of the water")
+    series: SeriesColumns | None = quantity(None, "", None, None, "tows over time, a file each")
+
+    @property
+    def readings(self) -> dict[str, Column]:
+        """Speeds by name; that of the series, where it is the only one that is not scaled."""
+        own = None if self.series is None else self.series.speed
+        return self.speeds if own is None or self.steady else {**self.speeds, "series": own}
+
+    @property
+    def steady(self) -> str:
+        """Name of the first speed that is not scaled; "": none."""
+        return next((name for name, column in self.speeds.items() if not column.scaled), "")
 
 
 WORDS = {"wire": "m", "rate_out": "m/s", "rate_in": "m/s", "hold": "s", "angle": "rad", "depth": "m", "bottom": "m"}
@@ -84,7 +103,7 @@ WORDS = {"wire": "m", "rate_out": "m/s", "rate_in": "m/s", "hold": "s", "angle":
 
 class Tow(NamedTuple):
     """A row: name, group ("": none), wire [m] from the water surface, rates and hold [m/s, s], speeds [m/s] by name,
-    angle [rad], depth and bottom [m]; NaN where the table has nothing."""
+    angle [rad], depth and bottom [m]; NaN where the table has nothing; series: None: the row's own numbers."""
 
     name: str
     group: str
@@ -96,6 +115,7 @@ class Tow(NamedTuple):
     angle: float
     depth: float
     bottom: float
+    series: Series | None = None
 
 
 class Table(NamedTuple):
@@ -118,15 +138,34 @@ def _columns(made: TowsMap) -> Iterator[tuple[str, str, Column]]:
 
 
 def _problems(made: TowsMap) -> Iterator[Problem]:
-    if not made.speeds:
+    for key in ("wire", "rate_out"):
+        if getattr(made, key) is None and made.series is None:
+            yield Problem(key, "is missing, and so is series: no row would be a tow", "Give one, docs/tows.md")
+    if not made.readings:
         yield Problem("speeds", "is empty: a tow without a speed cannot be simulated", "Give one, docs/tows.md")
     for key, dimension, column in _columns(made):
         yield from _of_column(key, dimension, column)
-    if made.speeds and all(column.scaled for column in made.speeds.values()):
+    if made.readings and all(column.scaled for column in made.readings.values()):
         text = "are all scaled: no speed says how fast the tow was"
         yield Problem("speeds", text, "Give one without `scaled`, such as the ship's")
     if made.hold is not None and "stays" in made.model_fields_set:
         yield Problem("stays", "has no effect beside the column hold", "Leave one of the two out")
+    if made.series is not None and not made.series.field:
+        yield Problem("series.field", "names no column", "Give that of the files' names in the table")
+    for key, dimension, column in _of_series(made):
+        yield from _of_column(f"series.{key}", dimension, column)
+        for name in sorted(column.model_fields_set - {"field", "unit", "factor"}):
+            yield Problem(f"series.{key}.{name}", "is of columns of the table, not of a series", "Leave it out")
+        if not isinstance(column.field, str):
+            yield Problem(f"series.{key}.field", "names several columns, and a series is of one", "Give one name")
+
+
+def _of_series(made: TowsMap) -> Iterator[tuple[str, str, Column]]:
+    """(key, SI unit, column) of the files of series."""
+    for word, unit in (("wire", "m"), ("speed", "m/s"), ("depth", "m")):
+        column = None if made.series is None else getattr(made.series, word)
+        if column is not None:
+            yield word, unit, column
 
 
 def _of_column(key: str, dimension: str, column: Column) -> Iterator[Problem]:
@@ -178,8 +217,11 @@ def error_of(column: Column) -> float | None:
     return None if column.error is None else column.error * abs(factor_of(column) / column.factor)
 
 
-def read_tows(path_or_name: str | os.PathLike, made: TowsMap, height: float, group: str = "") -> Table:
-    """Tows of a CSV table. height: of the sheave over the water [m]; group: column in place of that of the map.
+def read_tows(
+    path_or_name: str | os.PathLike, made: TowsMap, height: float, group: str = "", max_rate: float = inf
+) -> Table:
+    """Tows of a CSV table. height: of the sheave over the water [m]; group: column in place of that of the map;
+    max_rate: of the winch [m/s], which a series may not run beyond.
 
     Raises TowsError with file, column and remedy; MotionError (io/sources/csv_table.py) for a file that is no table.
     """
@@ -187,7 +229,8 @@ def read_tows(path_or_name: str | os.PathLike, made: TowsMap, height: float, gro
     names, lines = head_of(path, "tow,wire_m,rate_m_min,speed_kn,angle_deg,depth_m")
     by = group or made.group
     wanted = {key: [*fields_of(column), *filter(None, [column.over])] for key, _, column in _columns(made)}
-    wanted |= {key: [name] for key, name in (("name", made.name), ("group", by)) if name}
+    own = "" if made.series is None else made.series.field
+    wanted |= {key: [name] for key, name in (("name", made.name), ("group", by), ("series", own)) if name}
     for key, columns in wanted.items():
         for name in columns:
             if names.count(name) != 1:
@@ -200,13 +243,15 @@ def read_tows(path_or_name: str | os.PathLike, made: TowsMap, height: float, gro
         raise TowsError(f"{path}: has {len(lines)} rows below its names; {CONSEQUENCE}. Give 1 to {MOST} tows")
     table = Table(str(path), [], [], [])
     for line in lines:
-        _take(table, made, names, line, by, height)
+        _take(table, made, names, line, by, height, max_rate)
     if not table.tows:
         raise TowsError(f"{path}: none of its {len(lines)} rows is a tow ({table.left[0]}); {CONSEQUENCE}. See the map")
     return table
 
 
-def _take(table: Table, made: TowsMap, names: Sequence[str], line: Line, by: str, height: float) -> None:
+def _take(
+    table: Table, made: TowsMap, names: Sequence[str], line: Line, by: str, height: float, max_rate: float
+) -> None:
     """Put a row into the table, or the reason why it is no tow."""
     number, cells = line
     if len(cells) != len(names):
@@ -220,15 +265,15 @@ def _take(table: Table, made: TowsMap, names: Sequence[str], line: Line, by: str
         values[key], bad = _value(row, column)
         if bad:
             table.notes.append(f"{where}: {key} = {bad!r:.20} is no number, and counts as missing")
-    wire = values["wire"] - (height if made.wire_from is WireFrom.SHEAVE else 0.0)
+    zero = height if made.wire_from is WireFrom.SHEAVE else 0.0
     tow = Tow(
         name or f"line {number}",
         row[by].strip()[:60] if by else "",
-        wire,
-        values["rate_out"],
+        values.get("wire", nan) - zero,
+        values.get("rate_out", nan),
         values.get("rate_in", nan),
         values.get("hold", nan),
-        {key.removeprefix("speeds."): value for key, value in values.items() if key.startswith("speeds.")},
+        {key: values.get(f"speeds.{key}", nan) for key in made.readings},
         values.get("angle", nan),
         values.get("depth", nan),
         values.get("bottom", nan),
@@ -237,17 +282,57 @@ def _take(table: Table, made: TowsMap, names: Sequence[str], line: Line, by: str
         rate_in=tow.rate_in if isfinite(tow.rate_in) else tow.rate_out,
         hold=tow.hold if isfinite(tow.hold) else made.stays,
     )
+    if made.series is not None and (file := row[made.series.field].strip()).lower() not in NOTHING:
+        path = _beside(table.path, file, where)
+        signals = {
+            key: Signal(str(column.field), named(column.unit) or "", factor_of(column), zero * (key == "wire"))
+            for key, _, column in _of_series(made)
+        }
+        try:
+            series = read_series(path, signals, made.begin, height, max_rate)
+        except SeriesError as error:
+            table.left.append(f"{where}: {file:.100}: {error}")
+            return
+        table.notes.extend(f"{where}: {file:.100}: {note}" for note in series.notes)
+        tow = _over_time(tow, series, made.steady or "series", where, table.notes)
     why = _no_tow(tow, made)
     if why:
         table.left.append(f"{where}: {why}")
         return
     for key, value in tow.speeds.items():
-        if made.speeds[key].scaled and not (SPEEDS[0] <= value <= SPEEDS[1] or value != value):
+        if made.readings[key].scaled and not (SPEEDS[0] <= value <= SPEEDS[1] or value != value):
             table.notes.append(f"{where}: speeds.{key} = {value:.4g} m/s is no speed of a tow, and counts as missing")
             tow.speeds[key] = nan
     if tow.depth > DEEPER * tow.bottom:
         table.notes.append(f"{where}: depth = {tow.depth:.4g} m is below the ground at {tow.bottom:.4g} m")
     table.tows.append(tow)
+
+
+def _beside(table: str, name: str, where: str) -> Path:
+    """Path of a file in the folder of a table. Raises TowsError for one elsewhere: a table may come from anybody."""
+    folder = Path(table).parent.resolve()
+    try:
+        path = (folder / name).resolve()
+    except (OSError, RuntimeError, ValueError):  # a loop of links, a NUL
+        path = folder.parent
+    if not path.is_relative_to(folder):
+        raise TowsError(
+            f"{table}: {where}: series = {name!r:.100} is outside the folder of the table; {CONSEQUENCE}. Put it there"
+        )
+    return path
+
+
+def _over_time(tow: Tow, series: Series, speed: str, where: str, notes: list[str]) -> Tow:
+    """The tow with what a series has in place of its own numbers; speed: name of the reading that is the ship's."""
+    rate = float(np.abs(series.rates).max())
+    own = {"wire": (tow.wire, float(series.wire.max())), "depth": (tow.depth, series.depth)}
+    for key, (one, other) in own.items():
+        if abs(one - other) > BESIDE * other:
+            notes.append(f"{where}: {key} = {one:.4g} m, and {other:.4g} m by its series, which counts")
+    if isfinite(series.mean):
+        tow.speeds[speed] = series.mean
+    depth = series.depth if isfinite(series.depth) else tow.depth
+    return tow._replace(wire=own["wire"][1], rate_out=rate, rate_in=rate, depth=depth, series=series)
 
 
 def _value(row: dict[str, str], column: Column) -> tuple[float, str]:
@@ -274,13 +359,13 @@ def _no_tow(tow: Tow, made: TowsMap) -> str:
     if not least <= tow.wire <= LONGEST_WIRE:
         return f"wire = {tow.wire:.4g} m in the water is outside [{least:g}, {LONGEST_WIRE:g}] m, from `begin` on"
     for key, rate in (("rate_out", tow.rate_out), ("rate_in", tow.rate_in)):
-        if not RATES[0] <= rate <= RATES[1]:
+        if tow.series is None and not RATES[0] <= rate <= RATES[1]:
             return f"{key} = {rate:.4g} m/s is outside [{RATES[0]:g}, {RATES[1]:g}] m/s: is its unit right?"
     known = {key: value for key, value in tow.speeds.items() if isfinite(value)}
-    if not any(not made.speeds[key].scaled for key in known):
+    if not any(not made.readings[key].scaled for key in known):
         return "has no speed"
     for key, value in known.items():
-        if not made.speeds[key].scaled and not SPEEDS[0] <= value <= SPEEDS[1]:
+        if not made.readings[key].scaled and not SPEEDS[0] <= value <= SPEEDS[1]:
             return f"speeds.{key} = {value:.4g} m/s is outside [{SPEEDS[0]:g}, {SPEEDS[1]:g}] m/s: is its unit right?"
     if isfinite(tow.hold) and not 0.0 <= tow.hold <= 86_400.0:
         return f"hold = {tow.hold:.4g} s is outside [0, 86400] s"

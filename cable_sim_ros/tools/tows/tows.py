@@ -10,7 +10,7 @@ import numpy as np
 from ...sim.verdict import Reason, Verdict, verdict_of
 from ..sweeps.cases import Case
 from .fit import HELD, Fitted, Tows, depths, fit, folds_of, widened, wider
-from .simulated import Answered, Made, Setting, Surrogate, answered, cases_of, static_cases, surrogate
+from .simulated import Answered, Between, Made, Setting, answered, cases_of, made_of, static_cases, surrogate
 from .table import CONSEQUENCE, Table, TowsError, TowsMap
 
 FEWEST = 8  # tows with a depth, for a fit
@@ -52,7 +52,7 @@ class Judged(NamedTuple):
     itself: np.ndarray
     apart: tuple[float, float]
     ways: list[Way]
-    between: Surrogate
+    between: Between
     verdict: Verdict
 
 
@@ -87,6 +87,7 @@ def judge(
     beside = np.abs(between(_at(table, true), values)[0] / last.depth - 1.0)
     beside = beside[np.isfinite(beside)]
     apart = (float(beside.max()), float(np.sqrt(np.mean(beside**2)))) if len(beside) else (0.0, 0.0)
+    rough = float(np.nanmax([between.error[1], between.over_time[1], apart[1]]))
     still = answered(run(static_cases(setting, _at(table, _first(tows)))))
     cosine = tows.wire * np.cos(tows.angle)
     ratio = np.array([tows.wire[k] * _ratio(tows, numbers != numbers[k]) for k in range(len(tows))])
@@ -99,7 +100,7 @@ def judge(
         _way("static tow of the scene", tows.depth, still.depth, every),
     ]
     ways = [one for one in ways if one.tows]
-    reasons = _reasons(table, setting, best, max(between.error[1], apart[1]), last, ways, tows, ours)
+    reasons = _reasons(table, setting, best, rough, last, ways, tows, ours)
     judged = verdict_of(reasons)
     return Judged(
         table, made, best, factor, numbers, ours, wider(all_in, factor), true, last.depth, apart, ways, between, judged
@@ -138,7 +139,7 @@ def _held(tows: Tows, numbers: np.ndarray, raw: np.ndarray) -> tuple[np.ndarray,
 
 
 def _at(table: Table, speeds: np.ndarray) -> list[Made]:
-    return [Made(tow.wire, tow.rate_out, tow.rate_in, tow.hold, float(speed)) for tow, speed in zip(table.tows, speeds)]
+    return [made_of(tow, float(speed)) for tow, speed in zip(table.tows, speeds)]
 
 
 def _first(tows: Tows) -> np.ndarray:
