@@ -5,9 +5,11 @@ from __future__ import annotations
 import ast
 import re
 from collections.abc import Iterator, Mapping
+from itertools import chain
 from pathlib import Path
 from textwrap import fill
 
+from ..sim.problem import Limit, without_effect
 from ..terminal import markdown_table
 
 TITLE = """# Problems
@@ -37,16 +39,49 @@ def text() -> str:
 
 def problems(tree: ast.Module) -> Iterator[tuple[str, str, str]]:
     """Key, text and remedy of every Problem that a module makes, as cells of a table."""
+    functions = [node for node in ast.walk(tree) if isinstance(node, ast.FunctionDef)]
     own = {name: value for _, name, value in _assigned(tree.body)}
-    for function in (node for node in ast.walk(tree) if isinstance(node, ast.FunctionDef)):
+    for made in functions:
+        if isinstance(last := made.body[-1], ast.Return) and last.value:
+            own[f"{made.name}()"] = last.value
+    for function in functions:
         inside = list(ast.walk(function))
-        given = list(_assigned(inside))
-        for call in inside:
-            if isinstance(call, ast.Call) and isinstance(call.func, ast.Name) and call.func.id == "Problem":
-                before = {name: value for line, name, value in given if line <= call.lineno}
-                key, what, remedy = (_cell(_shown(part, own | before)) for part in call.args)
+        given = sorted(_assigned(inside), key=lambda row: row[0])
+        for call in (node for node in inside if isinstance(node, ast.Call)):
+            before = {name: value for line, name, value in given if line <= call.lineno}
+            if parts := _parts(call, own | before):
+                key, what, remedy = map(_cell, parts)
                 if what != "…":
                     yield f"`{key}`", what, remedy
+
+
+def _parts(call: ast.Call, names: Names) -> tuple[str, ...]:
+    """Key, text and remedy of a call that makes a Problem, is `idle` or is of a Limit; none of another."""
+    shown = [_shown(part, names) for part in call.args]
+    match call.func:
+        case ast.Name("Problem") if len(shown) == 3:
+            return tuple(shown)
+        case ast.Name("idle"):
+            keys = _made(call.args[2], names)
+            which = ", ".join(_shown(key, names) for key in getattr(keys, "elts", ())) or "…"
+            return f"{shown[0]}.{which}", *without_effect("= …", *shown[3:])
+        case ast.Attribute(value=value, attr="problems"):
+            made = _made(value, names)
+            if not isinstance(made, ast.Call) or getattr(made.func, "id", "") != "Limit":
+                return ()
+            args = zip(Limit._fields, made.args), ((word.arg or "", word.value) for word in made.keywords)
+            limit = Limit(**{name: _shown(part, names) for name, part in chain(*args)})  # type: ignore[arg-type]
+            limit = limit._replace(bounds="" if limit.bounds == "…" else limit.bounds)
+            return limit.key, limit.text("…", str(limit.bound), shown[0]), shown[1]
+    return ()
+
+
+def _made(node: ast.expr, names: Names) -> ast.expr:
+    """What a name, or a function of the module, stands for."""
+    name = getattr(node, "id", "")
+    if isinstance(node, ast.Call):
+        name = f"{getattr(node.func, 'id', getattr(node.func, 'attr', ''))}()"
+    return _made(names[name], names) if name in names else node
 
 
 def _assigned(nodes: list[ast.AST] | list[ast.stmt]) -> Iterator[tuple[int, str, ast.expr]]:

@@ -27,7 +27,7 @@ from ..physics.wake_oscillator import (
 )
 from ..physics.water import Water
 from .layout import Layout
-from .problem import Problem, apart
+from .problem import Limit, Problem
 from .scene import Scene
 from .tables.material import section_ends
 from .tables.viv_tables import on, strums
@@ -123,15 +123,12 @@ def step_problems(cable: Cable, speed: float, step: float, key: str = "solver.ti
     """Steps [s] too long for the shedding of a section in a flow of ``speed`` [m/s] across it."""
     for name, section in cable.sections.items():
         frequency = shedding(cable, section, speed)
-        if step * frequency * STEPS > 1.0 + 1e-9:
-            given, maximum = apart(step, 1.0 / (STEPS * frequency))
-            yield Problem(
-                key,
-                f"= {given} s is longer than {maximum} s, 1/{STEPS} of a period of the vortices that "
-                f"cable.sections.{name} sheds at {frequency:.4g} Hz (wake.strouhal = {section.wake.strouhal:g} at "
-                f"{speed:.3g} m/s): the steps do not follow them, and their force would be lost",
-                f"Make it at most {1.0 / (STEPS * frequency):.2g} s, or leave the wake of that section out",
-            )
+        period = f"1/{STEPS} of a period of the vortices that cable.sections.{name} sheds at {frequency:.4g} Hz"
+        yield from Limit(key, step, "<=", 1.0 / (STEPS * frequency) if frequency else inf, "s", period).problems(
+            f"the steps do not follow them (wake.strouhal = {section.wake.strouhal:g} at {speed:.3g} m/s), and their "
+            "force would be lost",
+            "Make it shorter, or leave the wake of that section out",
+        )
 
 
 def wave_length(own: Material, density: float, frequency: float, tension: float) -> float:
@@ -153,15 +150,11 @@ def element_problems(
         section = cable.sections[name]
         frequency = shedding(cable, section, speed)
         bound = wave_length(material_of(cable, section), water.density, frequency, tension) / ELEMENTS
-        if longest > bound * (1.0 + 1e-9):
-            given, maximum = apart(longest, bound)
-            yield Problem(
-                f"cable.sections.{name}.wake.law",
-                f"= {section.wake.law.value} on elements of {given} m, longer than {maximum} m, 1/{ELEMENTS} of a "
-                f"wave of this cable at the {frequency:.4g} Hz that it sheds at {speed:.3g} m/s under "
-                f"{tension:.4g} N: the mesh does not carry the vibration",
-                remedy.format(name=name, minimum=bound),
-            )
+        wave = f"1/{ELEMENTS} of a wave of this cable at the {frequency:.4g} Hz that it sheds at {speed:.3g} m/s"
+        lead = f"= {section.wake.law.value} on elements of"
+        yield from Limit(f"cable.sections.{name}.wake.law", longest, "<=", bound, "m", wave, lead).problems(
+            f"under {tension:.4g} N the mesh does not carry the vibration", remedy.format(name=name, minimum=bound)
+        )
 
 
 def wake_problems(layout: Layout) -> Iterator[Problem]:

@@ -121,7 +121,7 @@ def test_every_command_helps(command):
         (("run", "full_scale", "--step", "long"), "Invalid value for '--step'"),
         (
             ("run", "full_scale", "--step", "fixed", "--every", "0.5"),
-            "error: override of full_scale: solver.tick = 0.5 s is longer than 0.1 s",
+            "error: override of full_scale: solver.tick = 0.5 s is more than 0.1 s",
         ),
         (("run",), "Missing argument 'SCENE' (or --from FILE)"),
         (("run", "--from", "no_such_state"), "error: no_such_state: cannot be read (No such file or directory)"),

@@ -254,7 +254,7 @@ def test_text_of_a_mistake(old, new, text):
     assert problems(old, new) == text
 
 
-CHECKED = {  # of one value against others: line, key, values and bound, the way out
+CHECKED = {  # of one value against others: line, key, bound or words with it, the way out
     "no sections": (
         SCENE[SCENE.index("  sections:") : SCENE.index("winch:")],
         "  sections: {}\n",
@@ -269,12 +269,12 @@ CHECKED = {  # of one value against others: line, key, values and bound, the way
     "no cable on the drum": (
         "position: [-28.8, 0.0, 3.1], drum_radius: 0.3, wrap: 6.0",
         "position: [-36.7, 0.0, 0.1], drum_radius: 0.3, wrap: 1.0",
-        (12, "winch.wrap", "= 1 rad ends before the cable leaves the drum, 1.529 rad", "larger than 1.529 rad"),
+        (12, "winch.wrap", 1.529, "half a turn or more"),
     ),
     "drum under water": (
         "tow_speed: 2.0",
         "tow_speed: 2.0, reference_height: -3.2",
-        (12, "winch.position", "(radius 0.3 m) at -0.1 m, below 0 m", "z is up from base_link"),
+        (12, "winch.position", 0.0, "z is up from base_link"),
     ),
     "mass of a kilometre": (
         "mass_per_length: 0.389",
@@ -289,25 +289,29 @@ CHECKED = {  # of one value against others: line, key, values and bound, the way
     "sheave forward of the drum": (
         "position: [-36.8, 0.0, 3.7]",
         "position: [-20.0, 0.0, 3.7]",
-        (13, "sheave.position", "has x = -20 m, not aft of winch.position with x = -28.8 m", "the smaller x"),
+        (13, "sheave.position", -28.8, "the smaller x"),
     ),
     "drum and sheave overlap": (
         "position: [-36.8, 0.0, 3.7]",
         "position: [-29.2, 0.0, 3.1]",
-        (13, "sheave.position", "of radius 0.3 m and 0.25 m need more than 0.55 m", "Move them apart"),
+        (13, "sheave.position", 0.55, "Move them apart"),
     ),
     "nothing pulls the cable straight": (
         SCENE[SCENE.index("ship:") :],
         SCENE[SCENE.index("ship:") :].replace("speed: 2.0", "speed: 0.0").replace("445.0", "-445.0"),
-        (14, "towbody.net_weight", "-129.8 N, must be above 0 N while the ship is at rest", "or give ship.tow_speed"),
+        (14, "towbody.net_weight", 0.0, "or give ship.tow_speed"),
     ),
 }
+
+
+def says(told, what):
+    return what in told.what if isinstance(what, str) else told.bound == pytest.approx(what, rel=1e-3)
 
 
 @pytest.mark.parametrize("old, new, parts", CHECKED.values(), ids=CHECKED)
 def test_parts_of_a_problem(old, new, parts):
     found, (line, key, what, remedy) = problems(old, new), parts
-    assert (found.where, found.key) == (f"tow.yaml:{line}", key) and what in found.what and remedy in found.remedy
+    assert (found.where, found.key) == (f"tow.yaml:{line}", key) and says(found, what) and remedy in found.remedy
     assert found == f"{found.where}: {key} {found.what}; nothing was started. {found.remedy}"
 
 
@@ -530,41 +534,37 @@ def test_override_is_checked_like_a_file(key, value, text):
 
 # --- cautions ---------------------------------------------------------------------------------------------------
 
-WARNINGS = {  # line, key, values and bound, the way out
+WARNINGS = {  # line, key, bound, the way out
     "coarse on the sheave": (
         "sheave: {length: 8.0, elements: 128}",
         "sheave: {length: 8.0, elements: 16}",
-        (10, "cable.sections.sheave", "elements of 0.5 m, longer than 0.1 m, 0.4 of sheave.radius", "more elements"),
+        (10, "cable.sections.sheave", 0.1, "more elements"),
     ),
     "too coarse for the spread of the contact": (
         "axial_stiffness: 6.786e+6",
         "axial_stiffness: 6.786e+6\n  bending_stiffness: 1.4",
-        (11, "cable.sections.sheave", "elements of 0.0625 m, longer than 0.0281 m", "of at most 0.0281 m"),
+        (11, "cable.sections.sheave", 0.02806, "shorter elements"),
     ),
     "fine zone too short outboard": (
         "sheave: {length: 8.0, elements: 128}",
         "sheave: {length: 4.0, elements: 64}\n    rest: {length: 4, elements: 2}",
-        (8, "cable.sections", "0.0627 m of fine mesh outboard of the sheave, shorter than 1 m", "longer outboard"),
+        (8, "cable.sections", 1.0, "longer outboard"),
     ),
     "fine zone too short inboard": (
         "drum: {length: 6.0, elements: 96}",
         "drum: {length: 9.0, elements: 16}",
-        (8, "cable.sections", "0.831 m of fine mesh inboard of the sheave, shorter than 1 m", "longer inboard"),
+        (8, "cable.sections", 1.0, "longer inboard"),
     ),
-    "little cable on the drum": (
-        "wrap: 6.0",
-        "wrap: 2.0",
-        (12, "winch.wrap", "= 2 rad leaves 0.589 m on the drum, less than 1 m", "Make winch.wrap larger"),
-    ),
+    "little cable on the drum": ("wrap: 6.0", "wrap: 2.0", (12, "winch.wrap", 1.0, "Make winch.wrap larger")),
     "tow rises": (
         "net_weight: 445.0",
         "net_weight: -1000.0",
-        (14, "towbody.net_weight", "-684.8 N, not above 0 N", "heavier or its lift_area negative"),
+        (14, "towbody.net_weight", 0.0, "heavier or its lift_area negative"),
     ),
     "drum partly under water": (
         "tow_speed: 2.0",
         "tow_speed: 2.0, reference_height: -2.9",
-        (12, "winch.position", "lowest point of the drum at -0.1 m, below 0 m", "Check the sign of z"),
+        (12, "winch.position", 0.0, "Check the sign of z"),
     ),
 }
 
@@ -574,9 +574,9 @@ def test_caution(old, new, parts):
     compensated = SCENE.replace(old, new) + "setpoint: {algorithm: simplified_sheave}\n"
     with pytest.warns(SceneWarning) as caught:
         scene_from_text(compensated, "tow.yaml")
-    (text,) = [str(item.message) for item in caught]
-    line, key, what, remedy = parts
-    assert text.startswith(f"tow.yaml:{line}: {key} ") and what in text and remedy in text.rpartition(". ")[2]
+    (told,) = [item.message.args[0] for item in caught]
+    line, key, bound, remedy = parts
+    assert (told.where, told.key) == (f"tow.yaml:{line}", key) and says(told, bound) and remedy in told.remedy
 
 
 def test_a_caution_names_the_line_that_loads_the_scene(tmp_path):

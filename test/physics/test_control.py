@@ -157,9 +157,5 @@ def test_a_step_whose_error_cannot_be_met_halts_the_run():
 
 
 def test_long_ticks_are_for_chosen_steps():
-    text = (
-        r"solver.tick = 0.5 s is longer than 0.1 s, the longest step that is not chosen by its error: .*; nothing was "
-        r"started. Give a shorter one, or solver.tension_error"
-    )
-    with pytest.raises(SceneError, match=text):
+    with pytest.raises(SceneError, match="solver.tick = 0.5 s is more than 0.1 s, .*, or solver.tension_error"):
         override(load_scene("full_scale"), {"solver.tick": 0.5})

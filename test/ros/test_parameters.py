@@ -36,7 +36,10 @@ WRONG = [  # overrides, parts of the text
         {"cable.sections.bare.elements": 0, "scene": "full_scale_contact"},
         ["cable.sections.bare.elements", "is missing", "Give the number of elements"],
     ),
-    ({"cable.sections.bare.elements": 20}, ["cable.sections.bare.elements", "= 20 belongs to winch.drum = contact"]),
+    (
+        {"cable.sections.bare.elements": 20},
+        ["cable.sections.bare.elements", "= 20 has no effect", "winch.drum: contact"],
+    ),
     ({"winch.cable_on_drum": 100.0}, ["winch.scope", "winch.cable_on_drum = 100 m are both given"]),
     ({"winch.most_scope": 440.0}, ["winch.most_scope", "440 m", "450 m"]),
     ({"cable.sections.bare.drag_law": "ribon"}, ["cable.sections.bare.drag_law", "ribon", "ribbon"]),

@@ -172,8 +172,8 @@ def test_a_timetable_gives_each_change_once():
         ([(0.1, "drive.set_pull", "much")], "drive.set_pull = 'much' is text, expected a number in [0, 1e+07] N"),
         (
             [(0.1, "drive.mode", "render")],
-            "item 1 '0.1 drive.mode render': drive.set_pull = 0 N, but drive.mode = render pulls with it: the cable "
-            "would run off the drum; nothing was simulated. Give the pull at the drum that is to be kept, in N",
+            "item 1 '0.1 drive.mode render': drive.set_pull = 0 N is not above 0 N: drive.mode = render pulls with it, "
+            "and the cable would run off the drum; nothing was simulated. Give the pull at the drum that is to be kept",
         ),
     ],
 )

@@ -530,7 +530,7 @@ def test_the_scene_decides_unless_told_otherwise():
     asked = override(load_scene("full_scale"), {"accuracy.tension": 0.003, "accuracy.position": 0.02})
     solver = offline.stepped(asked, "chosen", None).solver
     assert (solver.tension_error, solver.position_error) == (0.003, 0.02)
-    with pytest.raises(SceneError, match="solver.tick = 0.5 s is longer than 0.1 s"):
+    with pytest.raises(SceneError, match="solver.tick = 0.5 s is more than 0.1 s"):
         offline.stepped(scene, "fixed", None)
     with pytest.raises(ValueError, match="step = 'free' is not known: nothing was simulated"):
         offline.stepped(scene, "free", None)

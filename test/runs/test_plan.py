@@ -290,7 +290,7 @@ def test_a_run_that_failed_has_no_plan(monkeypatch, made):
         (("no_such.mcap",), "no_such.mcap"),
         (("full_scale", "--heave", "1,8", "--motion", "none"), "--heave and --motion none contradict each other"),
         (("full_scale", "--rao", "simple"), "error: full_scale: --rao moves the ship in the waves of the scene"),
-        (("recovery_3t", "--rao", "simple", "--every", "0.1"), "rules.tension_rate = 20 Hz reads the tension oftener"),
+        (("recovery_3t", "--rao", "simple", "--every", "0.1"), "rules.tension_rate = 20 Hz is more than 10 Hz"),
         (("full_scale", "--set", "rules.set=watch"), "rules.set = watch, but no threshold is given"),
     ],
 )

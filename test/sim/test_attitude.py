@@ -78,7 +78,7 @@ def fish():
         ({"wings.depressor.flap": 20.0}, ("towbody.wings.depressor.flap", "without a flap", "flap_share")),
         (
             {"wings.depressor.flap": 40.0, "wings.depressor.flap_share": 0.25},
-            ("towbody.wings.depressor.flap", "stall_angle", "at most 29.6 deg"),
+            ("towbody.wings.depressor.flap", "stall_angle", "more than 29.56 deg"),
         ),
         ({"wings.depressor.span": 0.0}, ("towbody.wings.depressor.span", "outside (0, 100] m")),
         ({"wings.depressor.chrod": 1.0}, ("towbody.wings.depressor.chrod", "chord")),
@@ -115,7 +115,7 @@ def test_a_fish_that_meets_the_ground_is_borne_and_lifted_again():
 def test_what_would_surprise_is_said(changes, parts):
     from cable_sim_ros.sim.checks.checks import warnings as cautions
 
-    said = " ".join(" ".join(one) for one in cautions(scene_of(changes)))
+    said = " ".join(" ".join(one[:3]) for one in cautions(scene_of(changes)))
     for part in parts:
         assert part in said
 

@@ -372,32 +372,23 @@ def test_what_a_drive_cannot_do_is_refused():
         ({"drive.model": "servo", "drive.mode": "brake"}, "drive.mode = brake needs a motor and a brake"),
         ({"drive.mode": "render"}, "drive.set_pull = 0 N"),
         ({"drive.mode": "brake", "drive.brake_pull": 0.0}, "drive.brake_pull = 0 N"),
-        (
-            {"drive.curve_pull": [2e3, 2e3, 2e3]},
-            r"drive.curve_pull begins with 2e\+03 N at the layer that runs off, not above",
-        ),
-        ({"drive.brake_pull": 1e3}, r"drive.brake_pull holds 1e\+03 N at the layer that runs off, not above"),
+        ({"drive.curve_pull": [2e3, 2e3, 2e3]}, "drive.curve_pull begins with 2000 N at the layer that runs off, not"),
+        ({"drive.brake_pull": 1e3}, "drive.brake_pull holds 1000 N at the layer that runs off, not above"),
         ({"drive.curve_speed": [0.0, 3.0, 2.0]}, "speeds rising from 0 m/s"),
-        ({"drive.curve_speed": [0.0, 1.0, 2.0]}, "ends at 2 m/s, below winch.max_rate"),
+        ({"drive.curve_speed": [0.0, 1.0, 2.0]}, "ends at 2 m/s, less than winch.max_rate"),
         ({"drive.inertia": 0.0}, "drive.inertia = 0 kg m"),
         ({"drive.dead_time": 0.5}, "drive.dead_time = 0.5 s is not below winch.command_timeout"),
-        ({"drive.damping": 0.0}, "drive.damping = 0 is below 0.1"),
+        ({"drive.damping": 0.0}, "drive.damping = 0 is less than 0.1"),
         ({"drive.length_gain": 9.0}, "drive.length_gain = 9 1/s is not below 8.4 1/s"),
-        ({"drive.bandwidth": 200.0, "drive.damping": 1.0}, "drive.bandwidth = 200 rad/s is faster than solver.tick"),
-        (
-            {"drive.mode": "render", "drive.set_pull": 3e4},
-            r"drive.set_pull = 30000 N is more than the 20000 N that the motor pulls at most \(drive.curve_pull\)",
-        ),
-        (
-            {"drive.dry_friction": 1.7e4},
-            r"drive.dry_friction = 17000 N and the 3.19e\+03 N with which the tow pulls .* the motor cannot haul in",
-        ),
+        ({"drive.bandwidth": 200.0, "drive.damping": 1.0}, "drive.bandwidth = 200 rad/s is more than 100 rad/s"),
+        ({"drive.mode": "render", "drive.set_pull": 3e4}, "drive.set_pull = 30000 N is more than 20000 N, the most of"),
+        ({"drive.dry_friction": 1.7e4}, "drive.dry_friction = 17000 N is not below .* the motor cannot haul in"),
     ):
         with pytest.raises(SceneError, match=words):
             override(TOW, MOTOR | values)
-    with pytest.warns(match="drive.inertia has no effect: drive.model = servo has no motor"):
+    with pytest.warns(match="drive.inertia = 5 kg m.2 has no effect: drive.model = servo has no motor"):
         override(TOW, {"drive.inertia": 5.0})
-    with pytest.warns(match="drive.inertia makes 10 kg at the cable, less than 0.2 of towbody.mass"):
+    with pytest.warns(match="drive.inertia makes 10 kg at the cable, less than 50 kg, 0.2 of towbody.mass"):
         override(TOW, MOTOR | {"drive.inertia": 10.0 * RADIUS**2})
     with pytest.raises(SceneError, match=r"curve_speed = 5 is a number, .* for example `curve_speed: \[1.0, 1.0\]`"):
         override(TOW, MOTOR | {"drive.curve_speed": 5})
@@ -415,17 +406,14 @@ def test_what_a_drive_cannot_do_is_refused():
     [
         (
             {"drive.model": "servo", "drive.curve_speed": [], "drive.bandwidth": 3.0},
-            "drive.bandwidth has no effect: .* loop",
+            "drive.bandwidth = 3 rad/s has no effect: .* loop",
         ),
-        ({"drive.model": "rate_loop", "drive.brake_set_time": 1.0}, "drive.brake_set_time has no effect: .* no motor"),
-        ({"winch.flange_radius": 0.35}, "winch.flange_radius has no effect: without winch.lay_width"),
-        (
-            {"drive.max_power": 3e3},
-            r"drive.max_power leaves the motor 600 N at winch.max_rate = 5 m/s, .* paid out at 0.95 m/s or faster",
-        ),
+        ({"drive.model": "rate_loop", "drive.brake_set_time": 1.0}, "brake_set_time = 1 s has no effect: .* no motor"),
+        ({"winch.flange_radius": 0.35}, "winch.flange_radius = 0.35 m has no effect: without winch.lay_width"),
+        ({"drive.max_power": 3e3}, "drive.max_power leaves the motor 600 N at 5 m/s, .* at 0.95 m/s or faster"),
         (
             {"drive.mode": "brake", "drive.curve_pull": [3e3, 3e3, 3e3]},
-            "drive.curve_pull begins with 3e.03 N, .* the motor cannot hold it once the brake lifts",
+            "drive.curve_pull begins with 3000 N, .* the motor cannot hold it once the brake lifts",
         ),
         (
             {"drive.mode": "tension", "drive.set_pull": 1e3},

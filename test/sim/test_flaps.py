@@ -187,7 +187,7 @@ def test_no_command_of_flaps(angles, text):
         ({"wings.tail.flap_share": 0.0}, ("towbody.wings.tail.flap_range", "without a flap", "flap_share")),
         ({"wings.tail.flap": 13.0}, ("towbody.wings.tail.flap", "flap_range = 12")),
         ({"wings.tail.flap_neutral": -13.0}, ("towbody.wings.tail.flap_neutral", "flap_range = 12")),
-        ({"wings.tail.flap_range": 40.0}, ("towbody.wings.tail.flap_range", "stall_angle", "at most")),
+        ({"wings.tail.flap_range": 40.0}, ("towbody.wings.tail.flap_range", "stall_angle", "more than")),
     ],
 )
 def test_what_no_flap_is(changes, parts):

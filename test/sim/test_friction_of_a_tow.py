@@ -176,8 +176,7 @@ def test_a_drum_that_rubs_turns_with_its_cable(haul):
 def test_friction_on_a_drum_that_feeds_is_refused():
     with pytest.raises(
         SceneError,
-        match=r"winch.drum_friction = 0.2 has no cable to act on: with winch.drum = feed .*; nothing was started. "
-        r"Leave it out; winch.drum = contact, for travel of a few metres",
+        match=r"winch.drum_friction = 0.2 has no effect: with winch.drum = feed .*; nothing was started. Leave it out",
     ):
         override(load_scene("full_scale"), {"winch.drum_friction": 0.2})
 
@@ -185,15 +184,9 @@ def test_friction_on_a_drum_that_feeds_is_refused():
 @pytest.mark.parametrize(
     "changes, text",
     [
-        (
-            {"sheave.friction": 0.1},
-            r"sheave.friction = 0.1 has no effect: .* turns with the cable.* for a sheave that stands 0.2 or more",
-        ),
-        ({"sheave.bearing_friction": 0.02}, r"sheave.bearing_friction = 0.02 has no effect: .*Give sheave.friction"),
-        (
-            TURNS | {"contact.slip_speed": 0.5},
-            r"contact.slip_speed = 0.5 m/s is above 0.25 m/s, 0.05 of winch.max_rate = 5 m/s: friction acts in part",
-        ),
+        ({"sheave.friction": 0.1}, r"sheave.friction = 0.1 has no effect: .* turns with the cable.* 0.2 or more"),
+        ({"sheave.bearing_friction": 0.02}, r"sheave.bearing_friction = 0.02 has no effect: .*give sheave.friction"),
+        (TURNS | {"contact.slip_speed": 0.5}, r"contact.slip_speed = 0.5 m/s is more than 0.25 m/s, 0.05 of winch.m"),
     ],
 )
 def test_friction_that_acts_on_nothing_or_in_part_is_said(changes, text):

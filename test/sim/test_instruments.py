@@ -493,7 +493,7 @@ def test_what_instruments_and_faults_cannot_be_asked():
         ({"faults.drive.kind": "late"}, "= late is nothing that drive can have"),
         ({"faults.mru_heave.kind": "late", "faults.mru_heave.size": 9.0}, r"= 9 s is outside \[0, 5\] s"),
         ({"faults.encoder.kind": "bias"}, r"= 0, so that bias changes nothing.* Give .*faults.encoder.size"),
-        ({"faults.depth.kind": "noise", "faults.depth.size": -1.0}, "is no deviation of a noise"),
+        ({"faults.depth.kind": "noise", "faults.depth.size": -1.0}, "the deviation of a noise"),
         ({"faults.usbl.kind": "lost", "instruments.usbl.on": False}, "instruments.usbl.on is false"),
         ({"instruments.load_pin.noise": -1.0}, r"outside \[0, 1e\+06\] N"),
     ):
@@ -507,7 +507,7 @@ def test_what_instruments_and_faults_cannot_be_asked():
         set_live(sim, "faults.encoder.kind", "bias")
     with pytest.warns(Warning, match=r"constant_tension goes by the load pin, which bears both legs"):
         override(TOW, ABOARD | {"instruments.feed": "instruments", "setpoint.algorithm": "constant_tension"})
-    with pytest.warns(Warning, match=r"instruments.mru.latency has no effect: instruments.mru.on is false"):
+    with pytest.warns(Warning, match="instruments.mru.latency = 0.1 s has no effect: instruments.mru.on is false"):
         override(TOW, {"instruments.mru.latency": 0.1})
 
 

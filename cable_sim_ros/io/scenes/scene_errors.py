@@ -40,12 +40,15 @@ VALUES = {  # of keys whose default or range is no example
 
 class Told(str):
     """Text of one problem of a file, and its parts: ``where`` (``file:line``), ``key``, ``what`` is wrong, with value,
-    unit and bound, and ``remedy``."""
+    unit and bound, and ``remedy``; of a limit also its numbers."""
 
     where: str
     key: str
     what: str
     remedy: str
+    value: float | None = None
+    bound: float | None = None
+    unit: str = ""
 
     @classmethod
     def of(cls, where: str, key: str, what: str, remedy: str, consequence: str = f"; {CONSEQUENCE}") -> Told:

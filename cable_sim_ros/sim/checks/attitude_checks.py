@@ -10,7 +10,7 @@ import numpy as np
 from ...physics.inputs import MAX_WINGS
 from ...physics.towbody import BodyModel, Towbody
 from ...physics.wing import Wing, flap_effect
-from ..problem import Problem
+from ..problem import Limit, Problem, idle
 from ..scene import Scene
 from ..tables.rigid_tables import SLOPE_OF_A_TAIL, added_of, extent, hull_centre, inertia_of, wings_of
 from .added_mass_checks import added_mass_problems, added_mass_warnings, semidefinite
@@ -45,11 +45,9 @@ def attitude_problems(scene: Scene) -> Iterator[Problem]:
     for key, body in keyed(scene):
         if body.model is BodyModel.RIGID:
             yield from _rigid_problems(scene, key, body)
-        elif given := [name for name in OF_RIGID if getattr(body, name) != type(body).model_fields[name].default]:
-            yield Problem(
-                f"{key}.{given[0]}",
-                f"is given to a body of model level, a point that has no attitude: {', '.join(given)} would do nothing",
-                f"Give {key}.model: rigid, or leave them out",
+        else:
+            yield from idle(
+                key, body, OF_RIGID, "a body of model level is a point without attitude", f"{key}.model: rigid"
             )
 
 
@@ -72,47 +70,30 @@ def _rigid_problems(scene: Scene, key: str, body: Towbody) -> Iterator[Problem]:
     yield from added_mass_problems(scene, key, body)
     length, _ = extent(body, scene.gravity, scene.water.density)
     centres = np.array([body.centre_of_gravity, body.centre_of_buoyancy], float)
-    if np.abs(centres).max() < AT_CENTRE * length:
-        yield Problem(
-            f"{key}.centre_of_gravity",
-            f"and centre_of_buoyancy lie at the tow point (closer than {AT_CENTRE * length:.3g} m): neither weight nor "
-            "cable would hold an attitude",
-            "Give both from the tow point, x forward, y to port, z up; a body that hangs has them below it",
-        )
-    if body.lift_area != 0.0:
-        yield Problem(
-            f"{key}.lift_area",
-            f"= {body.lift_area:g} m^2 is the lift of a level body; one of model rigid has it from its wings, by their "
-            "angles to the flow",
-            f"Leave it out, and give {key}.wings",
-        )
+    farthest, lead = float(np.abs(centres).max()), "and centre_of_buoyancy are # off the tow point"
+    yield from Limit(f"{key}.centre_of_gravity", farthest, ">=", AT_CENTRE * length, "m", lead=lead).problems(
+        "neither weight nor cable would hold an attitude",
+        "Give both from the tow point, x forward, y to port, z up; a body that hangs has them below it",
+    )
+    why = "a body of model rigid has its lift from its wings, by their angles to the flow"
+    yield from idle(key, body, ["lift_area"], why, f"{key}.wings")
     for name, wing in body.wings.items():
         yield from _flap_problems(f"{key}.wings.{name}", wing)
 
 
 def _flap_problems(place: str, wing: Wing) -> Iterator[Problem]:
     if wing.flap_share == 0.0:
-        for name in FLAP:
-            if getattr(wing, name) != type(wing).model_fields[name].default:
-                text = f"= {getattr(wing, name):g} of a wing without a flap would do nothing"
-                yield Problem(f"{place}.{name}", text, "Give flap_share")
+        yield from idle(place, wing, FLAP, "it is of a wing without a flap", "flap_share")
         return
-    effect = flap_effect(wing.flap_share)
+    worth = wing.stall_angle / flap_effect(wing.flap_share)
+    share = f"which of a flap of {wing.flap_share:g} of the chord is worth stall_angle = {wing.stall_angle:g} deg"
     for name in ("flap", "flap_range", "flap_neutral"):
         angle = abs(getattr(wing, name) or 0.0)
-        if effect * angle > wing.stall_angle:
-            yield Problem(
-                f"{place}.{name}",
-                f"= {angle:g} deg of a flap of {wing.flap_share:g} of the chord is worth {effect * angle:.3g} deg of "
-                f"incidence, beyond stall_angle = {wing.stall_angle:g} deg: its lift is not known there",
-                f"Give at most {wing.stall_angle / effect:.3g} deg",
-            )
-        elif angle > wing.reach:
-            yield Problem(
-                f"{place}.{name}",
-                f"= {angle:g} deg is beyond flap_range = {wing.reach:g} deg",
-                "Give a smaller angle, or a larger flap_range",
-            )
+        stall = Limit(f"{place}.{name}", angle, "<=", worth, "deg", share)
+        reach = Limit(f"{place}.{name}", angle, "<=", wing.reach, "deg", "flap_range")
+        yield from stall.problems("its lift is not known there", "Give a smaller angle") or reach.problems(
+            "", "Give a smaller angle, or a larger flap_range"
+        )
 
 
 def attitude_warnings(scene: Scene, speed: float) -> Iterator[Problem]:
@@ -140,11 +121,10 @@ def attitude_warnings(scene: Scene, speed: float) -> Iterator[Problem]:
                 "hangs upside down",
                 "Check the sign of z, up from the tow point",
             )
-        if speed > 0.0 and (least := least_fin(scene, body)) > (area := fin_area(body)):
-            yield Problem(
-                f"{key}.wings",
-                f"have {area:.3g} m^2 upright behind the hull's centre, less than the {least:.3g} m^2 (aspect ratio 2) "
-                "that Munk's moment takes in yaw where the tow point is on its axis: it may turn across the flow",
+        if speed > 0.0:
+            lead, munk = "have # upright behind the hull's centre", "of aspect ratio 2 that Munk's moment takes in yaw"
+            yield from Limit(f"{key}.wings", fin_area(body), ">=", least_fin(scene, body), "m^2", munk, lead).problems(
+                "where the tow point is on its axis it may turn across the flow",
                 "Give it upright fins at its tail, or a tow point further ahead",
             )
 

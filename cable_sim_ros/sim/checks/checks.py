@@ -12,20 +12,19 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from math import pi, radians
+from math import degrees, pi, radians
 from typing import NamedTuple
 
 from ...physics.cable_assembly import Cable
 from ...physics.section import CableModel, LinkBuoyancy, material_of
 from ...physics.towbody import BodyModel, Towbody
-from ...physics.vehicle import Vehicle
 from ...physics.winch import DrumModel
 from ..compensation_setup import setpoint_warnings
 from ..inputs import MAX_PITCH
 from ..layout import FINE_ELEMENT, Layout, layout_of
 from ..mesh.mesh_order import MAX_SAGITTA, longest_on
 from ..mesh_blocks import SheaveAnswer
-from ..problem import Problem, apart
+from ..problem import Limit, Problem, changed, idle
 from ..scene import Scene
 from ..statics.route import DRUM_RESERVE, ROUND_OFF
 from ..statics.vehicle_shape import attachment_of, max_tension, mean_compliance, pose_of, reach_problem
@@ -84,6 +83,11 @@ class Bent(NamedTuple):
     size: float
     section: str
 
+    def limit(self, longest: float, bounds: str = "") -> Limit:
+        key = f"cable.sections.{self.section}"
+        lies = f"lies on {self.key} = {self.radius:g} m with links of"
+        return Limit(key, self.size, "<=", longest, "m", bounds, lies)
+
 
 def bent_links(layout: Layout) -> list[Bent]:
     """Longest links on the sheave and, where it is a contact surface, on the drum."""
@@ -103,27 +107,18 @@ def link_problems(layout: Layout) -> Iterator[Problem]:
     scene = layout.scene
     if scene.cable.model is not CableModel.SEGMENTS:
         return
-    yield from [
-        Problem(
-            f"cable.sections.{bent.section}",
-            "lies on {} = {:g} m with links of {} m, longer than {} m: a link is straight and would touch it with one "
-            "point".format(bent.key, bent.radius, *apart(bent.size, LONGEST_LINK * bent.radius)),
+    for bent in bent_links(layout):
+        yield from bent.limit(LONGEST_LINK * bent.radius).problems(
+            "a link is straight and would touch it with one point",
             f"Give it more elements there, links of at most {longest_on(bent.radius, _allowed(scene)):.2g} m",
         )
-        for bent in bent_links(layout)
-        if bent.size > LONGEST_LINK * bent.radius * (1 + 1e-9)
-    ]
 
 
 def form_problems(cable: Cable) -> Iterator[Problem]:
     """A form of links' buoyancy for elements that are none."""
-    if cable.model is CableModel.SEGMENTS or cable.link_buoyancy is LinkBuoyancy.FULL:
-        return
-    yield Problem(
-        "cable.link_buoyancy",
-        f"= {cable.link_buoyancy.value} is of links, but cable.model = {cable.model.value}: it has no effect",
-        "Leave it out, or give cable.model segments",
-    )
+    if cable.model is not CableModel.SEGMENTS:
+        why = f"it is of links, and cable.model = {cable.model.value}"
+        yield from idle("cable", cable, ["link_buoyancy"], why, "cable.model: segments")
 
 
 def link_warnings(layout: Layout) -> Iterator[Problem]:
@@ -139,16 +134,11 @@ def link_warnings(layout: Layout) -> Iterator[Problem]:
             "springs without damping",
             "Leave it out, or cable.model ancf",
         )
+    sagitta = f"whose middle is {MAX_SAGITTA:g} contact penetrations below their ends"
     for bent in bent_links(layout):
-        longest = longest_on(bent.radius, _allowed(scene))
-        if bent.size > longest * (1 + 1e-9):
-            yield Problem(
-                f"cable.sections.{bent.section}",
-                "lies on {} = {:g} m with links of {} m, longer than {} m, whose middle is {:g} contact "
-                "penetrations below their ends: the load sits on the middles, penetration and tension will "
-                "ripple".format(bent.key, bent.radius, *apart(bent.size, longest), MAX_SAGITTA),
-                f"Give it more elements there, links of at most {longest:.2g} m",
-            )
+        yield from bent.limit(longest_on(bent.radius, _allowed(scene)), sagitta).problems(
+            "the load sits on the middles, penetration and tension will ripple", "Give it more elements there"
+        )
     if scene.cable.link_buoyancy is LinkBuoyancy.NORMAL:
         thickest = extreme(scene.cable, "diameter", max)[1]
         pressed = scene.water.density * scene.gravity * 100.0 * 0.25 * pi * thickest**2
@@ -176,13 +166,8 @@ def vehicle_problems(scene: Scene) -> Iterator[Problem]:
                 "Give towbody.model: vehicle, or make the cable end here",
             )
     if scene.towbody.model is not BodyModel.VEHICLE:
-        if scene.vehicle != Vehicle():
-            first = next(key for key, value in scene.vehicle if value != getattr(Vehicle(), key))
-            yield Problem(
-                f"vehicle.{first}",
-                f"is given, and towbody.model = {scene.towbody.model.value}: there is no vehicle",
-                "Give towbody.model: vehicle, or leave the block out",
-            )
+        why = f"with towbody.model = {scene.towbody.model.value} there is no vehicle"
+        yield from idle("vehicle", scene.vehicle, changed(scene.vehicle)[:1], why, "towbody.model: vehicle")
         return
     bare = Towbody.model_validate({"model": "vehicle"})
     if given := [key for key, value in scene.towbody if value != getattr(bare, key) and key not in DRAWN]:
@@ -197,12 +182,10 @@ def vehicle_problems(scene: Scene) -> Iterator[Problem]:
             "is missing (reference point at the start, from the ship: ahead, to port, up from the water surface)",
             "Give three numbers in m, for example `position: [-40.0, 0.0, -30.0]`",
         )
-    if abs(radians(scene.vehicle.attitude_deg[1])) > MAX_PITCH:
-        yield Problem(
-            "vehicle.attitude_deg",
-            f"has a pitch of {scene.vehicle.attitude_deg[1]:g} deg: roll and yaw have no meaning near 90 deg",
-            "Give it in [-80, 80] deg",
-        )
+    pitch, bound = abs(scene.vehicle.attitude_deg[1]), degrees(MAX_PITCH)
+    yield from Limit("vehicle.attitude_deg", pitch, "<=", bound, "deg", lead="has a pitch of").problems(
+        "roll and yaw have no meaning near 90 deg", "Give it in [-80, 80] deg"
+    )
 
 
 def driven_problems(layout: Layout) -> Iterator[Problem]:
@@ -227,6 +210,12 @@ def downforce(layout: Layout) -> float:
     things = sum(thing.net_weight for thing in hung(scene) if thing.place > start)
     lift = pressure * sum(body.level_lift_area for body in (scene.towbody, *scene.bodies.values()))
     return cable + things + scene.towbody.net_weight - lift
+
+
+def _pull(layout: Layout) -> Limit:
+    return Limit(
+        "towbody.net_weight", downforce(layout), ">", 0.0, "N", lead="and the wet weight of the cable add up to"
+    )
 
 
 def problems(scene: Scene) -> list[Problem]:
@@ -264,11 +253,10 @@ def problems(scene: Scene) -> list[Problem]:
 
 def _tick_problems(scene: Scene) -> Iterator[Problem]:
     solver = scene.solver
-    if solver.tension_error is None and solver.tick > LONGEST_STEP * (1.0 + 1e-9):
-        yield Problem(
-            "solver.tick",
-            f"= {solver.tick:g} s is longer than {LONGEST_STEP:g} s, the longest step that is not chosen by its "
-            "error: a cable over a sheave does not follow it",
+    if solver.tension_error is None:
+        longest = "the longest step that is not chosen by its error"
+        yield from Limit("solver.tick", solver.tick, "<=", LONGEST_STEP, "s", longest).problems(
+            "a cable over a sheave does not follow it",
             "Give a shorter one, or solver.tension_error, so that each tick is divided into steps",
         )
 
@@ -280,36 +268,27 @@ def _distance(scene: Scene) -> float:
 
 def _place_problems(scene: Scene) -> Iterator[Problem]:
     winch, sheave, distance = scene.winch, scene.sheave, _distance(scene)
-    if distance <= winch.drum_radius + sheave.radius:
-        found_at, needed = apart(distance, winch.drum_radius + sheave.radius, 4)
-        yield Problem(
-            "sheave.position",
-            f"is {found_at} m from winch.position, but drum and sheave of radius "
-            f"{winch.drum_radius:g} m and {sheave.radius:g} m need more than {needed} m",
-            "Move them apart, or make the radii smaller",
-        )
-    if sheave.position[0] >= winch.position[0]:
-        yield Problem(
-            "sheave.position",
-            f"has x = {sheave.position[0]:g} m, not aft of winch.position with x = {winch.position[0]:g} m: a winch "
-            "aft of its sheave is not modelled, for angles of wrap and departure and the set-point laws count from a "
-            "cable that leaves aft, and over the bow it would come back under the ship",
-            "Give the sheave the smaller x; for a bow sheave describe the ship turned about, its x axis aft, with the "
-            "other sign of ship.tow_speed and the motion turned by 180 deg",
-        )
+    key, radii = "sheave.position", f"the radii of drum, {winch.drum_radius:g} m, and sheave, {sheave.radius:g} m"
+    need = winch.drum_radius + sheave.radius
+    yield from Limit(key, distance, ">", need, "m", radii, "is # from winch.position").problems(
+        "", "Move them apart, or make the radii smaller"
+    )
+    yield from Limit(key, sheave.position[0], "<", winch.position[0], "m", "x of winch.position", "has x =").problems(
+        "a winch aft of its sheave is not modelled, for angles of wrap and departure and the set-point laws count from "
+        "a cable that leaves aft, and over the bow it would come back under the ship",
+        "Give the sheave the smaller x; for a bow sheave describe the ship turned about, its x axis aft, with the "
+        "other sign of ship.tow_speed and the motion turned by 180 deg",
+    )
 
 
 def _length_problems(layout: Layout) -> Iterator[Problem]:
     """Too little cable on the drum or off it, nothing that pulls it down, and what hangs where it cannot."""
     scene, winch = layout.scene, layout.scene.winch
     feeds = winch.drum == DrumModel.FEED
-    if layout.wound <= 0.0 and not feeds:
-        minimum = winch.wrap - layout.wound / layout.route.drum
-        yield Problem(
-            "winch.wrap",
-            f"= {winch.wrap:g} rad ends before the cable leaves the drum, {minimum:.4g} rad from its top: no cable "
-            "lies on the drum",
-            f"Make it larger than {minimum:.4g} rad, by half a turn or more",
+    if not feeds:
+        begin = winch.wrap - layout.wound / layout.route.drum
+        yield from Limit("winch.wrap", winch.wrap, ">", begin, "rad", "where the cable leaves the drum").problems(
+            "no cable lies on the drum", "Make it larger, by half a turn or more"
         )
     if layout.total <= layout.tangent and not feeds:
         yield Problem(
@@ -320,11 +299,9 @@ def _length_problems(layout: Layout) -> Iterator[Problem]:
         )
     elif scene.towbody.model is BodyModel.VEHICLE:
         yield from driven_problems(layout)
-    elif downforce(layout) <= 0.0 and layout.water_speed == 0.0:
-        yield Problem(
-            "towbody.net_weight",
-            f"and the wet weight of the cable add up to {downforce(layout):.4g} N, must be above "
-            "0 N while the ship is at rest in the water: nothing pulls the cable straight",
+    elif layout.water_speed == 0.0:
+        yield from _pull(layout).problems(
+            "nothing pulls the cable straight while the ship is at rest in the water",
             "Make the body or the cable heavier, or give ship.tow_speed",
         )
     yield from seabed_problems(scene)
@@ -336,24 +313,17 @@ def _stiffness_problems(layout: Layout) -> Iterator[Problem]:
     """Cable too soft for what it carries, or so stiff that its forces are round-off."""
     scene = layout.scene
     pull, (key, stiffness) = downforce(layout), extreme(scene.cable, "axial_stiffness")
-    if pull > MAX_STRAIN * stiffness:
-        yield Problem(
-            key,
-            f"= {stiffness:g} N is stretched by {100.0 * pull / stiffness:.3g} % by the {pull:.4g} N that pull the "
-            f"tow down, more than {100.0 * MAX_STRAIN:g} %: the element's law is one of small strain, and no step "
-            f"(solver.tick = {scene.solver.tick:g} s) makes up for it",
-            f"Make it at least {pull / MAX_STRAIN:.3g} N, or the tow lighter; check its unit (EA in N)",
-        )
-    key, stiffness = extreme(scene.cable, "axial_stiffness", max)
-    floor, working = ROUND_OFF * stiffness, scene.contact.working_tension
-    if floor > MAX_FLOOR * working:
-        yield Problem(
-            key,
-            f"= {stiffness:g} N leaves a round-off of {floor:.3g} N in every force, more than "
-            f"{100.0 * MAX_FLOOR:g} % of contact.working_tension = {working:g} N: a step (solver.tick = "
-            f"{scene.solver.tick:g} s) cannot be solved to less",
-            f"Make it at most {MAX_FLOOR * working / ROUND_OFF:.3g} N; a cable without stretch needs no more",
-        )
+    strain = f"which the {pull:.4g} N that pull the tow down stretch by {100.0 * MAX_STRAIN:g} %"
+    yield from Limit(key, stiffness, ">=", pull / MAX_STRAIN, "N", strain).problems(
+        f"the element's law is one of small strain, no step (solver.tick = {scene.solver.tick:g} s) makes up for it",
+        "Make it stiffer, or the tow lighter; check its unit (EA in N)",
+    )
+    (key, stiffness), working = extreme(scene.cable, "axial_stiffness", max), scene.contact.working_tension
+    floor = f"whose round-off in a force is {100.0 * MAX_FLOOR:g} % of contact.working_tension = {working:g} N"
+    yield from Limit(key, stiffness, "<=", MAX_FLOOR * working / ROUND_OFF, "N", floor).problems(
+        f"a step (solver.tick = {scene.solver.tick:g} s) cannot be solved to less",
+        "Make it smaller; a cable without stretch needs no more",
+    )
 
 
 def seabed_problems(scene: Scene) -> Iterator[Problem]:
@@ -362,13 +332,10 @@ def seabed_problems(scene: Scene) -> Iterator[Problem]:
     if bed.depth is None:
         return
     lowest = scene.sheave.position[2] - scene.sheave.radius + scene.ship.reference_height
-    if -bed.depth > lowest - MIN_FLOOR_GAP * bed.penetration:
-        yield Problem(
-            "seabed.depth",
-            f"= {bed.depth:g} m lies above the sheave, whose lowest point is at {lowest:.4g} m: the cable would "
-            "leave it through the ground",
-            f"Make it more than {MIN_FLOOR_GAP * bed.penetration - lowest:.4g} m",
-        )
+    sheave = f"clear of the sheave, whose lowest point is at {lowest:.4g} m"
+    yield from Limit("seabed.depth", bed.depth, ">=", MIN_FLOOR_GAP * bed.penetration - lowest, "m", sheave).problems(
+        "the cable would leave it through the ground", "Make it deeper"
+    )
     wet = min(wet_weight(scene, section) for section in scene.cable.sections.values())
     driven = scene.towbody.model is BodyModel.VEHICLE
     if wet <= 0.0 or (scene.towbody.net_weight <= 0.0 and not driven):
@@ -392,33 +359,30 @@ def warnings(scene: Scene) -> Iterator[Problem]:
         ),
         default=(0.0, ""),
     )
-    if size > FINE_ELEMENT * radius * (1 + 1e-9):
-        yield Problem(
-            f"cable.sections.{name}",
-            "lies on the sheave with elements of {} m, longer than {} m, ".format(*apart(size, FINE_ELEMENT * radius))
-            + f"{FINE_ELEMENT:g} of sheave.radius: contact and tension will ripple",
-            "Give mesh.sheave more elements, or leave it out"
-            if feeds
-            else "Give the part at the sheave more elements, or its own section",
-        )
-    elif scene.setpoint.algorithm != "hold":
+    key, lead, fine = (
+        f"cable.sections.{name}",
+        "lies on the sheave with elements of",
+        f"{FINE_ELEMENT:g} of sheave.radius",
+    )
+    more = "mesh.sheave more elements, or leave it out" if feeds else "the part there more elements, or its own section"
+    coarse = Limit(key, size, "<=", FINE_ELEMENT * radius, "m", fine, lead).problems(
+        "contact and tension will ripple", f"Give {more}"
+    )
+    yield from coarse
+    if not coarse and scene.setpoint.algorithm != "hold":
         yield from travel_warnings(layout, FINE_ZONE, FINE_ZONE)
     stiff = material_of(scene.cable, scene.cable.sections[name]).bending_stiffness if name else 0.0
     resolved = RESOLVED * math.sqrt(stiff / scene.contact.working_tension)
     spread = not feeds or scene.accuracy.sheave is not SheaveAnswer.RESULTANT  # is it asked for?
-    # longer ones have their caution
-    if spread and 0.0 < resolved * (1 + 1e-9) < size <= FINE_ELEMENT * radius * (1 + 1e-9):
-        yield Problem(
-            f"cable.sections.{name}",
-            "lies on the sheave with elements of {} m, longer than {} m, ".format(*apart(size, resolved))
-            + f"{RESOLVED:g} bending lengths sqrt(EI/T) at contact.working_tension: how the load spreads along "
-            "the sheave and what its ends bear is not resolved; tension, resultant and towbody do not depend on it",
-            f"Where the spread matters, elements of at most {resolved:.3g} m there",
+    if spread and stiff > 0.0 and not coarse:
+        bending = f"{RESOLVED:g} bending lengths sqrt(EI/T) at contact.working_tension"
+        yield from Limit(key, size, "<=", resolved, "m", bending, lead).problems(
+            "how the load spreads along the sheave and what its ends bear is not resolved; tension, resultant and "
+            "towbody do not depend on it",
+            "Where the spread matters, shorter elements there",
         )
-    if downforce(layout) <= 0.0 and scene.towbody.model is not BodyModel.VEHICLE:
-        yield Problem(
-            "towbody.net_weight",
-            f"and the wet weight of the cable add up to {downforce(layout):.4g} N, not above 0 N: "
+    if scene.towbody.model is not BodyModel.VEHICLE:
+        yield from _pull(layout).problems(
             "the tow rises to the surface, where the towbody model does not hold",
             "Make the body heavier or its lift_area negative",
         )
@@ -445,14 +409,12 @@ def warnings(scene: Scene) -> Iterator[Problem]:
     yield from instrument_warnings(scene)
     yield from rule_warnings(scene)
     yield from pull_warnings(layout)
-    for key, name, below in (("sheave", "sheave", radius), ("winch", "drum", scene.winch.drum_radius)):
-        height = getattr(scene, key).position[2] + scene.ship.reference_height - below
-        if height < 0:
-            yield Problem(
-                f"{key}.position",
-                f"puts the lowest point of the {name} at {height:.3g} m, below 0 m, the water surface",
-                "Check the sign of z (up) and ship.reference_height",
-            )
+    for part, name, below in (("sheave", "sheave", radius), ("winch", "drum", scene.winch.drum_radius)):
+        height = getattr(scene, part).position[2] + scene.ship.reference_height - below
+        lead = f"puts the lowest point of the {name} at"
+        yield from Limit(f"{part}.position", height, ">=", 0.0, "m", "the water surface", lead).problems(
+            "", "Check the sign of z (up) and ship.reference_height"
+        )
 
 
 def travel_warnings(layout: Layout, hauled: float, paid: float) -> Iterator[Problem]:
@@ -460,30 +422,20 @@ def travel_warnings(layout: Layout, hauled: float, paid: float) -> Iterator[Prob
     scene, wound = layout.scene, layout.wound
     if scene.winch.drum == DrumModel.FEED:  # the fine mesh stays at the sheave, whatever runs through it
         travel = wound - scene.winch.dead_length - DRUM_RESERVE * layout.route.drum
-        if travel < paid * (1 - 1e-9):
-            yield Problem(
-                "winch.cable_on_drum" if scene.winch.scope is None else "winch.scope",
-                "leaves {} m to be paid out, less than {} m: the winch stops at the end".format(*apart(travel, paid)),
-                "Leave more cable on the drum",
-            )
+        key = "winch.cable_on_drum" if scene.winch.scope is None else "winch.scope"
+        yield from Limit(key, travel, ">=", paid, "m", "", "leaves # to be paid out").problems(
+            "the winch stops at the end", "Leave more cable on the drum"
+        )
         return
     inboard, outboard = layout.fine_zone
     sides = ((outboard, hauled, "outboard", "hauling in"), (inboard, paid, "inboard", "paying out"))
     for have, want, side, how in sides:
-        if have < want:
-            short, long = apart(have, want)
-            yield Problem(
-                "cable.sections",
-                f"have {short} m of fine mesh {side} of the sheave, shorter than {long} m of "
-                + f"{how}: a coarser element comes onto the sheave and shows as a false change of tension",
-                f"Make the section at the sheave longer {side}, with elements of at most "
-                f"{FINE_ELEMENT * scene.sheave.radius:.3g} m",
-            )
-    if wound < paid:
-        yield Problem(
-            "winch.wrap",
-            "= {:g} rad leaves {} m on the drum, less than {} m of paying out: the winch stops at the cable end".format(
-                scene.winch.wrap, *apart(wound, paid)
-            ),
-            "Make winch.wrap larger, and the first section with it",
+        yield from Limit("cable.sections", have, ">=", want, "m", f"of {how}", f"have # of fine mesh {side}").problems(
+            "a coarser element comes onto the sheave and shows as a false change of tension",
+            f"Make the section at the sheave longer {side}, with elements of at most "
+            f"{FINE_ELEMENT * scene.sheave.radius:.3g} m",
         )
+    lead = f"= {scene.winch.wrap:g} rad leaves # on the drum"
+    yield from Limit("winch.wrap", wound, ">=", paid, "m", "of paying out", lead).problems(
+        "the winch stops at the cable end", "Make winch.wrap larger, and the first section with it"
+    )

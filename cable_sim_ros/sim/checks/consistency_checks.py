@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from ...physics.section import material_of
 from ...physics.winch import DrumModel
 from ..layout import Layout
-from ..problem import Problem, apart
+from ..problem import Limit, Problem, holds, idle, said
 from ..scene import Scene
 from ..statics.route import first_angle
 from ..tables.current import flow_of
@@ -116,28 +116,23 @@ def body_warnings(scene: Scene, speed: float) -> Iterator[Problem]:
                     f"{MAX_FILL:.3g}: weight in the tow and size in the pictures are of two bodies",
                     "Check all four, and their units",
                 )
-        if body.lift_area > 0.0:
-            lift = 0.5 * scene.water.density * body.lift_area * speed**2
-            yield Problem(
-                f"{key}.lift_area",
-                f"= {body.lift_area:g} m^2 lifts the body, with {lift:.4g} N at {speed:.3g} m/s through the water, "
-                f"against {key}.net_weight = {net:g} N",
-                "A wing that presses down, a depressor's, has a negative one; leave it so if it is to lift",
-            )
+        lift = 0.5 * scene.water.density * body.lift_area * speed**2
+        yield from Limit(f"{key}.lift_area", body.lift_area, "<=", 0.0, "m^2").problems(
+            f"it lifts the body, with {lift:.4g} N at {speed:.3g} m/s through the water, against {key}.net_weight = "
+            f"{net:g} N",
+            "A wing that presses down, a depressor's, has a negative one; leave it so if it is to lift",
+        )
 
 
 def height_problems(scene: Scene) -> Iterator[Problem]:
     """Drum or sheave under the mean water surface: cable on them and between them is not modelled as wet."""
     for key, radius in (("winch", scene.winch.drum_radius), ("sheave", scene.sheave.radius)):
         height = getattr(scene, key).position[2] + scene.ship.reference_height
-        if height < 0.0:
-            yield Problem(
-                f"{key}.position",
-                f"puts the centre of the {'drum' if key == 'winch' else 'sheave'} (radius {radius:g} m) at "
-                f"{height:.4g} m, below 0 m, the water surface: water is not modelled on cable that lies on "
-                "drum or sheave",
-                "z is up from base_link, and ship.reference_height lifts it; check their signs",
-            )
+        lead = f"puts the centre of the {'drum' if key == 'winch' else 'sheave'} (radius {radius:g} m) at"
+        yield from Limit(f"{key}.position", height, ">=", 0.0, "m", "the water surface", lead).problems(
+            "water is not modelled on cable that lies on drum or sheave",
+            "z is up from base_link, and ship.reference_height lifts it; check their signs",
+        )
 
 
 def astern(scene: Scene) -> tuple[str, float, float]:
@@ -154,15 +149,13 @@ def astern(scene: Scene) -> tuple[str, float, float]:
 def astern_problems(scene: Scene) -> Iterator[Problem]:
     """A ship that goes astern so fast that the cable streams forward under it."""
     key, ahead, angle = astern(scene)
-    if angle <= MAX_FORWARD or key != "ship.tow_speed":
-        return
-    yield Problem(
-        key,
-        f"= {_value(scene, key)} sends the ship astern through the water at {ahead:.3g} m/s: the cable leads "
-        f"forward under the ship, about {math.degrees(angle):.0f} deg from the vertical, more than "
-        f"{math.degrees(MAX_FORWARD):.0f} deg; there is no hull in the model for it to lie against",
-        "Speed ahead is positive; check the sign, or go slower",
-    )
+    lead = f"= {_value(scene, key)} sends the ship astern at {ahead:.3g} m/s, with the cable forward under it at"
+    if key == "ship.tow_speed":
+        maximum = math.degrees(MAX_FORWARD)
+        yield from Limit(key, math.degrees(angle), "<=", maximum, "deg", "from the vertical", lead).problems(
+            "there is no hull in the model for it to lie against",
+            "Speed ahead is positive; check the sign, or go slower",
+        )
 
 
 def astern_warnings(scene: Scene) -> Iterator[Problem]:
@@ -192,21 +185,18 @@ def wrap_problems(layout: Layout) -> Iterator[Problem]:
     """With winch.drum = contact: elements wound whole on the drum that are too long to follow it."""
     winch, wound = layout.scene.winch, layout.wound
     maximum = 2.0 * winch.drum_radius
-    long = next(((a, b, name) for a, b, name in layout.elements if b <= wound and b - a > maximum * (1.0 + 1e-9)), None)
+    long = next(
+        ((a, b, name) for a, b, name in layout.elements if b <= wound and not holds(b - a, "<=", maximum)), None
+    )
     if long is None:
         return
     first, last, name = long
-    size, bound = apart(last - first, maximum)
-    yield Problem(
-        "winch.wrap",
-        f"= {winch.wrap:g} rad winds {wound:.4g} m of cable on the drum, and with it cable.sections.{name}, whose "
-        f"elements of {size} m are longer than {bound} m, twice winch.drum_radius, and cannot follow the drum",
-        (
-            f"Wind less than {first:.4g} m on it by a smaller wrap, or make the section at the drum end longer"
-            if first > 0.0
-            else f"Give cable.sections.{name} more elements, or the drum end a section of its own"
-        )
-        + "; the unit is rad, not deg or turns",
+    lead = f"= {winch.wrap:g} rad winds {wound:.4g} m of cable, and with it elements # long of cable.sections.{name}"
+    remedy = f"Give cable.sections.{name} more elements, or the drum end a section of its own"
+    if first > 0.0:
+        remedy = f"Wind less than {first:.4g} m on it by a smaller wrap, or make the section at the drum end longer"
+    yield from Limit("winch.wrap", last - first, "<=", maximum, "m", "twice winch.drum_radius", lead).problems(
+        "they cannot follow the drum", f"{remedy}; the unit is rad, not deg or turns"
     )
 
 
@@ -214,17 +204,8 @@ def wrap_warnings(scene: Scene) -> Iterator[Problem]:
     """A wrap that says nothing, as the length that is out is given."""
     winch = scene.winch
     key = "scope" if winch.scope is not None else "cable_on_drum"
-    if (
-        winch.drum != DrumModel.FEED
-        or getattr(winch, key) is None
-        or winch.wrap == type(winch).model_fields["wrap"].default
-    ):
-        return
-    yield Problem(
-        "winch.wrap",
-        f"= {winch.wrap:g} rad has no effect: winch.{key} = {getattr(winch, key):g} m says how much cable is out",
-        "Leave it out",
-    )
+    if winch.drum == DrumModel.FEED and getattr(winch, key) is not None:
+        yield from idle("winch", winch, ["wrap"], f"winch.{key} {said(winch, key)} says how much cable is out")
 
 
 def _value(scene: Scene, key: str) -> str:

@@ -15,7 +15,7 @@ from ...physics.winch import DrumModel
 from ...physics.winch_drive import POINTS, DriveModel, WinchMode
 from ..compensation_setup import horizon
 from ..layout import Layout
-from ..problem import Problem, apart, one_digit
+from ..problem import Limit, Problem, idle, one_digit
 from ..scene import Scene
 from ..tables.drum_layers import layered
 
@@ -31,6 +31,8 @@ SLACKER = 0.9  # of what the tow pulls at its start: a set pull below it pays ou
 LEAST_DAMPING = 0.1
 LIGHT = 0.2  # of the mass of the towbody: a controller that counts with less is soft against the tow
 PULLS = (WinchMode.TENSION, WinchMode.RENDER)
+AT_START = "with which the tow pulls at its start"
+RUNS_OFF = "# at the layer that runs off"
 BRAKES = (WinchMode.BRAKE, WinchMode.EMERGENCY_STOP)
 
 
@@ -49,56 +51,39 @@ def feed_forward_problems(scene: Scene) -> Iterator[Problem]:
 def setpoint_option_warnings(scene: Scene) -> Iterator[Problem]:
     """Options of the laws that act on nothing."""
     block = scene.setpoint
-    for key in ("feed_forward", "prediction"):
-        if getattr(block, key) and block.algorithm in WITHOUT:
-            yield Problem(
-                f"setpoint.{key}",
-                f"= true has no effect with setpoint.algorithm = {block.algorithm.value}, which asks for nothing "
-                "that follows from the ship's motion",
-                "Take one of the sheave laws, or leave it out",
-            )
-    if block.prediction and horizon(scene) == 0.0:
-        by = "drive.dead_time" if block.horizon is None else "setpoint.horizon"
-        yield Problem(
-            "setpoint.prediction",
-            f"= true has no effect: {by} = 0 s, there is nothing to look ahead to",
-            "Give setpoint.horizon or drive.dead_time in s, or leave it out",
-        )
+    if block.algorithm in WITHOUT:
+        why = f"setpoint.algorithm = {block.algorithm.value} asks for nothing that follows from the ship's motion"
+        yield from idle("setpoint", block, ["feed_forward", "prediction"], why, "one of the sheave laws")
+    if horizon(scene) == 0.0:
+        why = f"{'drive.dead_time' if block.horizon is None else 'setpoint.horizon'} = 0 s, nothing to look ahead to"
+        yield from idle("setpoint", block, ["prediction"], why, "setpoint.horizon or drive.dead_time in s")
 
 
 def mode_problems(scene: Scene) -> Iterator[Problem]:
     """A mode, set pull or time-out that the drive cannot serve: asked of one that is given while it runs, too."""
     drive = scene.drive
-    if drive.dead_time >= scene.winch.command_timeout:
-        yield Problem(
-            "drive.dead_time",
-            f"= {drive.dead_time:g} s is not below winch.command_timeout = {scene.winch.command_timeout:g} s: a stream "
-            "of commands would be stale before it moves the drum",
-            "Make it shorter, or the time-out longer",
-        )
+    timeout = scene.winch.command_timeout
+    yield from Limit("drive.dead_time", drive.dead_time, "<", timeout, "s", "winch.command_timeout").problems(
+        "a stream of commands would be stale before it moves the drum", "Make it shorter, or the time-out longer"
+    )
     if drive.mode is not WinchMode.FOLLOW and drive.model is not DriveModel.MOTOR:
         yield Problem(
             "drive.mode",
             f"= {drive.mode.value} needs a motor and a brake, but drive.model = {drive.model.value} has none",
             "Give drive.model: motor with inertia, curve and brake, or drive.mode: follow",
         )
-    elif drive.mode in PULLS and drive.set_pull <= 0.0:
-        yield Problem(
-            "drive.set_pull",
-            f"= 0 N, but drive.mode = {drive.mode.value} pulls with it: the cable would run off the drum",
+    elif drive.mode in PULLS:
+        yield from Limit("drive.set_pull", drive.set_pull, ">", 0.0, "N").problems(
+            f"drive.mode = {drive.mode.value} pulls with it, and the cable would run off the drum",
             "Give the pull at the drum that is to be kept, in N",
         )
-    elif drive.mode in PULLS and drive.set_pull > max(drive.curve_pull, default=drive.set_pull):
-        yield Problem(
-            "drive.set_pull",
-            f"= {drive.set_pull:g} N is more than the {max(drive.curve_pull):g} N that the motor pulls at most "
-            f"(drive.curve_pull): drive.mode = {drive.mode.value} would never come to it",
-            "Give less, or a stronger motor",
+        most = max(drive.curve_pull, default=drive.set_pull)
+        yield from Limit("drive.set_pull", drive.set_pull, "<=", most, "N", "the most of drive.curve_pull").problems(
+            f"drive.mode = {drive.mode.value} would never come to it", "Give less, or a stronger motor"
         )
-    elif drive.mode in BRAKES and drive.brake_pull <= 0.0:
-        yield Problem(
-            "drive.brake_pull",
-            f"= 0 N, but drive.mode = {drive.mode.value} hands the cable to the brake: it would run off the drum",
+    elif drive.mode in BRAKES:
+        yield from Limit("drive.brake_pull", drive.brake_pull, ">", 0.0, "N").problems(
+            f"drive.mode = {drive.mode.value} hands the cable to the brake, and it would run off the drum",
             "Give the pull at the drum that the set brake holds, in N",
         )
 
@@ -109,34 +94,25 @@ def drive_problems(scene: Scene) -> Iterator[Problem]:
     yield from mode_problems(scene)
     most = 2.0 * drive.damping * drive.bandwidth
     gain = 0.25 * drive.bandwidth if drive.length_gain is None else drive.length_gain
-    if drive.model is not DriveModel.SERVO and drive.damping > 0.0 and gain >= most:
-        yield Problem(
-            "drive.length_gain",
-            f"= {gain:g} 1/s is not below {most:.3g} 1/s, twice drive.damping times drive.bandwidth: the length "
-            "swings up by itself",
-            f"Give {0.25 * most:.2g} 1/s or less, or more damping",
+    if drive.model is not DriveModel.SERVO and drive.damping > 0.0:
+        twice = "twice drive.damping times drive.bandwidth"
+        yield from Limit("drive.length_gain", gain, "<", most, "1/s", twice).problems(
+            "the length swings up by itself", f"Give {0.25 * most:.2g} 1/s or less, or more damping"
         )
     if drive.model is not DriveModel.MOTOR:
         return
-    if drive.damping < LEAST_DAMPING:
-        yield Problem(
-            "drive.damping",
-            f"= {drive.damping:g} is below {LEAST_DAMPING:g}: the controller of the motor rings without end",
-            "Give 0.7; 0 is a loop of first order for drive.model: rate_loop alone",
-        )
-    if drive.bandwidth * scene.solver.tick > 1.0:
-        yield Problem(
-            "drive.bandwidth",
-            f"= {drive.bandwidth:g} rad/s is faster than solver.tick = {scene.solver.tick:g} s can follow, "
-            f"{1.0 / scene.solver.tick:.3g} rad/s",
-            f"Give solver.tick (--every) of {one_digit(1.0 / drive.bandwidth):g} s or less, or a slower controller",
-        )
-    if drive.inertia <= 0.0:
-        yield Problem(
-            "drive.inertia",
-            f"= {drive.inertia:g} kg m^2, but drive.model = motor turns it",
-            "Give the inertia of motor (times the ratio of its gear squared), drum and wound cable about the drum",
-        )
+    yield from Limit("drive.damping", drive.damping, ">=", LEAST_DAMPING).problems(
+        "the controller of the motor rings without end",
+        "Give 0.7; 0 is a loop of first order for drive.model: rate_loop alone",
+    )
+    tick = f"the most that solver.tick = {scene.solver.tick:g} s can follow"
+    yield from Limit("drive.bandwidth", drive.bandwidth, "<=", 1.0 / scene.solver.tick, "rad/s", tick).problems(
+        "", f"Give solver.tick (--every) of {one_digit(1.0 / drive.bandwidth):g} s or less, or a slower controller"
+    )
+    yield from Limit("drive.inertia", drive.inertia, ">", 0.0, "kg m^2").problems(
+        "drive.model = motor turns it",
+        "Give the inertia of motor (times the ratio of its gear squared), drum and wound cable about the drum",
+    )
     speeds, pulls = drive.curve_speed, drive.curve_pull
     rising = all(a < b for a, b in zip(speeds, speeds[1:], strict=False))
     if not 2 <= len(speeds) <= POINTS or len(pulls) != len(speeds) or not rising or speeds[0] != 0.0:
@@ -146,12 +122,11 @@ def drive_problems(scene: Scene) -> Iterator[Problem]:
             "speeds rising from 0 m/s",
             "Give the line pull of the motor at these line speeds, as on its data sheet",
         )
-    elif speeds[-1] < scene.winch.max_rate:
-        yield Problem(
-            "drive.curve_speed",
-            f"ends at {speeds[-1]:g} m/s, below winch.max_rate = {scene.winch.max_rate:g} m/s, where the motor has "
-            "no pull left: the cable would run off the drum",
-            f"Carry the curve to {scene.winch.max_rate:g} m/s or more, or make winch.max_rate smaller",
+    else:
+        most = scene.winch.max_rate
+        yield from Limit("drive.curve_speed", speeds[-1], ">=", most, "m/s", "winch.max_rate", "ends at").problems(
+            "where the motor has no pull left, and the cable would run off the drum",
+            "Carry the curve to it or beyond, or make winch.max_rate smaller",
         )
     if scene.winch.drum is DrumModel.CONTACT:
         yield Problem(
@@ -174,16 +149,12 @@ def layer_problems(layout: Layout) -> Iterator[Problem]:
     if drum.lay_turns < 1.0:
         text = f"= {winch.lay_width:g} m is less than one turn of {drum.lay_pitch:.3g} m (winch.lay_pitch)"
         yield Problem("winch.lay_width", text, "Give the width between the flanges")
-        return
-    outside = float(radius_of(drum, layout.route.wound)) + 0.5 * scene.cable.diameter
-    if winch.flange_radius is None or outside <= winch.flange_radius:
-        return
-    yield Problem(
-        "winch.flange_radius",
-        "= {} m is less than {} m, the outer radius of {:.4g} m of cable in layers of winch.lay_width = {:g} m: "
-        "the drum has no room for it".format(*apart(winch.flange_radius, outside), layout.route.wound, winch.lay_width),
-        "Wind less cable (winch.cable_on_drum), or give a wider drum",
-    )
+    elif winch.flange_radius is not None:
+        outside = float(radius_of(drum, layout.route.wound)) + 0.5 * scene.cable.diameter
+        wound = f"outside {layout.route.wound:.4g} m of cable in layers of winch.lay_width = {winch.lay_width:g} m"
+        yield from Limit("winch.flange_radius", winch.flange_radius, ">=", outside, "m", wound).problems(
+            "the drum has no room for it", "Wind less cable (winch.cable_on_drum), or give a wider drum"
+        )
 
 
 def holding_problems(layout: Layout) -> Iterator[Problem]:
@@ -195,25 +166,17 @@ def holding_problems(layout: Layout) -> Iterator[Problem]:
     pull, gear = _pull(layout)
     most, brake = gear * drive.curve_pull[0], gear * drive.brake_pull
     if most <= pull and drive.mode not in BRAKES:
-        yield Problem(
-            "drive.curve_pull",
-            "begins with {} N at the layer that runs off, not above the {} N with which the tow pulls at its "
-            "start: the motor cannot hold it".format(*apart(most, pull)),
-            "Give a stronger motor, or a lighter or slower tow",
+        yield from Limit("drive.curve_pull", most, ">", pull, "N", AT_START, f"begins with {RUNS_OFF}").problems(
+            "the motor cannot hold it", "Give a stronger motor, or a lighter or slower tow"
         )
-    elif drive.dry_friction > 0.0 and most <= pull + gear * drive.dry_friction:
-        yield Problem(
-            "drive.dry_friction",
-            f"= {drive.dry_friction:g} N and the {pull:.3g} N with which the tow pulls at its start leave nothing "
-            f"of the {most:.3g} N with which drive.curve_pull begins: the motor cannot haul in",
-            "Give less friction, or a stronger motor",
+    elif drive.dry_friction > 0.0:
+        left = f"what the tow leaves at its start ({pull:.3g} N) of that with which drive.curve_pull begins"
+        yield from Limit("drive.dry_friction", drive.dry_friction, "<", (most - pull) / gear, "N", left).problems(
+            "the motor cannot haul in", "Give less friction, or a stronger motor"
         )
-    if 0.0 < brake <= pull:
-        yield Problem(
-            "drive.brake_pull",
-            "holds {} N at the layer that runs off, not above the {} N with which the tow pulls at its start: "
-            "the brake cannot hold it".format(*apart(brake, pull)),
-            "Give a stronger brake, or a lighter or slower tow",
+    if brake > 0.0:
+        yield from Limit("drive.brake_pull", brake, ">", pull, "N", AT_START, f"holds {RUNS_OFF}").problems(
+            "the brake cannot hold it", "Give a stronger brake, or a lighter or slower tow"
         )
 
 
@@ -235,23 +198,20 @@ def pull_warnings(layout: Layout) -> Iterator[Problem]:
     if drive.max_power is not None:
         most[1:] = np.minimum(most[1:], drive.max_power / speeds[1:])
     weak = speeds[most <= pull]
-    begins = f"the {pull:.3g} N with which the tow pulls at its start"
     if len(weak) and weak[0] == 0.0:  # of a scene that begins on its brake
-        text = f"begins with {most[0]:.3g} N, not above {begins}: the motor cannot hold it once the brake lifts"
-        yield Problem("drive.curve_pull", text, "Give a stronger motor, or leave the brake set")
+        yield from Limit("drive.curve_pull", most[0], ">", pull, "N", AT_START, "begins with").problems(
+            "the motor cannot hold it once the brake lifts", "Give a stronger motor, or leave the brake set"
+        )
     elif len(weak):
-        limit = "drive.curve_pull" if drive.max_power is None else "drive.max_power"
-        yield Problem(
-            limit,
-            f"leaves the motor {most[-1]:.3g} N at winch.max_rate = {fastest:g} m/s, not above {begins}: paid out "
-            f"at {weak[0]:.3g} m/s or faster, it overhauls the motor and runs away until the brake is set",
+        key, lead = "curve_pull" if drive.max_power is None else "max_power", f"leaves the motor # at {fastest:g} m/s"
+        yield from Limit(f"drive.{key}", most[-1], ">", pull, "N", AT_START, lead).problems(
+            f"paid out at {weak[0]:.3g} m/s or faster, it overhauls the motor and runs away until the brake is set",
             f"Give winch.max_rate below {weak[0]:.3g} m/s, or a stronger motor",
         )
-    if drive.mode in PULLS and drive.set_pull < SLACKER * pull:
-        yield Problem(
-            "drive.set_pull",
-            f"= {drive.set_pull:g} N is less than {begins}: drive.mode = {drive.mode.value} pays out from the "
-            "start on, until less pulls or the travel ends",
+    if drive.mode in PULLS:
+        slacker = f"{SLACKER:g} of that with which the tow pulls at its start"
+        yield from Limit("drive.set_pull", drive.set_pull, ">=", SLACKER * pull, "N", slacker).problems(
+            f"drive.mode = {drive.mode.value} pays out from the start on, until less pulls or the travel ends",
             f"Give about {pull:.3g} N or more, or another mode",
         )
 
@@ -259,16 +219,10 @@ def pull_warnings(layout: Layout) -> Iterator[Problem]:
 def drive_warnings(scene: Scene) -> Iterator[Problem]:
     """Numbers of a motor, a loop or layers that are not there, or gains that hold the tow softly."""
     winch = scene.winch
-    layers = [] if winch.lay_width > 0.0 else [key for key in OF_LAYERS if getattr(winch, key) is not None]
     yield from _drive_warnings(scene)
-    yield from [
-        Problem(
-            f"winch.{key}",
-            "has no effect: without winch.lay_width the drum has one layer, of any length",
-            "Leave it out, or give winch.lay_width, the width between the flanges",
-        )
-        for key in layers
-    ]
+    if winch.lay_width == 0.0:
+        why = "without winch.lay_width the drum has one layer, of any length"
+        yield from idle("winch", winch, OF_LAYERS, why, "winch.lay_width, the width between the flanges")
 
 
 def _drive_warnings(scene: Scene) -> Iterator[Problem]:
@@ -276,24 +230,13 @@ def _drive_warnings(scene: Scene) -> Iterator[Problem]:
     if drive.model is DriveModel.MOTOR:
         radius = scene.winch.drum_radius + 0.5 * scene.cable.diameter
         mass, tow = drive.controller_mass or drive.inertia / radius**2, scene.towbody.mass
-        if mass >= LIGHT * tow:
-            return
-        yield Problem(
-            "drive.inertia" if drive.controller_mass is None else "drive.controller_mass",
-            f"makes {mass:.3g} kg at the cable, less than {LIGHT:g} of towbody.mass = {tow:g} kg: the gains of the "
-            "motor are made for the bare drum and hold the tow softly",
+        key, light = "inertia" if drive.controller_mass is None else "controller_mass", f"{LIGHT:g} of towbody.mass"
+        yield from Limit(f"drive.{key}", mass, ">=", LIGHT * tow, "kg", light, "makes # at the cable").problems(
+            "the gains of the motor are made for the bare drum and hold the tow softly",
             f"Give drive.controller_mass, {mass + tow:.3g} kg for drum and towbody",
         )
         return
-    absent = [(key, "motor", "motor") for key in OF_MOTOR]
+    without = f"drive.model = {drive.model.value} has no"
+    yield from idle("drive", drive, OF_MOTOR, f"{without} motor", "drive.model: motor")
     if drive.model is DriveModel.SERVO:
-        absent += [(key, "rate loop", "rate_loop or motor") for key in OF_LOOP]
-    yield from [
-        Problem(
-            f"drive.{key}",
-            f"has no effect: drive.model = {drive.model.value} has no {what}",
-            f"Leave it out, or give drive.model: {model}",
-        )
-        for key, what, model in absent
-        if getattr(drive, key) != type(drive).model_fields[key].default
-    ]
+        yield from idle("drive", drive, OF_LOOP, f"{without} rate loop", "drive.model: rate_loop or motor")

@@ -8,7 +8,7 @@ from math import exp, radians, sin
 from ...physics.contact_surface import sheave_friction
 from ...physics.winch import DrumModel
 from ..layout import layout_of
-from ..problem import Problem
+from ..problem import Limit, Problem, idle
 from ..scene import Scene
 from ..verdict import Reason, check
 
@@ -20,14 +20,9 @@ COARSE_SLIP = 0.05  # of winch.max_rate: a slip speed above it leaves a haul at 
 def friction_problems(scene: Scene) -> Iterator[Problem]:
     """Friction on a drum that carries no cable."""
     winch = scene.winch
-    if winch.drum_friction == 0.0 or winch.drum is DrumModel.CONTACT:
-        return
-    yield Problem(
-        "winch.drum_friction",
-        f"= {winch.drum_friction:g} has no cable to act on: with winch.drum = feed the mesh ends where the cable "
-        "leaves the drum, which holds it there without slip, and what is wound is no part of it",
-        "Leave it out; winch.drum = contact, for travel of a few metres, lays the cable on the drum",
-    )
+    if winch.drum is DrumModel.FEED:
+        why = "with winch.drum = feed the mesh ends where the cable leaves the drum, which holds it there without slip"
+        yield from idle("winch", winch, ["drum_friction"], why, "winch.drum: contact, for travel of a few metres")
 
 
 def may_miss(scene: Scene) -> float:
@@ -65,39 +60,28 @@ def friction_warnings(scene: Scene) -> Iterator[Problem]:
     """Friction that never acts, or only in part."""
     sheave = scene.sheave
     stands = sheave.friction / sin(radians(0.5 * sheave.throat_angle_deg))
-    if sheave.friction > 0.0 and sheave.bearing_friction == 0.0:
-        yield Problem(
-            "sheave.friction",
-            f"= {sheave.friction:g} has no effect: with sheave.bearing_friction = 0 the sheave turns with the "
-            "cable, which never slides in its groove",
-            f"Give sheave.bearing_friction, for a sheave that stands {stands:.3g} or more, or leave both out",
+    if sheave.bearing_friction == 0.0:
+        why = "with sheave.bearing_friction = 0 the sheave turns with the cable, which never slides in its groove"
+        yield from idle(
+            "sheave", sheave, ["friction"], why, f"sheave.bearing_friction, {stands:.3g} or more for one that stands"
         )
-    if sheave.bearing_friction > 0.0 and sheave.friction == 0.0:
+    if sheave.friction == 0.0:
+        why = "with sheave.friction = 0 the cable slides through a groove that does not turn, without friction"
+        yield from idle("sheave", sheave, ["bearing_friction"], why, "sheave.friction, 0.1 of steel on steel")
+    if not sheave.swivel:
+        yield from idle("sheave", sheave, ["swivel_friction"], "the block does not swivel", "sheave.swivel: true")
+    if sheave_friction(sheave) == 0.0 and scene.winch.drum_friction == 0.0:
+        return
+    key, slip, bounds = "contact.slip_speed", scene.contact.slip_speed, f"{COARSE_SLIP:g} of winch.max_rate"
+    coarse = Limit(key, slip, "<=", COARSE_SLIP * scene.winch.max_rate, "m/s", bounds).problems(
+        "friction acts in part at most speeds of the winch", "Make it smaller"
+    )
+    yield from coarse
+    if not coarse and scene.setpoint.algorithm == "hold":
         yield Problem(
-            "sheave.bearing_friction",
-            f"= {sheave.bearing_friction:g} has no effect: with sheave.friction = 0 the cable slides through a "
-            "groove that does not turn, without friction",
-            "Give sheave.friction, 0.1 of steel on steel, or leave both out",
-        )
-    if sheave.swivel_friction > 0.0 and not sheave.swivel:
-        yield Problem(
-            "sheave.swivel_friction",
-            f"= {sheave.swivel_friction:g} m has no effect: the block does not swivel",
-            "Give sheave.swivel: true, or leave it out",
-        )
-    acts, coarse = sheave_friction(sheave) > 0.0 or scene.winch.drum_friction > 0.0, COARSE_SLIP * scene.winch.max_rate
-    if acts and scene.contact.slip_speed > coarse:
-        yield Problem(
-            "contact.slip_speed",
-            f"= {scene.contact.slip_speed:g} m/s is above {coarse:.3g} m/s, {COARSE_SLIP:g} of winch.max_rate = "
-            f"{scene.winch.max_rate:g} m/s: friction acts in part at most speeds of the winch",
-            f"Make it {coarse:.3g} m/s or less",
-        )
-    elif acts and scene.setpoint.algorithm == "hold":
-        yield Problem(
-            "contact.slip_speed",
-            f"= {scene.contact.slip_speed:g} m/s: while the winch is held (setpoint.algorithm = hold) the cable "
-            f"slips no faster than that, and friction acts in part: up to {may_miss(scene):.3g} N at "
-            f"contact.working_tension are missing in the tension at the drum",
+            key,
+            f"= {slip:g} m/s: while the winch is held (setpoint.algorithm = hold) the cable slips no faster than that, "
+            f"and friction acts in part: up to {may_miss(scene):.3g} N at contact.working_tension are missing in the "
+            "tension at the drum",
             "Take the tension at the drum while the winch runs, or make it smaller (docs/limits.md, creep)",
         )

@@ -5,9 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from ...physics.heave_compensation import SetpointLaw
-from ...physics.parameter import declared
 from ...physics.sensor_models import DEVICES, MAX_LATE, PATHS, SIGNALS, TARGETS, FaultKind, Feedback
-from ..problem import Problem
+from ..problem import Limit, Problem, changed, idle
 from ..scene import Scene
 from ..tables.drum_layers import layered
 from ..tables.rigid_tables import flaps_of
@@ -51,13 +50,13 @@ def _encoder(scene: Scene) -> Iterator[Problem]:
     encoder, layers = scene.instruments.encoder, layered(scene)
     if not encoder.on or encoder.layer_error == 0:
         return
-    key = "instruments.encoder.layer_error"
+    key, radius = "instruments.encoder.layer_error", layers.radius + encoder.layer_error * layers.lay_rise
     if scene.winch.lay_width == 0.0:
         text = f"= {encoder.layer_error}, but without winch.lay_width the drum has no layers"
         yield Problem(key, text, "Give winch.lay_width, or instruments.encoder.slip")
-    elif layers.radius + encoder.layer_error * layers.lay_rise <= 0.0:
-        text = f"= {encoder.layer_error} makes the radius {layers.radius + encoder.layer_error * layers.lay_rise:.3g} m"
-        yield Problem(key, text, "Give fewer layers")
+    else:
+        lead = f"= {encoder.layer_error} makes the radius"
+        yield from Limit(key, radius, ">", 0.0, "m", "", lead).problems("", "Give fewer layers")
 
 
 def feed_problems(scene: Scene) -> Iterator[Problem]:
@@ -109,8 +108,10 @@ def fault_problems(scene: Scene) -> Iterator[Problem]:
         elif fault.kind is FaultKind.LATE and not 0.0 <= fault.size <= MAX_LATE:
             text = f"= {fault.size:g} s is outside [0, {MAX_LATE:g}] s, by which something may be late"
             yield Problem(f"{key}.size", text, "Give the seconds by which it is late")
-        elif fault.kind is FaultKind.NOISE and fault.size < 0.0:
-            yield Problem(f"{key}.size", f"= {fault.size:g} is no deviation of a noise", "Give 0 or more")
+        elif fault.kind is FaultKind.NOISE:
+            yield from Limit(f"{key}.size", fault.size, ">=", 0.0).problems(
+                "it is the deviation of a noise", "Give 0 or more"
+            )
 
 
 def instrument_warnings(scene: Scene) -> Iterator[Problem]:
@@ -127,10 +128,6 @@ def instrument_warnings(scene: Scene) -> Iterator[Problem]:
         text = "= true, but there is no seabed under the tow: it gives no reading"
         yield Problem("instruments.altimeter.on", text, "Give seabed.depth, or leave the altimeter out")
     for name, device in zip(DEVICES, devices(scene), strict=True):
-        if device.on:
-            continue
-        for item in declared(type(device)):
-            if getattr(device, item.key) != item.default:
-                text = f"has no effect: instruments.{name}.on is false"
-                remedy = f"Leave it out, or give instruments.{name}.on"
-                yield Problem(f"instruments.{name}.{item.key}", text, remedy)
+        if not device.on:
+            key = f"instruments.{name}"
+            yield from idle(key, device, changed(device), f"{key}.on is false", f"{key}.on: true")

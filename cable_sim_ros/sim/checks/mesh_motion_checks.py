@@ -8,7 +8,7 @@ from ...physics.water import WaveKind
 from ...physics.winch import DrumModel
 from ..layout import Layout
 from ..mesh.mesh_kinds import MeshError
-from ..problem import Problem
+from ..problem import Limit, Problem, changed, idle
 from ..scene import Scene
 from ..statics.route import DRUM_RESERVE
 
@@ -34,35 +34,18 @@ def contact_problems(scene: Scene) -> Iterator[Problem]:
                 "section",
                 "Give the number of elements, or leave winch.drum = contact out",
             )
-    for key in ("scope", "cable_on_drum", "least_scope", "most_scope"):
-        value = getattr(winch, key)
-        if value is not None:
-            yield Problem(
-                f"winch.{key}",
-                f"= {value:g} m belongs to winch.drum = feed: with contact, winch.wrap and the sections say where "
-                "the cable lies",
-                "Leave it out, or leave winch.drum = contact out",
-            )
-    written = scene.mesh.model_dump(exclude_defaults=True)
-    if written:
-        yield Problem(
-            f"mesh.{next(iter(written))}",
-            "belongs to winch.drum = feed: with contact the mesh is cable.sections.*.elements",
-            "Leave mesh out, or leave winch.drum = contact out",
-        )
+    why = "with winch.drum = contact, winch.wrap and the sections say where the cable lies"
+    yield from idle("winch", winch, ("scope", "cable_on_drum", "least_scope", "most_scope"), why, "winch.drum: feed")
+    why = "with winch.drum = contact the mesh is cable.sections.*.elements"
+    yield from idle("mesh", scene.mesh, changed(scene.mesh)[:1], why, "winch.drum: feed")
 
 
 def feed_problems(layout: Layout) -> Iterator[Problem]:
     """A winch that feeds takes sections as material only, and needs cable on the drum and outboard."""
     scene, route, winch = layout.scene, layout.route, layout.scene.winch
     for name, section in scene.cable.sections.items():
-        if section.elements is not None:
-            yield Problem(
-                f"cable.sections.{name}.elements",
-                f"= {section.elements} belongs to winch.drum = contact: a winch that feeds has its mesh made from "
-                "accuracy",
-                "Leave it out; numbers written by hand go to mesh",
-            )
+        why = "a winch that feeds has its mesh made from accuracy; numbers written by hand go to mesh"
+        yield from idle(f"cable.sections.{name}", section, ["elements"], why, "winch.drum: contact")
     for name in scene.mesh.sections:
         if name not in scene.cable.sections:
             yield Problem(
@@ -109,18 +92,14 @@ def limit_problems(layout: Layout) -> Iterator[Problem]:
     scope = route.scope
     low, high = winch.least_scope, winch.most_scope
     if low is not None and high is not None and low >= high:
-        yield Problem(
-            "winch.least_scope",
-            f"= {low:g} m is not below winch.most_scope = {high:g} m: the winch would have no travel",
-            f"Make it less than {high:g} m",
+        yield from Limit("winch.least_scope", low, "<", high, "m", "winch.most_scope").problems(
+            "the winch would have no travel", "Make it smaller"
         )
         return
-    for key, limit, beyond in (("least_scope", low, -1.0), ("most_scope", high, 1.0)):
-        if limit is not None and beyond * (scope - limit) > 1e-9 * route.total:
-            yield Problem(
-                f"winch.{key}",
-                f"= {limit:g} m, but the scope at the start is {scope:.6g} m: the winch would stand beyond its limit",
-                f"Make it {scope:.6g} m or {'less' if beyond < 0.0 else 'more'}, or start within it",
+    for key, limit, relation in (("least_scope", low, "<="), ("most_scope", high, ">=")):
+        if limit is not None:
+            yield from Limit(f"winch.{key}", limit, relation, scope, "m", "the scope at the start").problems(
+                "the winch would stand beyond its limit", "Start within it, or give another"
             )
 
 
@@ -143,13 +122,9 @@ def wave_warnings(layout: Layout) -> Iterator[Problem]:
     worst = max(
         (row.tension for row in plan.expected if row.scope >= start and row.tension == row.tension), default=0.0
     )
-    if worst <= WAVES_BEYOND * scene.accuracy.tension:
-        return
-    waves, key = scene.water.waves, "accuracy.tension"
-    yield Problem(
-        "water.waves.period",
-        f"= {waves.period:g} s needs shorter elements near the surface than the mesh of {plan.mesh.nodes - 1} has: "
-        f"the deviation of the tension is expected to err by {100.0 * worst:.2g} % of itself, {key} = "
-        f"{scene.accuracy.tension:g} is not kept",
-        f"Give {key} {1.1 * worst:.2g}, leave out numbers under mesh, or a shorter scope (winch.most_scope)",
+    lead = f"= {scene.water.waves.period:g} s makes the deviation of the tension err by # of itself"
+    bounds, most = f"{WAVES_BEYOND:g} of accuracy.tension", WAVES_BEYOND * scene.accuracy.tension
+    yield from Limit("water.waves.period", worst, "<=", most, "", bounds, lead).problems(
+        f"near the surface it needs shorter elements than the mesh of {plan.mesh.nodes - 1} has",
+        f"Give accuracy.tension {1.1 * worst:.2g}, leave out numbers under mesh, or a shorter scope (winch.most_scope)",
     )

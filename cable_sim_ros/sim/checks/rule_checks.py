@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from ...physics.winch_drive import DriveModel
-from ..problem import Problem, apart
+from ..problem import Limit, Problem, changed, idle
 from ..rule_blocks import FLEETS, Rules, RuleSet, slowest_tick, tension_rate
 from ..rules.watch import breaking_load
 from ..scene import Scene
@@ -16,6 +16,7 @@ NEEDS = (
     ("cycle_constant", "cycle_exponent", "the curve is N = K R^-m"),
     ("cycle_exponent", "cycle_constant", "the curve is N = K R^-m"),
     ("brake_rise", "brake_heat_capacity", "heat alone is no temperature"),
+    ("wire_ratio", "wire_diameter", "it counts from the largest strand or wire"),
 )
 OF_BREAKING_LOAD = ("factor_of_safety", "cycle_constant")
 THRESHOLDS = (
@@ -34,12 +35,6 @@ THRESHOLDS = (
     "cycle_constant",
     "bend_life",
 )
-
-
-def given(rules: Rules) -> list[str]:
-    """Keys of the block that are not at their defaults, but for the set."""
-    fields = type(rules).model_fields
-    return [key for key in fields if key != "set" and getattr(rules, key) != fields[key].default]
 
 
 def rule_problems(scene: Scene) -> Iterator[Problem]:
@@ -84,26 +79,15 @@ def rule_problems(scene: Scene) -> Iterator[Problem]:
                 f"= {value[key]:g} cannot be judged without rules.{other}: {why}",
                 f"Give rules.{other} too, or leave it out",
             )
-    if rules.wire_ratio is not None and rules.wire_diameter is None:
-        yield wrong(
-            "wire_ratio",
-            f"= {rules.wire_ratio:g} cannot be judged without rules.wire_diameter",
-            "Give the diameter of the largest strand or wire, or leave it out",
+
+    if rules.wire_diameter is not None:
+        cable = scene.cable.diameter
+        yield from Limit("rules.wire_diameter", rules.wire_diameter, "<", cable, "m", "cable.diameter").problems(
+            "no wire is as thick as its cable", "Give the diameter of one strand or wire, in m"
         )
-    if rules.wire_diameter is not None and rules.wire_diameter >= scene.cable.diameter:
-        yield wrong(
-            "wire_diameter",
-            "= {} m is not below cable.diameter = {} m: no wire is as thick as its cable".format(
-                *apart(rules.wire_diameter, scene.cable.diameter)
-            ),
-            "Give the diameter of one strand or wire, in m",
-        )
-    if rules.brake_rise is not None and scene.drive.model is not DriveModel.MOTOR:
-        yield wrong(
-            "brake_rise",
-            f"= {rules.brake_rise:g} K, but drive.model = {scene.drive.model.value} has no brake",
-            "Leave it out, or give drive.model: motor",
-        )
+    if scene.drive.model is not DriveModel.MOTOR:
+        why = f"drive.model = {scene.drive.model.value} has no brake"
+        yield from idle("rules", rules, ["brake_rise"], why, "drive.model: motor")
     yield from fleet_problems(rules)
     yield from rate_problems(scene)
 
@@ -113,15 +97,12 @@ def fleet_problems(rules: Rules) -> Iterator[Problem]:
     fleet = FLEETS.get(rules.set)
     if fleet is None:
         return
-    yield from [
-        Problem(
-            f"rules.{key}",
-            f"= {value:g} {unit}".rstrip() + f" asks for less than {least:g} of rules.set = {rules.set.value}",
-            "Leave it out, or give rules.set: watch",
-        )
-        for key, unit in (("tension_rate", "Hz"), ("sheave_ratio", ""), ("wire_ratio", ""))
-        if (value := getattr(rules, key)) is not None and value < (least := getattr(fleet, key))
-    ]
+    for key, unit in (("tension_rate", "Hz"), ("sheave_ratio", ""), ("wire_ratio", "")):
+        if (value := getattr(rules, key)) is not None:
+            of_set = f"that of rules.set = {rules.set.value}"
+            yield from Limit(f"rules.{key}", value, ">=", getattr(fleet, key), unit, of_set).problems(
+                "", "Leave it out, or give rules.set: watch"
+            )
 
 
 def rate_problems(scene: Scene) -> Iterator[Problem]:
@@ -137,22 +118,12 @@ def rate_problems(scene: Scene) -> Iterator[Problem]:
             "Give rules.factor_of_safety or rules.working_load, or leave it out",
         )
         return
-    if rate * tick <= 1.0 + 1e-9:
-        return
-    yield Problem(
-        "rules.tension_rate",
-        f"= {rate:g} Hz reads the tension oftener than there are ticks, 1 in solver.tick = {tick:g} s: peaks "
-        "between them would be missed",
-        f"Give solver.tick (--every) of at most {slowest_tick(rules):g} s",
+    yield from Limit("rules.tension_rate", rate, "<=", 1.0 / tick, "Hz", f"1 in solver.tick = {tick:g} s").problems(
+        "peaks between ticks would be missed", f"Give solver.tick (--every) of at most {slowest_tick(rules):g} s"
     )
 
 
 def rule_warnings(scene: Scene) -> Iterator[Problem]:
     """Thresholds that nobody watches."""
-    rules = scene.rules
-    if rules.set is not RuleSet.NONE:
-        return
-    yield from [
-        Problem(f"rules.{key}", "has no effect: rules.set = none", "Give rules.set: watch, or leave it out")
-        for key in given(rules)
-    ]
+    if scene.rules.set is RuleSet.NONE:
+        yield from idle("rules", scene.rules, changed(scene.rules), "rules.set = none", "rules.set: watch")

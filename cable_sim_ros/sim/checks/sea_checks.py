@@ -7,9 +7,8 @@ from math import inf, pi, tanh
 
 import numpy as np
 
-from ...physics.parameter import Block
 from ...physics.water import CurrentTable, WaveKind, Waves
-from ..problem import Problem
+from ..problem import Limit, Problem, idle
 from ..scene import Scene
 from ..tables.sea_tables import wave_number
 
@@ -92,13 +91,10 @@ def _table_problems(scene: Scene) -> Iterator[Problem]:
             f"{list(water.current_gradient)} 1/s: the current would count twice",
             "Leave one of them out",
         )
-    bed = scene.seabed.depth
-    if bed is not None and table.depth[-1] > bed:
-        yield Problem(
-            f"{key}.depth",
-            f"goes down to {table.depth[-1]:g} m, below the seabed at seabed.depth = {bed:g} m: it is the table of "
-            "another place, or the depth is wrong",
-            f"Leave out the rows below {bed:g} m, or correct seabed.depth",
+    if (bed := scene.seabed.depth) is not None:
+        yield from Limit(f"{key}.depth", table.depth[-1], "<=", bed, "m", "seabed.depth", "goes down to").problems(
+            "it is the table of another place, or the depth is wrong",
+            "Leave out the rows below the seabed, or correct seabed.depth",
         )
 
 
@@ -127,25 +123,11 @@ def _variation_problems(scene: Scene) -> Iterator[Problem]:
         )
 
 
-def _changed(block: Block, name: str) -> bool:
-    """Is it another value than the default? A scene written out has every default."""
-    return getattr(block, name) != type(block).model_fields[name].default
-
-
-def _turbulence_problems(scene: Scene) -> Iterator[Problem]:
+def _turbulence_problems(scene: Scene) -> list[Problem]:
     turbulence, key = scene.water.turbulence, "water.turbulence"
-    if any(turbulence.deviation):
-        return
-    yield from [
-        Problem(
-            f"{key}.{name}",
-            f"= {getattr(turbulence, name):g} has no effect while {key}.deviation = [0, 0, 0] m/s: there is no "
-            "turbulence",
-            "Give the deviation, for example [0.03, 0.03, 0.015], or leave it out",
-        )
-        for name in ("time_scale", "components", "seed")
-        if _changed(turbulence, name)
-    ]
+    why, other = f"{key}.deviation = [0, 0, 0] m/s is no turbulence", f"{key}.deviation, such as [0.03, 0.03, 0.015]"
+    names = () if any(turbulence.deviation) else ("time_scale", "components", "seed")
+    return idle(key, turbulence, names, why, other)
 
 
 def _length(waves: Waves, gravity: float, depth: float) -> float:
@@ -154,30 +136,16 @@ def _length(waves: Waves, gravity: float, depth: float) -> float:
 
 def _wave_problems(scene: Scene) -> Iterator[Problem]:
     waves = scene.water.waves
+    key = "water.waves"
     if waves.kind is WaveKind.OFF:
-        if waves.height > 0.0:
-            yield Problem(
-                "water.waves.height",
-                f"= {waves.height:g} m has no effect while water.waves.kind = off",
-                "Give kind: airy or jonswap, or leave the height out",
-            )
+        yield from idle(key, waves, ["height"], f"{key}.kind = off", f"{key}.kind: airy or jonswap")
         return
     if waves.kind is WaveKind.AIRY:
-        yield from [
-            Problem(
-                f"water.waves.{name}",
-                f"= {getattr(waves, name):g} has no effect on water.waves.kind = airy: {why}",
-                "Leave it out, or give kind: jonswap",
-            )
-            for name, why in OF_IRREGULAR.items()
-            if _changed(waves, name)
-        ]
+        for name, why in OF_IRREGULAR.items():
+            yield from idle(key, waves, [name], f"with {key}.kind = airy {why}", f"{key}.kind: jonswap")
     if waves.height == 0.0:
-        yield Problem(
-            "water.waves.height",
-            f"= 0 m, but water.waves.kind = {waves.kind.value} asks for waves",
-            "Give the height, or kind: off",
-        )
+        text = f"= 0 m, but {key}.kind = {waves.kind.value} asks for waves"
+        yield Problem(f"{key}.height", text, "Give the height, or kind: off")
         return
     if scene.gravity == 0.0:
         yield Problem("gravity", "= 0 m/s^2, but there are no waves without it", "Give gravity, or kind: off")
@@ -186,39 +154,30 @@ def _wave_problems(scene: Scene) -> Iterator[Problem]:
     length = _length(waves, scene.gravity, depth)
     if waves.kind is WaveKind.AIRY:
         maximum = BREAKING * length * (tanh(2.0 * pi * depth / length) if depth < inf else 1.0)
-        if waves.height > maximum:
-            yield Problem(
-                "water.waves.height",
-                f"= {waves.height:g} m is more than {maximum:.4g} m, the height at which a wave of {length:.4g} m "
-                f"({waves.period:g} s) breaks: there is no such wave",
-                f"Make it at most {maximum:.3g} m, or the period longer",
-            )
+        breaks = f"at which a wave of {length:.4g} m ({waves.period:g} s) breaks"
+        yield from Limit(f"{key}.height", waves.height, "<=", maximum, "m", breaks).problems(
+            "there is no such wave", "Make it lower, or the period longer"
+        )
         return
     deep = scene.gravity * waves.period**2 / (2.0 * pi)
-    if waves.height > STEEPEST * deep:
-        yield Problem(
-            "water.waves.height",
-            f"= {waves.height:g} m is more than {STEEPEST * deep:.4g} m, 1/7 of the {deep:.4g} m of waves of "
-            f"the peak period {waves.period:g} s: every wave of that sea would break",
-            f"Make it at most {STEEP * deep:.3g} m (1/15 of that length, the steepest seas found)",
-        )
-    if waves.height > SHALLOW * depth:
-        yield Problem(
-            "water.waves.height",
-            f"= {waves.height:g} m is more than {SHALLOW:g} of seabed.depth = {depth:g} m: it breaks before",
-            f"Make it at most {SHALLOW * depth:.3g} m, or correct seabed.depth",
-        )
+    of_deep = f"1/7 of the {deep:.4g} m of waves of the peak period {waves.period:g} s"
+    yield from Limit(f"{key}.height", waves.height, "<=", STEEPEST * deep, "m", of_deep).problems(
+        "every wave of that sea would break",
+        f"Make it at most {STEEP * deep:.3g} m (1/15 of that length, the steepest seas found)",
+    )
+    shallow = f"{SHALLOW:g} of seabed.depth"
+    yield from Limit(f"{key}.height", waves.height, "<=", SHALLOW * depth, "m", shallow).problems(
+        "it breaks before", "Make it lower, or correct seabed.depth"
+    )
 
 
 def sea_warnings(scene: Scene) -> Iterator[Problem]:
     """What of waves and turbulence will show in the results."""
     waves, turbulence = scene.water.waves, scene.water.turbulence
-    minimum = TICKS * scene.solver.tick
-    if any(turbulence.deviation) and turbulence.time_scale < minimum * (1.0 - 1e-9):
-        yield Problem(
-            "water.turbulence.time_scale",
-            f"= {turbulence.time_scale:g} s is shorter than {minimum:g} s, {TICKS} ticks: what changes from tick "
-            "to tick is not followed, its part of the deviation acts as noise",
+    if any(turbulence.deviation):
+        key, minimum = "water.turbulence.time_scale", TICKS * scene.solver.tick
+        yield from Limit(key, turbulence.time_scale, ">=", minimum, "s", f"{TICKS} ticks").problems(
+            "what changes from tick to tick is not followed, its part of the deviation acts as noise",
             "Give a longer one, or a shorter solver.tick",
         )
     if waves.kind is WaveKind.OFF:
@@ -236,20 +195,16 @@ def sea_warnings(scene: Scene) -> Iterator[Problem]:
         f"Let the waves move the ship (--rao), or with motion take the figures of {chances}, or give the waves "
         "alone (--motion none) or the motion alone",
     )
-    deep = scene.gravity * waves.period**2 / (2.0 * pi)
-    if waves.kind is WaveKind.JONSWAP and waves.height > STEEP * deep:
-        yield Problem(
-            "water.waves.height",
-            f"= {waves.height:g} m is more than {STEEP * deep:.3g} m, 1/15 of the length of waves of "
-            f"{waves.period:g} s: steeper than seas found, and than linear waves are good for",
-            "Check height and period",
+    steep, key = STEEP * scene.gravity * waves.period**2 / (2.0 * pi), "water.waves.height"
+    if not regular:
+        length = f"1/15 of the length of waves of {waves.period:g} s"
+        yield from Limit(key, waves.height, "<=", steep, "m", length).problems(
+            "steeper than seas found, and than linear waves are good for", "Check height and period"
         )
     crest = 0.5 * waves.height if regular else CREST * waves.height
     low = scene.sheave.position[2] - scene.sheave.radius + scene.ship.reference_height
-    if crest > low > 0.0:
-        yield Problem(
-            "water.waves.height",
-            f"= {waves.height:g} m brings crests of {crest:.3g} m, over the lowest point of the sheave at "
-            f"{low:.3g} m while the ship does not rise with them: cable aboard counts as wet there",
-            "Lower waves, or a higher sheave",
+    if low > 0.0:
+        sheave, lead = "the lowest point of the sheave", f"= {waves.height:g} m brings crests of"
+        yield from Limit(key, crest, "<=", low, "m", sheave, lead).problems(
+            "cable aboard counts as wet there, as the ship does not rise with them", "Lower waves, or a higher sheave"
         )

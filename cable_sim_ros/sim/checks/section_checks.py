@@ -10,7 +10,7 @@ from collections.abc import Iterable, Iterator
 from ...physics.drag_laws import EVERY_ANGLE, LAWS, DragLaw
 from ...physics.fairing import Fairing, dressed, fairing_weight
 from ...physics.section import Section, material_of
-from ..problem import Problem
+from ..problem import Limit, Problem
 from ..scene import Scene
 from ..tables.material import section_ends
 
@@ -108,12 +108,11 @@ def _fairing_problems(scene: Scene, name: str, section: Section) -> Iterator[Pro
         )
         yield Problem(f"{key}_mass", text, "Give fairing_net_weight, or the fairing")
         return
-    if net > 1.02 * mass * scene.gravity and scene.gravity > 0.0:
-        text = (
-            f"= {net:g} N/m is more than the dry weight {mass * scene.gravity:.4g} N/m of the fairing: nothing sinks so"
+    if scene.gravity > 0.0:
+        dry = "1.02 of the dry weight of the fairing"
+        yield from Limit(f"{key}_net_weight", net, "<=", 1.02 * mass * scene.gravity, "N/m", dry).problems(
+            "nothing sinks so", "Check the units of it and of fairing_mass"
         )
-        yield Problem(f"{key}_net_weight", text, "Check the units of it and of fairing_mass")
-        return
 
 
 def _termination_problems(name: str, section: Section) -> Iterator[Problem]:
@@ -128,13 +127,11 @@ def body_problems(scene: Scene, leaves: float) -> Iterator[Problem]:
     """Bodies that hang inboard of the arc length ``leaves`` [m], where the cable leaves the sheave at the start."""
     ends = section_ends(scene.cable)
     for name, body in scene.bodies.items():
-        if ends[body.at] <= leaves:
-            text = (
-                f"= '{body.at}' puts it at {ends[body.at]:.4g} m from the drum end, must be above {leaves:.4g} m: it "
-                "would hang inboard of where the cable leaves the sheave, and no body passes a sheave"
-            )
-            remedy = "Put it on a section that ends farther out, or make winch.wrap smaller"
-            yield Problem(f"bodies.{name}.at", text, remedy)
+        lead, off = f"= '{body.at}' puts it # from the drum end", "where the cable leaves the sheave"
+        yield from Limit(f"bodies.{name}.at", ends[body.at], ">", leaves, "m", off, lead).problems(
+            "it would hang inboard, and no body passes a sheave",
+            "Put it on a section that ends farther out, or make winch.wrap smaller",
+        )
 
 
 def seat_rise(scene: Scene, section: Section) -> float:

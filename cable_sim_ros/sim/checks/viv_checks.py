@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from enum import Enum
 
 import numpy as np
 
-from ...physics.viv_amplification import MAX_AMPLITUDE, MAX_FACTOR, RE_FULL, RE_SHEDDING, Viv
+from ...physics.viv_amplification import MAX_AMPLITUDE, MAX_FACTOR, RE_FULL, RE_SHEDDING
 from ..layout import Layout
-from ..problem import Problem
+from ..problem import Limit, Problem, changed, idle
 from ..scene import Scene
 from ..statics.static_shape import TowShape
 from ..tables.viv_tables import on, strum_amplitude, strum_sections, strumming_of, strums, unbounded_factor
@@ -42,23 +41,10 @@ def strum_warnings(layout: Layout) -> Iterator[Problem]:
     scene = layout.scene
     sections = scene.cable.sections
     if not on(scene):
-        values = {name: getattr(scene.viv, name) for name in Viv.model_fields if name != "law"}
-        own = [
-            (f"viv.{name}", value.value if isinstance(value, Enum) else f"{value:g}")
-            for name, value in values.items()
-            if value != Viv.model_fields[name].default
-        ]
-        given = {f"cable.sections.{n}.viv_multiplier": s.viv_multiplier for n, s in sections.items()}
-        changed = own + [(key, f"{value:g}") for key, value in given.items() if value != 1.0]
-        changed += [
-            (f"cable.sections.{n}.viv_damping_ratio", f"{s.viv_damping_ratio:g}")
-            for n, s in sections.items()
-            if s.viv_damping_ratio is not None
-        ]
-        yield from [
-            Problem(key, f"= {value} has no effect while viv.law is off", "Give viv.law, or leave it out")
-            for key, value in changed
-        ]
+        yield from idle("viv", scene.viv, changed(scene.viv), "viv.law is off", "viv.law")
+        for name, section in sections.items():
+            names = "viv_multiplier", "viv_damping_ratio"
+            yield from idle(f"cable.sections.{name}", section, names, "viv.law is off", "viv.law")
         return
     if not any(strums(section) for section in sections.values()):
         yield Problem(
@@ -139,12 +125,10 @@ def _inclined(scene: Scene, rows: np.ndarray, shape: TowShape, strumming: np.nda
 def _bounds(scene: Scene, a: np.ndarray) -> Iterator[Problem]:
     """Amplitudes and drag factors beyond what is known; a: A/d of the strumming cable."""
     maximum = float(a.max())
-    if maximum > MAX_AMPLITUDE:
-        text = (
-            f"= {scene.viv.multiplier:g} gives amplitudes of up to {maximum:.3g} diameters, more than the "
-            f"{MAX_AMPLITUDE:g} that the laws are bounded by"
-        )
-        yield Problem("viv.multiplier", text, "Give a smaller one; cables strum with one diameter or less")
+    lead, by = f"= {scene.viv.multiplier:g} gives amplitudes of up to", "by which the laws are bounded"
+    yield from Limit("viv.multiplier", maximum, "<=", MAX_AMPLITUDE, "diameters", by, lead).problems(
+        "", "Give a smaller one; cables strum with one diameter or less"
+    )
     law = strumming_of(scene)[0]  # the formula is that of all sections
     at_bound = float(np.mean([unbounded_factor(law, x) >= MAX_FACTOR for x in a.tolist()]))
     if at_bound > 0.0:

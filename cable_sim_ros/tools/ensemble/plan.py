@@ -28,7 +28,7 @@ from ...runs.settings import apply_to_scene, of_intake
 from ...sim.problem import Problem
 from ...sim.scene import Scene
 from ..sweeps.cases import within
-from ..sweeps.sweep_file import Range, Spread
+from ..sweeps.sweep_file import Range, range_problems
 from .limits import COPIES, LEAST_COPIES, MAX_COPIES, MAX_SEED, SEED, Ranges
 
 LEAST_FACTOR, MOST_FACTOR = 0.1, 10.0  # of cable.sections.<name>.drag_amplification
@@ -120,12 +120,7 @@ def _problems(plan: EnsemblePlan) -> list[Problem]:
     for key in [key for key in plan.ranges if key.startswith("solver.") or key in OF_THE_START]:
         text = "is the same in all copies: they have the ticks, the heading and the speed of the tow"
         found.append(Problem(f"ranges.{key}", text, "Leave it out; of speed half_widths.speed"))
-    for key, one in plan.ranges.items():
-        if not one.low < one.high:
-            found.append(Problem(f"ranges.{key}", f"= {one.low:g} to {one.high:g} is no range", "Give low below high"))
-        elif one.spread is Spread.LOG and one.low <= 0.0:
-            text = f"= {one.low:g} to {one.high:g} has no logarithm"
-            found.append(Problem(f"ranges.{key}", text, "Give low above 0, or spread: uniform"))
+    found += range_problems("ranges", plan.ranges)
     if not plan.ranges and not any(getattr(plan.half_widths, name) for name in Ranges.model_fields):
         found.append(Problem("half_widths", "are all 0 and there are no ranges: all copies are the same", "Give one"))
     if plan.ahead.winch is not None:

@@ -10,7 +10,7 @@ from typing import Any
 from ...io.scenes import document
 from ...io.scenes.document import Document, SceneError
 from ...physics.wake_oscillator import WakeLaw
-from ...sim.problem import Problem, apart
+from ...sim.problem import Limit, Problem
 from ...sim.wake_tables import ELEMENTS, wave_length
 from .span_file import (
     LEAD_ELEMENTS,
@@ -81,28 +81,19 @@ def known_cases(span: Span, names: Collection[str]) -> None:
 def _sheave_problems(span: Span, case: SpanCase, name: str) -> Iterator[Problem]:
     """Why a case does not lie over its sheaves, if it does not."""
     key = f"span.cases.{name}"
-    (seat, depth), (lead, rest) = seat_of(span, case), wet_lengths(span, case)
-    if depth > MAX_DEPTH * seat:
-        given, maximum = apart(depth, MAX_DEPTH * seat)
-        text = (
-            f"= {case.tension:g} N presses the cable {given} m into the groove of a sheave on which it lies with a "
-            f"radius of {seat:.4g} m, more than {maximum} m, {100.0 * MAX_DEPTH:g} % of it: no rest is found there"
-        )
-        minimum = span.sheave.stiffness * (depth / (MAX_DEPTH * seat)) ** 1.5
-        remedy = (
-            f"Make span.sheave.stiffness at least {minimum:.3g} N/m^2.5, span.sheave.radius larger, or the tension less"
-        )
-        yield Problem(f"{key}.tension", text, remedy)
-    elif rest < MIN_REST * lead:
-        minimum = (2.0 + MIN_REST) * lead
-        text = (
-            f"= {case.length:g} m is shorter than {minimum:.4g} m: what lies near the two sheaves (span.sheave.radius "
-            f"= {span.sheave.radius:g} m) leaves no span between them"
-        )
-        remedy = f"Make it at least {minimum:.4g} m, span.sheave.radius smaller, or span.ends pinned"
-        yield Problem(f"{key}.length", text, remedy)
-    else:
-        yield from _hanging_problems(span, case, key, seat)
+    (seat, depth), lead = seat_of(span, case), wet_lengths(span, case)[0]
+    pressed = f"= {case.tension:g} N presses the cable # into the groove of a sheave"
+    of_seat = f"{100.0 * MAX_DEPTH:g} % of the radius {seat:.4g} m on which it lies"
+    minimum = span.sheave.stiffness * (depth / (MAX_DEPTH * seat)) ** 1.5
+    deep = Limit(f"{key}.tension", depth, "<=", MAX_DEPTH * seat, "m", of_seat, pressed).problems(
+        "no rest is found there",
+        f"Make span.sheave.stiffness at least {minimum:.3g} N/m^2.5, span.sheave.radius larger, or the tension less",
+    )
+    near = f"{2.0 + MIN_REST:g} of what lies near a sheave (span.sheave.radius = {span.sheave.radius:g} m)"
+    short = Limit(f"{key}.length", case.length, ">=", (2.0 + MIN_REST) * lead, "m", near).problems(
+        "no span is left between them", "Make it longer, span.sheave.radius smaller, or span.ends pinned"
+    )
+    yield from deep or short or _hanging_problems(span, case, key, seat)
 
 
 def _hanging_problems(span: Span, case: SpanCase, key: str, seat: float) -> Iterator[Problem]:
@@ -110,15 +101,12 @@ def _hanging_problems(span: Span, case: SpanCase, key: str, seat: float) -> Iter
     weight = span.cable.mass_per_length * span.gravity
     pull = 0.5 * LIGHTEST * weight * (case.length - 2.0 * seat)
     minimum = pull - weight * (span.sheave.tail + seat)
-    if case.tension < minimum:
-        given, needed = apart(case.tension, minimum, 4)
-        text = (
-            f"= {given} N is less than {needed} N: with span.sheave.tail = {span.sheave.tail:g} m of cable beside it, "
-            f"such a mass does not hold {case.length:g} m of {weight:.4g} N/m, of which the lightest catenary "
-            f"pulls {pull:.4g} N, and runs up to the sheave"
-        )
-        remedy = f"Make it at least {minimum:.4g} N, well above for a taut span, or the length less"
-        yield Problem(f"{key}.tension", text, remedy)
+    yield from Limit(f"{key}.tension", case.tension, ">=", minimum, "N").problems(
+        f"with span.sheave.tail = {span.sheave.tail:g} m of cable beside it, such a mass does not hold "
+        f"{case.length:g} m of {weight:.4g} N/m, of which the lightest catenary pulls {pull:.4g} N, and runs up to the "
+        "sheave",
+        "Make it larger, much so for a taut span, or the length less",
+    )
 
 
 def _element_problems(span: Span, case: SpanCase, name: str) -> Iterator[Problem]:
@@ -128,17 +116,16 @@ def _element_problems(span: Span, case: SpanCase, name: str) -> Iterator[Problem
     frequency = shedding_frequency(span, case)
     bound = wave_length(span.cable, span.fluid.density, frequency, case.tension) / ELEMENTS
     lead, rest = wet_lengths(span, case)
-    cause = (
+    wave = (
         f"1/{ELEMENTS} of a wave of this cable at the {frequency:.4g} Hz that case {name} sheds at {case.wind:g} m/s "
-        f"under {case.tension:g} N: the mesh does not carry the vibration"
+        f"under {case.tension:g} N"
     )
-    if lead / LEAD_ELEMENTS > bound:
-        given, maximum = apart(lead / LEAD_ELEMENTS, bound)
-        text = f"= {case.wind:g} m/s with elements of {given} m next to the sheaves, longer than {maximum} m, {cause}"
-        yield Problem(f"span.cases.{name}.wind", text, "Give less wind, or a smaller span.sheave.radius")
-    elif rest / span.elements > bound * (1.0 + 1e-9):
-        given, maximum = apart(rest / span.elements, bound)
-        needed, top = 2 * ceil(0.5 * rest / bound), MAX_ELEMENTS
-        text = f"= {span.elements} makes elements of {given} m, longer than {maximum} m, {cause}"
-        remedy = f"Give at least {needed}" if needed <= top else f"It would take {needed}, above {top}: give less wind"
-        yield Problem("span.elements", text, remedy)
+    why, at_sheave = (
+        "the mesh does not carry the vibration",
+        f"= {case.wind:g} m/s with elements next to the sheaves of",
+    )
+    wind = Limit(f"span.cases.{name}.wind", lead / LEAD_ELEMENTS, "<=", bound, "m", wave, at_sheave)
+    needed, top = 2 * ceil(0.5 * rest / bound), MAX_ELEMENTS
+    remedy = f"Give at least {needed}" if needed <= top else f"It would take {needed}, above {top}: give less wind"
+    mesh = Limit("span.elements", rest / span.elements, "<=", bound, "m", wave, f"= {span.elements} makes elements of")
+    yield from wind.problems(why, "Give less wind, or a smaller span.sheave.radius") or mesh.problems(why, remedy)

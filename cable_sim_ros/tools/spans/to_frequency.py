@@ -21,7 +21,7 @@ from ...io.scenes import document, yaml12
 from ...physics.drag_laws import CHOO_CASARELLA, LAWS, DragLaw, choo_casarella, fitted, smooth
 from ...physics.parameter import Block
 from ...physics.wake_oscillator import MIN_RE, RE_FULL, SATURATION, WakeLaw
-from ...sim.problem import Problem
+from ...sim.problem import Limit, Problem
 from . import load
 from .in_frequency import checks, files, modes
 from .in_frequency import span as frequency
@@ -56,16 +56,11 @@ class FrequencyCase(NamedTuple):
         """What is doubtful about a result, one text each."""
         found = [*self.doubts, *checks.warnings(self.span, result)]
         peak = sqrt(2.0) * float(result.diameters.max())
-        if self.hold * peak > 100.0 * self.intensity:
-            found.append(
-                Problem(
-                    "flow.speed",
-                    f"makes a peak of {peak:.3g} diameters, which holds a wake over {self.hold * peak:.3g} % of its "
-                    f"frequency, more than the {100.0 * self.intensity:.3g} % of the turbulence: the span locks in, "
-                    "which the frequency domain does not know",
-                    "Take the amplitude of `cable-sim span`",
-                )
-            )
+        lead = f"makes a peak of {peak:.3g} diameters, which holds a wake over # of its frequency"
+        wide = Limit("flow.speed", self.hold * peak, "<=", 100.0 * self.intensity, "%", "that of the turbulence", lead)
+        found += wide.problems(
+            "the span locks in, which the frequency domain does not know", "Take the amplitude of `cable-sim span`"
+        )
         if self.case:
             found = [in_span_file(problem, self.case) for problem in found]
         return [files.text_of(problem) for problem in found]
@@ -144,14 +139,11 @@ def frequency_case(span: Span, name: str) -> FrequencyCase:
     case, line = span.cases[name], _line(span, name)
     taken = [*_said(span, case, line), *_defaults(span)]
     sag = span.cable.mass_per_length * span.gravity * case.length / (8.0 * case.tension)
-    doubts = []
-    if sag > MAX_SAG:
-        text = (
-            f"= {case.tension:g} N lets the span sag by {100.0 * sag:.3g} % of its length, more than "
-            f"{100.0 * MAX_SAG:g} %: the frequency domain takes a straight string of that tension"
-        )
-        remedy = "Take the frequencies and amplitudes of `cable-sim span`, or give more tension"
-        doubts.append(Problem(f"span.cases.{name}.tension", text, remedy))
+    key, lead = f"span.cases.{name}.tension", f"= {case.tension:g} N lets the span sag by # of its length"
+    doubts = Limit(key, 100.0 * sag, "<=", 100.0 * MAX_SAG, "%", lead=lead).problems(
+        "the frequency domain takes a straight string of that tension",
+        "Take the frequencies and amplitudes of `cable-sim span`, or give more tension",
+    )
     hold = 50.0 * span.wake.coupling * _complete(span, case) / _cycle(span)
     return FrequencyCase(line, taken, doubts, span.name, name, hold, span.frequency_domain.turbulence_intensity)
 
@@ -163,7 +155,7 @@ def in_span_file(problem: Problem, case: str) -> Problem:
         words = "|".join(map(re.escape, KEYS))
         return re.sub(rf"(?<![.\w])({words})", lambda match: KEYS[match[1]].replace("<case>", case), text)
 
-    return Problem(*map(renamed, problem))
+    return problem._replace(key=renamed(problem.key), text=renamed(problem.text), remedy=renamed(problem.remedy))
 
 
 def drag_coefficient(span: Span, case: SpanCase) -> float:

@@ -195,13 +195,18 @@ def _of_samples(plan: SweepPlan) -> Iterator[Problem]:
     ranges = {} if plan.samples is None else plan.samples.ranges
     if plan.samples is not None and not ranges:
         yield Problem("samples.ranges", "is empty: all samples would be the same", "Give one by its key")
+    yield from range_problems("samples.ranges", ranges)
+
+
+def range_problems(block: str, ranges: Mapping[str, Range]) -> Iterator[Problem]:
+    """Ranges without extent, and those without a logarithm."""
     for key, limits in ranges.items():
         if not limits.low < limits.high:
             text = f"= {limits.low:g} to {limits.high:g} is no range"
-            yield Problem(f"samples.ranges.{key}", text, "Give low below high")
+            yield Problem(f"{block}.{key}", text, "Give low below high")
         elif limits.spread is Spread.LOG and limits.low <= 0.0:
             text = f"= {limits.low:g} to {limits.high:g} has no logarithm"
-            yield Problem(f"samples.ranges.{key}", text, "Give low above 0, or spread: uniform")
+            yield Problem(f"{block}.{key}", text, "Give low above 0, or spread: uniform")
 
 
 def _of_motions(plan: SweepPlan) -> Iterator[Problem]:

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from ....sim.problem import Problem
+from ....sim.problem import Limit, Problem
 from .grid import MAX_STEPS, even_steps, lift_range, uneven
 from .response import Vibration, correlation_length, count_modes, modes_shed
 from .span import MAX_SEGMENTS, Line, Span
@@ -25,15 +25,11 @@ def problems(span: Span) -> list[Problem]:
         return found
     line = Line(span)
     tension = line.tension(line.knots)
-    if tension.min() <= 0.0:
-        at = line.knots[tension.argmin()]
-        text = (
-            f"= {span.tension.gradient:g} N/m leaves a tension of {tension.min():.5g} N at s = {at:g} m: a slack "
-            "cable carries no waves"
-        )
-        remedy = "Tension stays positive along the cable; raise tension.start or correct the sign of the gradient"
-        return [Problem("tension.gradient", text, remedy)]
-    return [*_flow(line), *_modes(span, line), *_place(span)] or list(_grids(span, line))
+    lead = f"= {span.tension.gradient:g} N/m leaves a tension of # at s = {line.knots[tension.argmin()]:g} m"
+    slack = Limit("tension.gradient", tension.min(), ">", 0.0, "N", lead=lead).problems(
+        "a slack cable carries no waves", "Raise tension.start, or correct the sign of the gradient"
+    )
+    return slack or [*_flow(line), *_modes(span, line), *_place(span)] or list(_grids(span, line))
 
 
 def _tension(span: Span) -> Iterator[Problem]:
@@ -95,17 +91,16 @@ def _modes(span: Span, line: Line) -> Iterator[Problem]:
         yield Problem("damping.ratios", text, "Give one ratio for each mode, or leave response.modes out")
         return
     count = count_modes(span, line) if line.shedding_range[1] > 0.0 else 1
-    if count > MAX_MODES:
-        text = f"sheds up to {line.shedding_range[1]:.4g} Hz, mode {count}; more than {MAX_MODES} are not computed"
-        remedy = "Check length, tension and diameter; a longer cable behaves as an infinite one: take a part of it"
-        yield Problem("flow.speed", text, remedy)
+    lead = f"sheds up to {line.shedding_range[1]:.4g} Hz, that of mode"
+    yield from Limit("flow.speed", count, "<=", MAX_MODES, "", "the last that is computed", lead).problems(
+        "", "Check length, tension and diameter; a longer cable behaves as an infinite one: take a part of it"
+    )
 
 
 def _place(span: Span) -> Iterator[Problem]:
-    place, length = span.response.place, span.cable.length
-    if place is not None and place > length:
-        text = f"= {place:g} m lies beyond cable.length = {length:g} m"
-        yield Problem("response.place", text, "Give a place on it")
+    if (place := span.response.place) is not None:
+        end = Limit("response.place", place, "<=", span.cable.length, "m", "cable.length")
+        yield from end.problems("", "Give a place on it")
 
 
 def _grids(span: Span, line: Line) -> Iterator[Problem]:
@@ -117,12 +112,10 @@ def _grids(span: Span, line: Line) -> Iterator[Problem]:
         span.damping.ratios or modes.damping(line, span.damping, count, correlation_length(span, line)).ratios
     )
     found = lift_range(span, line)
-    if (asked.frequency_step or 0.0) * MIN_STEPS > found.shed:
-        text = (
-            f"= {asked.frequency_step:g} Hz is longer than 1/{MIN_STEPS} of the {found.shed:.4g} Hz up to which the "
-            "lift reaches at the shedding frequency: its sum means nothing"
-        )
-        yield Problem("response.frequency_step", text, "Leave it out: steps are chosen")
+    of_lift = f"1/{MIN_STEPS} of the {found.shed:.4g} Hz up to which the lift reaches at the shedding frequency"
+    own = Limit("response.frequency_step", asked.frequency_step or 0.0, "<=", found.shed / MIN_STEPS, "Hz", of_lift)
+    if long := own.problems("its sum means nothing", "Leave it out: steps are chosen"):
+        yield from long
         return
     step, number = even_steps(span, line, f, ratios)
     if asked.frequencies or number <= MAX_STEPS:
@@ -169,34 +162,26 @@ def warnings(span: Span, result: Vibration) -> Iterator[Problem]:
         text = f"sheds up to {top:.4g} Hz, below the first frequency {first:.4g} Hz: no mode is driven at resonance"
         yield Problem("flow.speed", text, "The response is that to the tails of the lift spectrum")
     segments = span.response.segments
-    parts = segments / count
-    if parts < COARSE:
-        text = f"= {segments} are {parts:.2g} for each half wave of mode {count}, fewer than {COARSE:g}"
-        yield Problem("response.segments", text, _finer(count, modes_shed(Line(span))))
-    end = float(result.frequency[-1])
-    if end < top:
-        text = (
-            f"= {len(result.frequency)} steps end at {end:.4g} Hz, below the top shedding frequency {top:.4g} Hz: "
-            "the lift above is left out"
-        )
-        yield Problem("response.frequencies", text, "Leave it out: as many are taken as the lift needs")
+    lead = f"= {segments} are # for each half wave of mode {count}"
+    finer = _finer(count, modes_shed(Line(span)))
+    yield from Limit("response.segments", segments / count, ">=", COARSE, lead=lead).problems("", finer)
+    lead, end = f"= {len(result.frequency)} steps end at", float(result.frequency[-1])
+    yield from Limit("response.frequencies", end, ">=", top, "Hz", "the top shedding frequency", lead).problems(
+        "the lift above is left out", "Leave it out: as many are taken as the lift needs"
+    )
     half = float((result.damping_ratios * result.frequencies).min())
-    if result.frequency_step > STEP_TOO_LONG * half:
-        text = (
-            f"= {result.frequency_step:.3g} Hz is longer than {STEP_TOO_LONG:g} half widths {half:.3g} Hz of the "
-            "narrowest resonance"
-        )
-        yield Problem("response.frequency_step", text, "Leave it out: a step is chosen")
-    largest = float(result.diameters.max())
-    if largest > LARGE:
-        text = (
-            f"gives an rms displacement of {largest:.3g} diameters, more than {LARGE:g}: the lift does not grow "
-            "weaker with the motion here, as that of a real cable does"
-        )
-        remedy = "Take the result as an upper bound; a flow that locks in with one mode is outside this model"
-        yield Problem("lift.mean_squares", text, remedy)
+    narrow, longest = f"{STEP_TOO_LONG:g} half widths of the narrowest resonance", STEP_TOO_LONG * half
+    yield from Limit("response.frequency_step", result.frequency_step, "<=", longest, "Hz", narrow).problems(
+        "", "Leave it out: a step is chosen"
+    )
+    largest, lead = float(result.diameters.max()), "gives an rms displacement of"
+    yield from Limit("lift.mean_squares", largest, "<=", LARGE, "diameters", lead=lead).problems(
+        "the lift does not grow weaker with the motion here, as that of a real cable does",
+        "Take the result as an upper bound; a flow that locks in with one mode is outside this model",
+    )
     exact = result.frequencies_exact
-    apart = float(np.abs(result.frequencies[: len(exact)] / exact - 1.0).max())
-    if apart > WKB_APART:
-        text = f"= {result.method}: the frequencies of WKB are up to {100.0 * apart:.2g} % from the exact ones"
-        yield Problem("response.method", text, "Give response.method: exact; the damping ratios stay those of WKB")
+    off = 100.0 * float(np.abs(result.frequencies[: len(exact)] / exact - 1.0).max())
+    lead = f"= {result.method}, whose frequencies (WKB) are up to # from the exact ones"
+    yield from Limit("response.method", off, "<=", 100.0 * WKB_APART, "%", lead=lead).problems(
+        "", "Give response.method: exact; the damping ratios stay those of WKB"
+    )
