@@ -113,6 +113,15 @@ def test_a_law_that_instruments_cannot_serve_is_skipped_and_one_that_they_can_is
     assert frozen["overshoot_n"] > 1000.0 and frozen["time_to_safe_s"] > 10.0
 
 
+def test_a_controller_hears_what_instruments_show():
+    """A load pin that freezes after 6 s; a controller of a file heard the truth."""
+    cell, heard = Cell("full_scale", "nbp1406", "measured"), []
+    scene, tow = simulate.scene_of(cell, "hold"), simulate.motion_of_cell(cell, 10.0)
+    frozen = ((6.0, "faults.load_pin.kind", "frozen"),)
+    simulate.offline(scene, tow, 10.0, lambda row: heard.append(float(row.tension)), 0.02, frozen)
+    assert np.ptp(heard[310:]) == 0.0 and np.ptp(heard[:300]) > 10.0
+
+
 def test_a_class_of_keys_that_this_version_does_not_have_is_skipped(with_class):
     cell = with_class(Class("strange", "", {"no_such_block.key": 1.0}))
     assert benchmark.row_of(SHEAVE, cell, SHORT)["reason"] == "this version has no key no_such_block.key"

@@ -34,6 +34,7 @@ from ...sim.live_parameters import set_live
 from ...sim.scene import Scene
 from ...sim.simulator import Simulator
 from ...sim.tables.attitude import angle_rates, to_world
+from ...sim.tables.rigid_tables import flaps_of
 from ...sim.verdict import FAILED, OK, Verdict, verdict_of
 from . import definition
 from .definition import (
@@ -280,7 +281,7 @@ def offline(
             tick = scene.solver.tick
             whole = all(isclose(when % CHANGE, 0.0, abs_tol=1e-9) for when, _, _ in changes)
             asked = period if controller is not None else CHANGE if whole else tick
-            loop = ControlLoop(scheduled, asked, tick)
+            loop = ControlLoop(scheduled, asked, tick, scene.instruments, flaps_of(scene))
         one = MessageRun(scene, tow, control=loop)
         if scheduled is not None:
             scheduled.sim = one.sim
