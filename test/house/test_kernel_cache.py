@@ -182,8 +182,12 @@ def test_workers_compile_what_the_process_then_finds(tmp_path):
 
 @pytest.mark.parametrize(
     "script",
-    ["exit 1", "echo ready; read line; exit 9", "echo ready; read line; kill -9 $$", "exec 0<&-; exec 1>&-"],
-    ids=["does not start", "leaves a kernel undone", "is killed", "says nothing"],
+    [
+        pytest.param("exit 1", id="does not start", marks=pytest.mark.nightly),
+        pytest.param("echo ready; read line; exit 9", id="leaves a kernel undone", marks=pytest.mark.nightly),
+        pytest.param("echo ready; read line; kill -9 $$", id="is killed"),
+        pytest.param("exec 0<&-; exec 1>&-", id="says nothing", marks=pytest.mark.nightly),
+    ],
 )
 def test_without_a_worker_the_process_compiles_itself(tmp_path, script):
     program = tmp_path / "python-dies"
@@ -206,7 +210,8 @@ def test_a_worker_that_hangs_is_given_up(tmp_path):
     assert Small(tmp_path).run(setup) == (AS_IT_IS, ALL)
 
 
-@pytest.mark.parametrize("how", ["-c", pytest.param("-", marks=pytest.mark.nightly)])
+@pytest.mark.nightly
+@pytest.mark.parametrize("how", ["-c", "-"])
 @pytest.mark.parametrize(
     "setup",
     [TWO_WORKERS, f"{TWO_WORKERS}\nsys.frozen = True", f"{TWO_WORKERS}\nsys.executable = ''"],
