@@ -12,6 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ...errors import CableSimError
 from ..logs.formats import read_log
 from ..logs.log import Log, LogError
 from ..logs.mapping.units import named
@@ -29,7 +30,7 @@ OVER, STEADY = 10.0, 0.02  # s of a mean speed; m/s that lines stay within of it
 MOST_LINES = 400
 
 
-class SeriesError(ValueError):
+class SeriesError(CableSimError, ValueError):
     """A series that cannot be simulated: key, value, bound and remedy; its row and file the caller knows."""
 
 
