@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from math import asinh, atanh, sinh
+
 import numpy as np
 from scipy.optimize import brentq
 
@@ -25,13 +27,14 @@ def hanging_shape(arc: np.ndarray, span: float, rise: float) -> tuple[np.ndarray
     wide = max(abs(span), 1e-2 * length)  # ends above each other: a slim loop
     want = np.sqrt(length**2 - rise**2) / wide
     high = 1.0
-    while np.sinh(high) / high < want:
+    while sinh(high) / high < want:
         high *= 2.0
-    half = brentq(lambda x: np.sinh(x) / x - want, 1e-6, high, xtol=1e-15)
+    half = brentq(lambda x: sinh(x) / x - want, 1e-6, high, xtol=1e-15)
     a = 0.5 * wide / half
-    u0 = np.sinh(np.arctanh(rise / length) - half)  # slope at the origin; it grows with arc length over a
+    u0 = sinh(atanh(rise / length) - half)  # slope at the origin; it grows with arc length over a
     u = u0 + arc / a
-    x = a * (np.arcsinh(u) - np.arcsinh(u0)) * span / wide
+    # not by numpy, whose last bit is the processor's: a chain that whips makes 4 % of its speed of it
+    x = a * (np.array([asinh(float(k)) for k in u]) - asinh(u0)) * span / wide
     z = a * (np.sqrt(1.0 + u * u) - np.sqrt(1.0 + u0 * u0))
     tangent = np.stack((np.full_like(u, np.copysign(1.0, span)), 0.0 * u, u), 1) / np.sqrt(1.0 + u * u)[:, None]
     return np.stack((x, 0.0 * x, z), 1), tangent
