@@ -410,7 +410,8 @@ def test_what_a_drive_cannot_do_is_refused():
         ),
         ({"drive.model": "rate_loop", "drive.brake_set_time": 1.0}, "brake_set_time = 1 s has no effect: .* no motor"),
         ({"winch.flange_radius": 0.35}, "winch.flange_radius = 0.35 m has no effect: without winch.lay_width"),
-        ({"drive.max_power": 3e3}, "drive.max_power leaves the motor 600 N at 5 m/s, .* at 0.95 m/s or faster"),
+        ({"drive.max_power": 3e3}, "drive.max_power leaves 600 N at 5 m/s, .* at 0.95 m/s or faster"),
+        ({"drive.curve_pull": [1e4, 1e3, 1e4]}, "drive.curve_pull leaves 1[0-9]* N at .* or faster, it overhauls"),
         (
             {"drive.mode": "brake", "drive.curve_pull": [3e3, 3e3, 3e3]},
             "drive.curve_pull begins with 3000 N, .* the motor cannot hold it once the brake lifts",

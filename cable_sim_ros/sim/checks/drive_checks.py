@@ -203,8 +203,9 @@ def pull_warnings(layout: Layout) -> Iterator[Problem]:
             "the motor cannot hold it once the brake lifts", "Give a stronger motor, or leave the brake set"
         )
     elif len(weak):
-        key, lead = "curve_pull" if drive.max_power is None else "max_power", f"leaves the motor # at {fastest:g} m/s"
-        yield from Limit(f"drive.{key}", most[-1], ">", pull, "N", AT_START, lead).problems(
+        least = int(np.argmin(most))  # a curve may dip before it ends
+        key, lead = "curve_pull" if drive.max_power is None else "max_power", f"leaves # at {speeds[least]:.4g} m/s"
+        yield from Limit(f"drive.{key}", most[least], ">", pull, "N", AT_START, lead).problems(
             f"paid out at {weak[0]:.3g} m/s or faster, it overhauls the motor and runs away until the brake is set",
             f"Give winch.max_rate below {weak[0]:.3g} m/s, or a stronger motor",
         )

@@ -22,7 +22,6 @@ from ...sim.tables.attitude import angles_of
 from ...sim.tables.current import flow_of
 from ...terminal import clean
 from ..ensemble.limits import Ranges
-from .blocks import TOPIC, Fix
 from .laid import COVERAGE, NoShape, Tow, band_of
 from .towed import manoeuvres
 
@@ -86,7 +85,8 @@ class BandTable:
 class Fixes:
     """Publishes the fixes of a node."""
 
-    def __init__(self, node: CableSimNode, block: Fix) -> None:
+    def __init__(self, node: CableSimNode, block: Any, topic: str) -> None:
+        """block: `Fix` of node_part.py, with a latitude."""
         from geometry_msgs.msg import PoseWithCovarianceStamped
         from rclpy.clock import Clock, ClockType
         from rclpy.qos import QoSProfile, ReliabilityPolicy
@@ -97,7 +97,7 @@ class Fixes:
         self.table = BandTable(node.settings.scene, self.fix.ranges)
         node.get_logger().info(
             clean(
-                f"{TOPIC}: intervals of {self.table.cables[0]:.4g} to {self.table.cables[-1]:.4g} m of cable at "
+                f"{topic}: intervals of {self.table.cables[0]:.4g} to {self.table.cables[-1]:.4g} m of cable at "
                 f"{self.table.speeds[0]:.3g} to {self.table.speeds[-1]:.3g} m/s "
                 f"made in {time.monotonic() - begun:.1f} s"
             )
@@ -106,7 +106,7 @@ class Fixes:
         profile, turned = QoSProfile(depth=10), node.resolve_topic_name
         self._publishers = [
             (node.create_publisher(made, name, profile), turned(name), kind)
-            for made, name, kind in ((NavSatFix, TOPIC, MSGTYPE), (PoseWithCovarianceStamped, POSE, POSE_TYPE))
+            for made, name, kind in ((NavSatFix, topic, MSGTYPE), (PoseWithCovarianceStamped, POSE, POSE_TYPE))
         ]
         best = QoSProfile(depth=10, reliability=ReliabilityPolicy.BEST_EFFORT)
         for made, name in ((PoseWithCovarianceStamped, COPIES), (JointState, STATE)):
