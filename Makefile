@@ -70,7 +70,7 @@ bench: $(VENV)/.test
 stress: $(VENV)/.test
 	$(BIN)/cable-sim stress --out runs/stress
 
-soak: $(VENV)/.test
+soak: $(VENV)/.rest
 	$(BIN)/python -m pytest -m realtime $(PYTEST_ARGS)
 	$(BIN)/cable-sim soak --out runs/soak
 

@@ -61,6 +61,7 @@ def test_a_recording_becomes_a_log_in_the_form_of_the_real_ones(tmp_path, scene)
     assert np.allclose(read.columns["payout"], 100.0 + 0.5 * (read.logged - BEGIN) / 1e9, atol=0.051)
 
 
+@pytest.mark.rest  # NMEA is read by a parser of the extra `import`
 @pytest.mark.parametrize(
     "kind, lines, withheld, sign", [("psxn", 40, 0, -1), ("pashr", 40, 0, 1), ("tss1", 40, 0, 1), ("tss1", 199, 1, 1)]
 )
