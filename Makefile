@@ -14,6 +14,8 @@ SHELL := bash
 .SHELLFLAGS := -eu -o pipefail -c
 .DELETE_ON_ERROR:
 .DEFAULT_GOAL := help
+# each of the tests' processes would compile every module anew, 5 s of processor time where uv installed
+unexport PYTHONDONTWRITEBYTECODE
 .PHONY: help run check test test-rest install-check coverage lint bench validate stress soak nightly wheel docs clean
 
 VENV ?= .venv

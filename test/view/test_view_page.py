@@ -83,7 +83,7 @@ def _looks_like_the_tow(browser: Browser, run: BagRun, folder: Path) -> None:
     """The cable goes from the sheave at the right down to the towbody at the left, in the colours of its tension."""
 
     def there():
-        found_ = cable_pixels(browser.picture(folder / "whole.png"))
+        found_ = cable_pixels(_settled(browser, folder / "whole.png"))
         return found_ if len(found_) > 200 else None
 
     browser.click("Pause")
