@@ -112,7 +112,9 @@ def test_points_in_the_world_are_taken_along_the_track():
     points = np.array([[10.0, 100.0 + 10.0 * k, -40.0 + k] for k in range(5)] + [[60.0, 120.0, -1.0]])
     one = ahead_of(points, np.array([0.0, 110.0]), np.pi / 2, 25.0, 100.0, "p")
     assert one.distance == pytest.approx([-10.0, 0.0, 10.0, 20.0, 30.0]) and one.depth[0] == 40.0
-    assert one.notes == ["p: 1 of 6 points are beside the track by 25 m"]
+    assert one.notes == ["p: 1 of 6 points are beside the track by 25 m and 5 % of their distance"]
+    far = ahead_of(np.array([[0.0, 0.0, -40.0], [900.0, 69.0, -9.0]]), np.zeros(2), 0.0, 25.0, 1000.0, "p")
+    assert far.depth.tolist() == [40.0, 9.0], "the course made good is known to some degrees"
 
 
 @pytest.mark.parametrize(

@@ -52,7 +52,12 @@ if TYPE_CHECKING:
 )
 @set_option("A value of the scene by its key; not of a state.")
 @folder_option("Folder for clear.json and clear.png; not beside a node.")
-@click.option("--corridor", type=Number(0.1, 1e4, "m"), default=25.0, help="Points so far beside count. Default: 25.")
+@click.option(
+    "--corridor",
+    type=Number(0.1, 1e4, "m"),
+    default=25.0,
+    help="Points so far beside, and 5 % of their distance, count. Default: 25.",
+)
 @click.option("--age", type=Number(1.0, 1e5, "s"), default=600.0, help="A profile is fresh for so long. Default: 600.")
 @node_options(wait=60.0)
 @answers

@@ -12,6 +12,7 @@ from ...io.sources.csv_table import MotionError, head_of, numbers_of
 COLUMNS = ("distance_m", "depth_m")
 EXAMPLE = ",".join(COLUMNS)
 FARTHEST = 1e6  # m
+DRIFTS = 0.05  # of the distance: courses made good of 20 s scatter by 1 to 2 deg in a sea
 MOST = 2000  # points that are looked at: of more, the shallowest of each stretch
 
 
@@ -94,15 +95,18 @@ def read_profile(path: Path, hole: float) -> Profile:
 
 
 def ahead_of(points: np.ndarray, ship: np.ndarray, heading: float, corridor: float, hole: float, where: str) -> Profile:
-    """The profile of points [n, 3] in odom, z up, within ``corridor`` [m] of the track of a ship at x, y [m] that goes
-    on at this heading [rad]. Raises ProfileError."""
+    """The profile of points [n, 3] in odom, z up, within ``corridor`` [m] + DRIFTS of the distance of the track of a
+    ship at x, y [m] that goes on at this heading [rad]. Raises ProfileError."""
     along = np.array([np.cos(heading), np.sin(heading)])
     away = points[:, :2] - ship
-    near = np.abs(away @ np.array([-along[1], along[0]])) <= corridor
+    near = np.abs(away @ np.array([-along[1], along[0]])) <= corridor + DRIFTS * np.abs(away @ along)
     order = np.argsort(away[near] @ along, kind="stable")
     one = profile_of((away[near] @ along)[order], -points[near, 2][order], hole, where)
     if not near.all():
-        one.notes.append(f"{where}: {int((~near).sum())} of {len(near)} points are beside the track by {corridor:g} m")
+        one.notes.append(
+            f"{where}: {int((~near).sum())} of {len(near)} points are beside the track by {corridor:g} m and "
+            f"{100.0 * DRIFTS:g} % of their distance"
+        )
     return one._replace(notes=[note for note in one.notes if "runs back" not in note])
 
 
