@@ -1,7 +1,6 @@
 """What a plan says, against figures read off the tick outputs by hand; rules of a run in JSON, bag and replay."""
 
 import json
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -15,7 +14,6 @@ from cable_sim_ros.runs import offline, recorded
 from cable_sim_ros.runs.passage import MEANING
 from cable_sim_ros.sim.layout import layout_of
 from cable_sim_ros.sim.verdict import check, verdict_of
-from cable_sim_ros.terminal import markdown_table
 from cable_sim_ros.tools.plan.plan import NEEDS, NoWinch, most_power, motor_pull, needs_of, plan_of, smallest
 from cable_sim_ros.tools.report.subject import subject_of
 from cable_sim_ros.tools.report.verdict import cards
@@ -320,9 +318,3 @@ def test_a_recording_takes_no_options_of_a_run(made):
         done = call("plan", bag, *words)
         assert done.exit_code == 2
         assert f"{flag} is of a run, and {bag} is a recording of one; nothing was done; leave it out" in done.stderr
-
-
-def test_the_page_of_the_json_has_the_table_of_the_needs():
-    page = Path(__file__).resolve().parents[2] / "docs" / "json.md"
-    rows = [(f"`{name}`", unit, meaning) for name, unit, meaning in NEEDS]
-    assert markdown_table([("need", "unit", "meaning"), *rows]) in page.read_text("utf-8")
