@@ -174,7 +174,7 @@ def _spelled(called: _Called) -> _Own:
         for i, value in enumerate(code.co_consts):
             if isinstance(value, python.CodeType):
                 size += names(value)
-            elif not (i == 0 and isinstance(value, str) and not _loads(code, 0)):  # a docstring
+            elif not (i == 0 and isinstance(value, str) and not _loads_first(code)):  # a docstring
                 words.append(spell(value, calls))
         for name in code.co_names:  # of attributes too: more than it takes does no harm
             space = function.__globals__ if name in function.__globals__ else builtins
@@ -208,9 +208,11 @@ def _spelled(called: _Called) -> _Own:
     return _Own("\0".join(words), calls, seen, function.__code__, size)
 
 
-def _loads(code: python.CodeType, which: int) -> bool:
-    """Does the code use that one of its constants?"""
-    return any(s.arg == which for s in dis.get_instructions(code) if s.opcode in dis.hasconst)
+def _loads_first(code: python.CodeType) -> bool:
+    """Does the code use the first of its constants? Its instructions are pairs; larger arguments have one before."""
+    kinds, arguments = code.co_code[::2], code.co_code[1::2]
+    pairs = zip(bytes(1) + kinds, kinds, arguments)
+    return any(kind in dis.hasconst and not arg and before != dis.EXTENDED_ARG for before, kind, arg in pairs)
 
 
 def _root(value: Any) -> str:

@@ -2,7 +2,8 @@
 
 Typing the kernels asks for the type of an operation on scalars some 25 000 times, 800 of them different, and each time
 numba tries all that it knows; flags are compared through a property an option, the variables of a statement listed by
-a call for each of its parts. These answer at once what is known.
+a call for each of its parts; and the type of a record is made anew for each array of them. These answer at once what
+is known.
 """
 
 from __future__ import annotations
@@ -12,10 +13,13 @@ from typing import Any
 from numba.core import ir, types
 from numba.core.targetconfig import TargetConfig
 from numba.core.types.functions import BaseFunction
+from numba.np import numpy_support
 
 LEAVES = (str, int, float, bool, type(None), ir.Loc)
 _defaults: dict[type, dict] = {}  # of the options of each kind of flags
 _type_of_call = BaseFunction.get_call_type
+_type_of_record = numpy_support.from_struct_dtype
+_records: dict[tuple, Any] = {}
 
 
 def type_of_call(self: Any, context: Any, args: Any, kws: Any) -> Any:
@@ -58,8 +62,17 @@ def variables(self: Any, value: Any) -> list:
     return found
 
 
+def type_of_record(dtype: Any) -> Any:
+    """numba's type of a structured dtype; two that are equal may differ in what was asked of their alignment."""
+    key = dtype, dtype.isalignedstruct
+    if key not in _records:
+        _records[key] = _type_of_record(dtype)
+    return _records[key]
+
+
 def install() -> None:
     """Put them in place, in this process."""
     BaseFunction.get_call_type = type_of_call
     TargetConfig.values = values_of_flags
     ir.Inst._rec_list_vars = variables
+    numpy_support.from_struct_dtype = type_of_record

@@ -12,12 +12,10 @@ from math import cos, hypot, sin
 from typing import NamedTuple, Protocol
 
 import numpy as np
-from scipy.interpolate import CubicHermiteSpline, CubicSpline
 
 from ...sim.flag_rules import MIN_ROUNDED, ROUNDED
 from ...sim.verdict import Reason, check
 from .rounding import noise, resolution
-from .smoothing import smooth
 
 HARMLESS = 0.02  # of the acceleration of a column: rounding that makes no more of it is left alone
 Curve = Callable[..., np.ndarray]  # of times [s] and the order of the derivative
@@ -93,6 +91,8 @@ def through(column: Given, parts: list[Part]) -> tuple[list[Curve], Rounding | N
         if rate_increment > 0.0:
             curves = [_interpolated(t, values, None) for t, values, _ in parts]
         return curves, None
+    from .smoothing import smooth
+
     rate = 1.0 / float(np.median(np.concatenate([np.diff(t) for t, _, _ in parts])))
     deviation, seen = noise([values for _, values, _ in parts], increment, rate)
     smoothed = smooth(parts, increment, deviation, rate_increment / 12.0**0.5, seen)
@@ -106,6 +106,8 @@ def through(column: Given, parts: list[Part]) -> tuple[list[Curve], Rounding | N
 
 
 def _interpolated(t: np.ndarray, values: np.ndarray, rates: np.ndarray | None) -> Curve:
+    from scipy.interpolate import CubicHermiteSpline, CubicSpline  # not at each start: a run by a bag needs none
+
     return CubicSpline(t, values) if rates is None else CubicHermiteSpline(t, values, rates)
 
 

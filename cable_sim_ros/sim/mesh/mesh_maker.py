@@ -6,14 +6,13 @@ from math import ceil, degrees, hypot, nan, pi, sqrt
 from typing import NamedTuple
 
 import numpy as np
-from scipy.integrate import trapezoid
 
 from ..statics.static_shape import TowShape
 from ..tables.elementary import power
 from ..tables.material import extreme
 from .mesh_corners import DIAMETERS, corner_error, corners, zones
 from .mesh_kinds import Expected, FeedMesh, MeshError, MeshPlan, Part, ends, equal_parts, geometric, places_outboard
-from .mesh_order import CUBICS, kinks
+from .mesh_order import CUBICS, integral
 from .mesh_sheave import MIN_OUTBOARD, RADII_PER_TENSION, SheaveMesh, heave_amplitude
 from .mesh_waves import MOST_OF_WAVES, TO_WAVES, wave_density, wave_error
 
@@ -160,18 +159,19 @@ class Maker(SheaveMesh):
         """
         shape, curve = self.shapes[scope], self.curves[scope]
         steep = power(curve / max(fraction, 1e-12), 1.0 / self.order.power)
-        mass, added = self.masses[:, shape.section]
-        speed = np.sqrt(np.maximum(shape.tension, 1e-9) / (mass + shape.wet * added))
+        if scope not in self.fixed:
+            mass, added = self.masses[:, shape.section]
+            speed = np.sqrt(np.maximum(shape.tension, 1e-9) / (mass + shape.wet * added))
+            self.fixed[scope] = PER_WAVE / (speed * SHORTEST_PERIOD), self.layers(shape)
         far = shape.s[-1] - shape.s
         wants = [
             steep,
-            PER_WAVE / (speed * SHORTEST_PERIOD),
-            self.layers(shape),
+            *self.fixed[scope],
             np.zeros_like(far),
             np.full_like(far, self.touchdown),
             self.for_waves[scope],
         ]
-        for place, jump in kinks(shape):
+        for place, jump in self.kinks[scope]:
             if jump > 0.0:
                 here = sqrt(self.order.per_kink * jump / (KINK_FRACTION * self.position))
                 i = int(np.searchsorted(shape.s, place))
@@ -229,7 +229,7 @@ class Maker(SheaveMesh):
             name = self.names[i]
             written = self.scene.mesh.sections.get(name) if by_hand else None
             x, n = self.envelope(i, densities)
-            count = max(1, ceil(float(trapezoid(n, x)) - 1e-6))
+            count = max(1, ceil(integral(n, x) - 1e-6))
             count = min(count, max(1, int(length / (SHORTEST * size))))
             self.reasons[f"section {name}"] = self.why(i, wants)
             if written is not None and written.elements is not None:
@@ -255,7 +255,7 @@ class Maker(SheaveMesh):
                 continue
             want, s = wants[scope][:, here], shape.s[here]
             first = want.argmax(0)
-            parts = [float(trapezoid(np.where(first == k, want[k], 0.0), s)) for k in range(len(WANTS))]
+            parts = [integral(np.where(first == k, want[k], 0.0), s) for k in range(len(WANTS))]
             names = (self.order.what, *WANTS[1:])
             texts = [text for text, part in zip(names, parts, strict=True) if part > 0.2 * sum(parts)]
             return "; ".join(texts)
@@ -275,12 +275,12 @@ class Maker(SheaveMesh):
             return np.array([0.0, 1.0]), np.ones(2)
         x = np.unique(np.concatenate([places for places, _ in wanted]).round(12))
         n = np.max([np.interp(x, places, density) for places, density in wanted], axis=0)
-        size = 1.0 / np.maximum(n, 1.0)
+        size, rise = ((1.0 / np.maximum(n, 1.0)).tolist(), (SMOOTH * np.diff(x)).tolist())  # lists: faster
         for i in range(1, len(x)):
-            size[i] = min(size[i], size[i - 1] + SMOOTH * (x[i] - x[i - 1]))
+            size[i] = min(size[i], size[i - 1] + rise[i - 1])
         for i in reversed(range(len(x) - 1)):
-            size[i] = min(size[i], size[i + 1] + SMOOTH * (x[i + 1] - x[i]))
-        return x, 1.0 / size
+            size[i] = min(size[i], size[i + 1] + rise[i])
+        return x, 1.0 / np.array(size)
 
     # what comes of it
 
@@ -299,7 +299,7 @@ class Maker(SheaveMesh):
         at = [np.interp(x, shape.s, curve) for x in (nodes[1:], 0.5 * (nodes[1:] + nodes[:-1]), nodes[:-1])]
         error = self.order.per_shape * float((power(h, self.order.power) * np.maximum.reduce(at)).sum())
         error += self.floor(scope, mesh.nodes) + corner_error(self.corners, nodes, scope)
-        for s, jump in kinks(shape):
+        for s, jump in self.kinks[scope]:
             if np.abs(nodes - s).min() > 1e-6 * scope:
                 error += self.order.per_kink * float(h[min(int(np.searchsorted(nodes, s)), len(h)) - 1]) ** 2 * jump
         return error

@@ -43,6 +43,11 @@ CUBICS = Order(4, 1.0 / 1500.0, 1.0 / 120.0, "static shape, |d4r/ds4|", fourth_d
 LINKS = Order(3, 1.0, 1.0 / 12.0, "static shape, corners between links", link_measure)
 
 
+def integral(y: np.ndarray, x: np.ndarray) -> float:
+    """By the trapezoidal rule."""
+    return float((np.diff(x) * (y[1:] + y[:-1]) / 2.0).sum())
+
+
 def kinks(shape: TowShape) -> list[tuple[float, float]]:
     """Where the curvature jumps, at the water surface and between sections: m from the body, and jump [1/m]."""
     jump = np.linalg.norm(np.diff(shape.bend, axis=0), axis=1)

@@ -6,7 +6,6 @@ from collections.abc import Callable
 from math import degrees, pi, radians, sqrt
 
 import numpy as np
-from scipy.integrate import trapezoid
 
 from ...physics.ancf import ADDED_MASS, MASS_PER_LENGTH
 from ...physics.integrate import TOLERANCE
@@ -19,7 +18,7 @@ from ..statics.static_shape import TowShape
 from ..tables.material import extreme, material_rows
 from .mesh_corners import Corner, Zone
 from .mesh_kinds import MeshError, even, graded
-from .mesh_order import CUBICS, LINKS, MAX_SAGITTA, longest_on
+from .mesh_order import CUBICS, LINKS, MAX_SAGITTA, integral, kinks, longest_on
 from .mesh_waves import wave_field
 
 SWING = radians(10.0)  # departure angle against the static one under way in waves
@@ -69,6 +68,8 @@ class SheaveMesh:
         self.shapes = {scope: shape(scope) for scope in sorted(scopes, reverse=True)}
         self.order = LINKS if scene.cable.model is CableModel.SEGMENTS else CUBICS
         self.curves = {scope: self.order.measure(shape) for scope, shape in self.shapes.items()}
+        self.kinks = {scope: kinks(shape) for scope, shape in self.shapes.items()}
+        self.fixed: dict[float, tuple[np.ndarray, np.ndarray]] = {}  # densities that no accuracy changes
         self.tension = max(float(shape.tension[-1]) for shape in self.shapes.values())
         self.bending = sqrt(extreme(scene.cable, "bending_stiffness")[1] / self.tension)
         rows = [material_rows(scene.cable, s, scene.water, scene.gravity) for s in scene.cable.sections.values()]
@@ -115,7 +116,7 @@ class SheaveMesh:
         """Error [m] of the body's place that the solver leaves whatever the mesh: its residual turns the tension."""
         shape = self.shapes[scope]
         below = nodes * shape.s / shape.s[-1]
-        return PER_TOLERANCE * self.tolerance * float(trapezoid(below / shape.tension, shape.s))
+        return PER_TOLERANCE * self.tolerance * integral(below / shape.tension, shape.s)
 
     @property
     def tolerance(self) -> float:

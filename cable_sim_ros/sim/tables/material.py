@@ -98,10 +98,10 @@ def termination_weight(section: Section, gravity: float) -> float:
 
 def extreme(cable: Cable, number: str, choose: Callable[..., str] = min) -> tuple[str, float]:
     """Key and value of the least (or ``choose=max``: largest) ``number`` of a Material among the sections."""
-    values = {name: getattr(material_of(cable, section), number) for name, section in cable.sections.items()}
+    own = {name: getattr(section, number) for name, section in cable.sections.items()}
+    values = {name: getattr(cable, number) if value is None else value for name, value in own.items()}
     name = choose(values, key=values.__getitem__)
-    own = getattr(cable.sections[name], number) is not None
-    return (f"cable.sections.{name}.{number}" if own else f"cable.{number}"), values[name]
+    return (f"cable.{number}" if own[name] is None else f"cable.sections.{name}.{number}"), values[name]
 
 
 def outboard(scene: Scene, start: float) -> list[tuple[float, Section]]:

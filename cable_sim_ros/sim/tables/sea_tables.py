@@ -15,7 +15,6 @@ import math
 from math import pi
 
 import numpy as np
-from scipy.interpolate import PchipInterpolator
 
 from ...physics.sea import EDDY_COLUMNS, PROFILE_COLUMNS, SEA_SETTINGS, WAVE_COLUMNS, Sea
 from ...physics.water import CurrentTable, CurrentVariation, Turbulence, Water, WaveKind, Waves
@@ -104,6 +103,8 @@ def wave_table(waves: Waves, gravity: float, depth: float) -> np.ndarray:
 
 def cubics(x: np.ndarray, u: np.ndarray, v: np.ndarray) -> np.ndarray:
     """[intervals, PROFILE_COLUMNS]: two values by monotone C1 cubics (Fritsch & Butland (1984), scipy's PCHIP)."""
+    from scipy.interpolate import PchipInterpolator  # a fifth of a start that only currents by depth wait for
+
     pieces = np.zeros((len(x) - 1, PROFILE_COLUMNS))
     pieces[:, 0], pieces[:, 1] = x[:-1], x[1:]
     pieces[:, 2:6], pieces[:, 6:] = PchipInterpolator(x, u).c.T, PchipInterpolator(x, v).c.T
