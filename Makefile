@@ -26,6 +26,8 @@ SECONDS_OF_TOW ?= 60
 PYTEST_ARGS ?=
 # make nightly compares run times with this commit: that of the release before this one
 AGAINST ?= $(shell sed -n 's/^| [0-9.]* | [0-9-]* | \([0-9a-f]\{8\}\) .*/\1/p' docs/releases.md | sed -n 2p)
+# a worker more than cores, as many of the rest wait for processes of their own
+MORE = $(shell n=$$(nproc); echo $$((n < 4 ? n + 1 : n)))
 # a file of tests stays on one worker: its starts are shared
 PYTEST = $(BIN)/python -m pytest -n auto --maxprocesses 4 --dist loadfile
 
@@ -43,7 +45,7 @@ test: $(VENV)/.test
 	$(PYTEST) -m "check or trust" $(PYTEST_ARGS)
 
 test-rest: $(VENV)/.rest
-	$(PYTEST) -m rest $(PYTEST_ARGS)
+	$(PYTEST) -n $(MORE) -m rest $(PYTEST_ARGS)
 
 test-%: $(VENV)/.rest
 	$(PYTEST) test/$* $(PYTEST_ARGS)

@@ -202,6 +202,7 @@ def test_an_error_in_the_process_ends_the_workers(tmp_path):
     assert not out and "MemoryError: here" in err
 
 
+@pytest.mark.nightly
 def test_a_worker_that_hangs_is_given_up(tmp_path):
     program = tmp_path / "python-hangs"
     program.write_text("#!/bin/sh\necho ready; exec sleep 600\n")
@@ -221,6 +222,7 @@ def test_any_kind_of_process_works(tmp_path, how, setup):
     assert Small(tmp_path).run(setup, how).value == AS_IT_IS
 
 
+@pytest.mark.nightly
 def test_a_frozen_or_embedded_program_starts_no_worker(tmp_path):
     no_worker = "compiling.subprocess.Popen = None"
     for own in ("sys.frozen = True", "sys.executable = ''", "sys.executable = '/usr/bin/simulator'"):
@@ -242,6 +244,7 @@ def test_a_home_that_cannot_be_written(tmp_path):
     assert list((tmp_path / "temporary").glob(f"cable_sim_ros-{os.getuid()}/kernels/*.entry"))
 
 
+@pytest.mark.nightly
 def test_nowhere_to_write(tmp_path):
     nowhere = "from pathlib import Path\ncompiling.files.folders = [Path('/dev/null/kernels')]"
     small = Small(tmp_path)
@@ -249,6 +252,7 @@ def test_nowhere_to_write(tmp_path):
     assert not small.files()
 
 
+@pytest.mark.nightly
 def test_two_processes_at_the_same_time(tmp_path):
     small = Small(tmp_path)
     both = [small.start(TWO_WORKERS), small.start(ONE_CORE)]

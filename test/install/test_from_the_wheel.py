@@ -1,6 +1,6 @@
 """The wheel in an environment of its own with an empty home: a run from scenes and bags that came with it.
 
-It is that of `make wheel`, with the kernels of one scene: no other run compiles.
+In CI it is without kernels, those are of this machine; at night with those of one scene, as of `make wheel`.
 """
 
 import hashlib
@@ -14,6 +14,8 @@ from pathlib import Path
 import pytest
 from standin import ROOT
 
+from verification.wheel import build
+
 pytestmark = pytest.mark.install
 SCENE = "full_scale"
 FRAMES = """
@@ -25,24 +27,37 @@ print(hashlib.sha256(b"".join(frames[name].tobytes() for name in frames.dtype.na
 """
 
 
-@pytest.fixture(scope="module")
-def installed(tmp_path_factory):
+def install(folder, *scenes):
     """(bin of the environment, environment variables, an empty folder). Dependencies are those of this environment."""
-    folder = tmp_path_factory.mktemp("installed")
     bin_ = folder / "env" / "bin"
     subprocess.run([sys.executable, "-m", "venv", str(folder / "env")], check=True, timeout=600)
     pip = [str(bin_ / "python"), "-m", "pip"]
     environment = {k: v for k, v in os.environ.items() if k not in ("PYTHONPATH", "XDG_CACHE_HOME", "NUMBA_CACHE_DIR")}
     environment |= {"HOME": str(folder / "home")}
     (folder / "home").mkdir()
-    build = [sys.executable, "-m", "verification.wheel", str(folder), SCENE]
-    subprocess.run(build, check=True, cwd=ROOT, timeout=1500)
-    (wheel,) = folder.glob("*-1x86_64_v3-*-none-manylinux_2_28_x86_64.whl")
+    wheel = build(folder, list(scenes))
     subprocess.run([*pip, "install", "-q", "--no-deps", str(wheel)], check=True, env=environment, timeout=600)
     site = next((folder / "env" / "lib").glob("python*/site-packages"))
     (site / "dependencies.pth").write_text(sysconfig.get_path("purelib") + "\n")  # its own .pth files do not count
     (folder / "here").mkdir()
     return bin_, environment, folder / "here"
+
+
+@pytest.fixture(scope="module")
+def installed(tmp_path_factory):
+    return of_this_machine(install(tmp_path_factory.mktemp("installed")))
+
+
+@pytest.fixture(scope="module")
+def with_kernels(tmp_path_factory):
+    return install(tmp_path_factory.mktemp("with_kernels"), SCENE)
+
+
+def of_this_machine(installed):
+    """The same with the kernels that other tests have compiled for this processor."""
+    bin_, environment, here = installed
+    kept = os.environ.get("XDG_CACHE_HOME") or str(Path.home() / ".cache")
+    return bin_, environment | {"CABLE_SIM_KERNELS": "host", "XDG_CACHE_HOME": kept}, here
 
 
 def call(installed, *command, timeout=600):
@@ -65,23 +80,22 @@ def files(folder):
     return {path: hashlib.sha256(path.read_bytes()).hexdigest() for path in folder.rglob("*") if path.is_file()}
 
 
-def test_its_kernels_are_used_as_they_came(installed):
-    """With nothing in the home, and nothing there afterwards."""
-    (folder,) = installed[0].parent.rglob("compiler/kernels")
+@pytest.mark.nightly
+def test_its_kernels_are_used_as_they_came(with_kernels):
+    """With nothing in the home, and nothing there afterwards; it is for Linux alone."""
+    (folder,) = with_kernels[0].parent.rglob("compiler/kernels")
+    assert list(with_kernels[2].parent.glob("*-1x86_64_v3-*-none-manylinux_2_28_x86_64.whl"))
     before = files(folder)
-    done = call(installed, "python", "-c", FRAMES, SCENE, timeout=600)
+    done = call(with_kernels, "python", "-c", FRAMES, SCENE, timeout=600)
     digest, told = done.stdout.split(maxsplit=1)
     assert told.endswith(" from the package (x86-64-v3)\n") and "compiled" not in told, told
-    assert not list(Path(installed[1]["HOME"]).rglob("kernels/*")) and files(folder) == before
+    assert not list(Path(with_kernels[1]["HOME"]).rglob("kernels/*")) and files(folder) == before
 
 
-def test_kernels_compiled_here_give_the_same_bits(installed):
-    """For this processor, from disk where other tests have compiled them, else now: most of a minute or two."""
-    bin_, environment, here = installed
-    kept = os.environ.get("XDG_CACHE_HOME") or str(Path.home() / ".cache")
-    own = bin_, environment | {"CABLE_SIM_KERNELS": "host", "XDG_CACHE_HOME": kept}, here
-    theirs = call(installed, "python", "-c", FRAMES, SCENE, timeout=600).stdout.split(maxsplit=1)
-    ours = call(own, "python", "-c", FRAMES, SCENE, timeout=1500).stdout.split(maxsplit=1)
+@pytest.mark.nightly
+def test_kernels_compiled_here_give_the_same_bits(with_kernels):
+    theirs = call(with_kernels, "python", "-c", FRAMES, SCENE, timeout=600).stdout.split(maxsplit=1)
+    ours = call(of_this_machine(with_kernels), "python", "-c", FRAMES, SCENE, timeout=1500).stdout.split(maxsplit=1)
     assert "not used: CABLE_SIM_KERNELS = host" in ours[1] and "from the package" not in ours[1]
     assert "compiled" not in theirs[1] and "from disk" not in theirs[1]
     assert ours[0] == theirs[0]

@@ -44,9 +44,7 @@ def build(source, tmp_path_factory):
     (site / "dependencies.pth").write_text(sysconfig.get_path("purelib") + "\n")  # its own .pth files do not count
     environment = {k: v for k, v in os.environ.items() if k != "PYTHONPATH"}
     command = [str(env / "bin" / COMMAND[0]), *COMMAND[1:]]
-    return lambda: subprocess.run(
-        command, cwd=source, env=environment, text=True, capture_output=True, timeout=600
-    )
+    return lambda: subprocess.run(command, cwd=source, env=environment, text=True, capture_output=True, timeout=600)
 
 
 def test_the_site_is_made_without_a_warning(build, source):
@@ -72,5 +70,12 @@ def test_what_is_broken_on_a_page_fails_it(build, source):
     page.write_text(kept)
     shutil.rmtree(source / "build")
     assert done.returncode == 1
-    for part in ("nowhere.md", "local id not found", "'nowhere'", "nowhere.png", "formula not understood", "raw HTML: <lost>"):
+    for part in (
+        "nowhere.md",
+        "local id not found",
+        "'nowhere'",
+        "nowhere.png",
+        "formula not understood",
+        "raw HTML: <lost>",
+    ):
         assert part in done.stderr, (part, done.stderr)

@@ -208,6 +208,7 @@ def test_constant_tension_holds_for_half_an_hour(name, heave):
     assert moved < 0.05 and slackened < 1e-3
 
 
+@pytest.mark.nightly
 def test_constant_tension_holds_for_half_an_hour_on_a_small_tow():
     moved, slackened = half_an_hour("flume", (0.002, 8.0))
     assert moved < 1e-3 and slackened < 1e-4
