@@ -36,7 +36,7 @@ def test_the_examples_apply_one_after_the_other_and_are_python(copy):
 
 
 def test_there_is_an_example_of_each_kind():
-    assert {name.lower() for name, *_ in EXAMPLES} == set(FILES) and len(EXAMPLES) == 10
+    assert {name.lower() for name, *_ in EXAMPLES} == set(FILES) and len(EXAMPLES) == 8
 
 
 @pytest.mark.parametrize("name, patch", [(name, patch) for name, _, patch, _ in EXAMPLES], ids=lambda x: str(x)[:30])
