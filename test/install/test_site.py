@@ -62,6 +62,7 @@ def test_the_site_is_made_without_a_warning(build, source):
     assert theory.count("<math") > 300 and "$$" not in theory and 'id="t3"' in theory
 
 
+@pytest.mark.nightly
 def test_what_is_broken_on_a_page_fails_it(build, source):
     page = source / "docs" / "rig.md"
     kept = page.read_text("utf-8")
