@@ -8,6 +8,7 @@ import os
 import signal
 import subprocess
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -102,13 +103,13 @@ def _looks_like_the_tow(browser: Browser, run: BagRun, folder: Path) -> None:
 def _cameras(browser: Browser, folder: Path) -> None:
     pictures = {}
     for name in ("Whole", "Sheave", "Fish", "Drum"):
+        before = list(pictures.values())[-1:]
         browser.click(name)
-        pictures[name] = _settled(browser, folder / f"{name}.png")
+        pictures[name] = _settled(browser, folder / f"{name}.png", before)
     names = list(pictures)
     for k, one in enumerate(names):
         for other in names[k + 1 :]:
-            change = np.abs(pictures[one][:, :-PANEL].astype(int) - pictures[other][:, :-PANEL]).max(axis=-1) > 30
-            assert change.mean() > 0.03, f"{one} and {other} look alike"
+            assert not _alike(pictures[one], pictures[other]), f"{one} and {other} look alike"
     port, starboard = pixels(pictures["Sheave"], PORT, 30), pixels(pictures["Sheave"], STARBOARD, 30)
     assert len(port) > 150 and len(starboard) > 150  # line loads of both halves
     assert len(pixels(pictures["Whole"], PORT, 30)) < 60
@@ -118,13 +119,19 @@ def _cameras(browser: Browser, folder: Path) -> None:
     assert abs(body[:, 0].mean() - height / 2) < 90 and abs(body[:, 1].mean() - width / 2) < 90  # it is followed
 
 
-def _settled(browser: Browser, path: Path | None = None) -> np.ndarray:
-    """The picture as soon as two in a row are the same."""
+def _alike(one: np.ndarray, other: np.ndarray) -> bool:
+    change = np.abs(one[:, :-PANEL].astype(int) - other[:, :-PANEL]).max(axis=-1) > 30
+    return change.mean() <= 0.03
+
+
+def _settled(browser: Browser, path: Path | None = None, before: Sequence[np.ndarray] = ()) -> np.ndarray:
+    """The picture as soon as two in a row are the same, and not like one that was there before a click."""
     last = [browser.picture()]
 
     def same():
         last.append(browser.picture(path))
-        return np.array_equal(last[-2][:, :-PANEL], last[-1][:, :-PANEL])
+        still = np.array_equal(last[-2][:, :-PANEL], last[-1][:, :-PANEL])
+        return still and not any(_alike(last[-1], picture) for picture in before)
 
     browser.until(same)
     return last[-1]
