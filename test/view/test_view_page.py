@@ -87,7 +87,10 @@ def _looks_like_the_tow(browser: Browser, run: BagRun, folder: Path) -> None:
         found_ = cable_pixels(_settled(browser, folder / "whole.png"))
         return found_ if len(found_) > 200 else None
 
-    browser.click("Pause")
+    try:
+        browser.click("Pause")
+    except AssertionError:  # a slow machine comes to the end of the recording first
+        assert "(end)" in browser.text()
     places = browser.until(there)
     rows, columns = places[:, 0], places[:, 1]
     assert np.ptp(columns) > 250 and np.ptp(rows) > 40
@@ -153,7 +156,7 @@ def _scrubs(browser: Browser, run: BagRun) -> None:
     change = np.abs(_settled(browser)[:, :-PANEL].astype(int) - before[:, :-PANEL]).max(axis=-1) > 20
     assert change.mean() > 0.002  # other loads, another place of the ship in the waves
     browser.click("Play")
-    browser.until(lambda: "PLAYING" in browser.text())
+    browser.until(lambda: any(word in browser.text() for word in ("PLAYING", "(end)")))
 
 
 def _saved(browser: Browser, saved: Path, folder: Path) -> None:
