@@ -37,6 +37,7 @@ if TYPE_CHECKING:
     from rich.table import Table
 
 FRACTION = 0.95  # of the towbody positions inside the ellipsoid
+CHI_SQUARE = 2.0 * gammaincinv(1.5, FRACTION)  # three degrees of freedom; scipy.stats takes half a second to import
 FLAT = 1e-6  # m; an ellipsoid whose least standard deviation is below this has no volume
 NOTHING = 1e-9  # of the mean, or deg: what is below this is round-off
 AT_REST = 0.05  # m/s; a slower ship has no track, its heading is taken instead
@@ -284,8 +285,7 @@ def ellipsoid_volume(time: np.ndarray, positions: np.ndarray) -> tuple[float, fl
         return 0.0, 0.0
     distance2 = np.sum(product(rest, axes) ** 2 / variance, axis=1)
     unit = 4.0 / 3.0 * np.pi * np.sqrt(np.prod(variance))
-    chi_square = 2.0 * gammaincinv(1.5, FRACTION)  # of three, as scipy.stats has it, whose import takes half a second
-    normal, found = (float(unit * scale2**1.5) for scale2 in (chi_square, np.quantile(distance2, FRACTION)))
+    normal, found = (float(unit * scale2**1.5) for scale2 in (CHI_SQUARE, np.quantile(distance2, FRACTION)))
     return normal, found
 
 

@@ -1,11 +1,14 @@
 """The hash of what a kernel is made of: it changes with all that the code depends on, and with nothing else."""
 
+import dis
 import enum
 import os
 import pkgutil
 import textwrap
 import time
+import types
 from importlib import import_module
+from pathlib import Path
 from typing import NamedTuple
 
 import numba
@@ -14,7 +17,7 @@ import pytest
 from numba.extending import intrinsic
 
 import cable_sim_ros.physics
-from cable_sim_ros.compiler import kernel_cache, kernel_key
+from cable_sim_ros.compiler import kernel_cache, kernel_key, shortcuts
 from cable_sim_ros.compiler.kernel_cache import KernelFiles, sweep
 from cable_sim_ros.compiler.kernel_form import Kernel
 from cable_sim_ros.compiler.kernel_key import UnknownContent, changed, content_of, functions_of, spell, type_text
@@ -269,3 +272,32 @@ def test_a_folder_of_somebody_else_is_not_read(tmp_path, monkeypatch):
     assert files.write("a", b"a") and files.read("a") == b"a"
     monkeypatch.setattr(kernel_cache, "_own", lambda folder: False)
     assert files.read("a") is None and not files.write("b", b"b") and not files.writable()
+
+
+def codes(code):
+    """A code and all within it."""
+    yield code
+    for constant in code.co_consts:
+        if isinstance(constant, types.CodeType):
+            yield from codes(constant)
+
+
+@pytest.mark.parametrize("module", [kernel_key, kernel_cache, textwrap, dis], ids=lambda module: module.__name__)
+def test_a_docstring_is_told_from_a_text_that_is_used(module):
+    text = Path(module.__file__).read_text("utf-8")
+    seen = []
+    for code in codes(compile(text, "a", "exec")):
+        used = any(s.arg == 0 for s in dis.get_instructions(code) if s.opcode in dis.hasconst)
+        assert kernel_key._loads_first(code) == used, code
+        seen.append(used)
+    assert set(seen) == {True, False}
+
+
+@compiled
+def test_equal_records_of_another_alignment_have_a_type_of_their_own():
+    fields = {"names": ["a", "b"], "formats": ["f8", "f8"], "offsets": [0, 8], "itemsize": 16}
+    packed, aligned = np.dtype(fields), np.dtype(fields, align=True)
+    assert packed == aligned
+    made = [numba.from_dtype(kind) for kind in (packed, aligned, packed)]
+    assert [kind.aligned for kind in made] == [False, True, False] and made[0] is made[2]
+    assert made[:2] == [shortcuts._type_of_record(kind) for kind in (packed, aligned)]

@@ -12,6 +12,7 @@ pytest.importorskip("rclpy")
 
 S = 1_000_000_000
 TICK = 10_000_000  # ns, of the scene
+DELAY = 30_000_000  # ns, input_delay: so far a tick is behind its clock
 LOCKSTEP = {"time_mode": "lockstep", "lockstep__rate": 0.0, "lockstep__wait": 5.0, "lockstep__command_period": 0.01}
 
 
@@ -237,6 +238,8 @@ def test_a_paused_node_first_then_a_controller_that_answers_and_a_second_clock(w
     said = len(watcher.ears.received["/diagnostics"])
     poll(lambda: len(watcher.ears.received["/diagnostics"]) > said + 2, "two more of /diagnostics")
     assert watcher.figure("step") == held
+    told = S + round(held) * TICK - DELAY  # each step since lockstep.start was a tick
+    poll(lambda: watcher.stamps()[-1] == told, f"the tick of step {held:g}; {watcher.stamps()[-1]} is not {told}")
     watcher.ears.node.destroy_publisher(other)
     watcher.more(100)
     poll(lambda: watcher.task()[0] == 0, "OK again")

@@ -157,7 +157,7 @@ def killer(case):
 def test_a_case_that_kills_its_worker_is_a_row_and_the_others_are_whole(monkeypatch):
     monkeypatch.setattr(engine, "simulate", killer)
     cases = list(cases_of(checked({**SHORT, "grid": {"winch.scope": [0.9, 1.0, 1.1, 1.2]}}, "here")))
-    rows = {case.number: row for case, row in rows_of(cases, lambda: processes(1), 1)}
+    rows = {case.number: row for case, row in rows_of(cases, lambda: processes(2), 2)}
     assert len(rows) == 4
     assert "worker that ran it ended" in rows[1]["error"] and rows[1]["again"]
     assert [rows[k]["verdict"] for k in (0, 2, 3)] == ["ok"] * 3

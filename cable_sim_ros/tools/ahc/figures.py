@@ -10,10 +10,9 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
-from scipy.special import gammaincinv
 
 from ...physics.tick_output import Flag
-from ...runs.summary import FLAT, FRACTION, after_start, since_first, tick_length, tow_axes
+from ...runs.summary import CHI_SQUARE, FLAT, after_start, since_first, tick_length, tow_axes
 from ...sim.tables.elementary import principal, product
 
 # name, unit, meaning
@@ -104,7 +103,7 @@ def ellipsoid(time: np.ndarray, places: np.ndarray) -> np.ndarray:
     rest = places - places.mean(axis=0)
     rest[:, :2] -= since * ((since * rest[:, :2]).sum(axis=0) / (since * since).sum())
     variance, _ = principal((rest[:, :, None] * rest[:, None, :]).sum(axis=0) / (len(rest) - 1))
-    return np.sqrt(2.0 * gammaincinv(1.5, FRACTION) * np.where(variance < FLAT**2, 0.0, variance)[::-1])
+    return np.sqrt(CHI_SQUARE * np.where(variance < FLAT**2, 0.0, variance)[::-1])
 
 
 def volume(axes: np.ndarray) -> float:
