@@ -182,6 +182,28 @@ def test_command_of_a_scene_and_of_a_state(at_once, copies, tmp_path):
         assert refused.exit_code != 0 and said in refused.output + str(refused.exception)
 
 
+def test_a_course_is_no_moment_of_a_ship_that_sways():
+    """Begun at the largest sway: over a wave it is the mean track, where an exponential would keep two thirds."""
+    pytest.importorskip("rclpy")
+    from cable_sim_ros.tools.clear.beside import here_of
+
+    here = None
+    for k in range(1, 3201):
+        frame = {
+            "time": k * 10**7,
+            "ship_position": np.zeros(3),
+            "scope": 60.0,
+            "payout_rate": 0.0,
+            "ship_velocity": np.array([2.0, 0.5 * np.cos(2.0 * np.pi * (k - 1) / 800.0), 0.0]),
+            "ship_quaternion": np.array([0.0, 0.0, 0.0, 1.0]),
+            "body_position": np.array([0.0, 0.0, -50.0]),
+        }
+        here = here_of(frame) if here is None else here.then(frame)
+        if k % 800 == 0:  # whole waves
+            assert abs(here.velocity[1]) < (0.002 if k <= 1600 else 0.05) and here.depth == pytest.approx(50.0), k
+    assert here.then(frame | {"time": 10**15}).first == 10**15, "after a gap it begins anew"
+
+
 def test_lookout_beside_a_node(tow, copies):
     """Without a node: tick outputs and messages as they come, and what is answered when something is missing."""
     pytest.importorskip("rclpy")

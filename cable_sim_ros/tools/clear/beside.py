@@ -50,7 +50,7 @@ LEVELS = {"clear": OK, "act": WARN, "cannot": ERROR, "unknown": WARN}
 
 class Here(NamedTuple):
     """The tow of a tick output: time [ns], ship's x y [m], scope [m], rate of pay-out [m/s], averages: of the ship's
-    velocity [m/s], heading as a vector, depth of the towbody [m]."""
+    velocity [m/s], heading as a vector, depth of the towbody [m]; first: time [ns] that they begin at."""
 
     time: int
     ship: np.ndarray
@@ -59,13 +59,17 @@ class Here(NamedTuple):
     velocity: np.ndarray
     heading: np.ndarray
     depth: float
+    first: int
 
     def then(self, frame: Any) -> Here:
         """The same after another tick output."""
         new, gone = here_of(frame), (int(frame["time"]) - self.time) * 1e-9
-        old = exp(-gone / CALM) if 0.0 <= gone < 10.0 * CALM else 0.0
+        if not 0.0 <= gone < 10.0 * CALM:
+            return new
+        span = min((new.time - self.first) * 1e-9, CALM)  # up to CALM all count alike: one moment is no course
+        old = exp(-gone / CALM) if span == CALM else 1.0 - gone / span if span > 0.0 else 0.0
         mean = {name: old * getattr(self, name) + (1.0 - old) * getattr(new, name) for name in ("velocity", "heading")}
-        return new._replace(**mean, depth=old * self.depth + (1.0 - old) * new.depth)
+        return new._replace(**mean, depth=old * self.depth + (1.0 - old) * new.depth, first=self.first)
 
 
 def here_of(frame: Any) -> Here:
@@ -79,6 +83,7 @@ def here_of(frame: Any) -> Here:
         np.array(frame["ship_velocity"][:2]),
         np.array([np.cos(yaw), np.sin(yaw)]),
         -float(frame["body_position"][2]),
+        int(frame["time"]),
     )
 
 
