@@ -226,6 +226,9 @@ def _timed(scenes: tuple[str, ...], peers: bool, repeats: int | None, out: Path 
 
     def tell() -> None:
         print_table("Run time against error", head, lines, left=head, width=160)
+        if beside := list(benchmarks.beside_others(rows)):
+            names = benchmarks.BESIDE.split(" | ")
+            print_table("Beside the best of other codes at the same error", names, beside, left=names, width=160)
 
     answer = with_table("bench", figures, benchmarks.markdown(rows), out, tell)
     if out is None:

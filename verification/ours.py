@@ -19,6 +19,7 @@ from cable_sim_ros.sim.rig.rig import HALVED, History, Rig, cable_of, load_of
 from .scenes import reference
 
 DEEP = -1000.0  # m, where the stream scenes are set up: everything is wet
+COARSEST = ((0.6, 3), (0.3, 4), (0.1, 4))  # mesh of P5: finest at the towbody, where the cable is most curved
 CLEAR = 0.5  # m of straight cable next to the sheave of P4 that is not read
 
 

@@ -23,7 +23,7 @@ from verification.benchmarks import (
     tow_bench,
     water_cost,
 )
-from verification.benchmarks.bench import Row, front, series
+from verification.benchmarks.bench import Row, beside_others, front, series
 from verification.commands import STUDIES
 
 
@@ -120,6 +120,25 @@ def test_the_line_joins_what_nothing_cheaper_undercuts(points):
     assert line[0] == points[0] and min(p[1] for p in points) == line[-1][1]
     assert all(a[0] <= b[0] and a[1] > b[1] for a, b in zip(line, line[1:], strict=False))
     assert all(any(c <= p[0] and e <= p[1] for c, e in line) for p in points)
+
+
+def test_ours_stands_beside_what_no_other_code_undercuts():
+    def row(code, setting, error, cpu):
+        return Row("P2", code, setting, 10, 0.01, error, 0.5 * error, cpu, None, None)
+
+    rows = [
+        row("cable_sim_ros", "coarse", 0.02, 0.001),
+        row("cable_sim_ros", "fine", 0.0109, 0.002),
+        row("other", "good", 0.01, 0.03),
+        row("other", "costs more and errs more", 0.015, 0.04),
+        row("third", "cheap", 0.1, 0.01),
+        row("third", "nothing of ours is so good", 0.001, 1.0),
+        row("third", "failed", float("nan"), float("nan")),
+    ]
+    assert list(beside_others(rows)) == [
+        ("P2", "third cheap", "10 %", "coarse", "2 %", "10.0"),
+        ("P2", "other good", "1 %", "fine", "1.1 %", "15.0"),
+    ]
 
 
 def test_set_points_and_drums_of_the_whole_tow_are_told_apart():

@@ -7,7 +7,7 @@ the figure is the median of the CPU time. A speed stands in one row with its mes
 from __future__ import annotations
 
 import statistics
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -19,13 +19,14 @@ from cable_sim_ros.runs.message_run import Progress, silent
 from cable_sim_ros.terminal import markdown_table
 
 from .. import ours
-from ..ours import Setting, even, links
+from ..ours import COARSEST, Setting, even, links
 from ..scenes import errors
 from . import haul_bench, tow_bench
 from .row import METRES, Row, unrun
 from .turns import in_turn
 
 REPEATS = 5
+OURS = "cable_sim_ros"
 # P4 meshes: before, on and after the sheave
 OVER_SHEAVE_COARSE, OVER_SHEAVE = ((0.33, 1), (0.29, 12), (0.38, 2)), ((0.32, 2), (0.32, 27), (0.36, 3))
 
@@ -36,7 +37,10 @@ SWEEPS: dict[str, tuple[Callable, tuple[Setting, ...]]] = {
         ours.released,
         tuple(
             even(n, dt, 0.5)
-            for n, dt in ((6, 0.01), (8, 0.005), (10, 0.005), (12, 0.0025), (16, 0.01 / 3.0), (20, 0.0025), (40, 0.001))
+            for n, dt in (
+                *((6, 0.01), (8, 0.005), (10, 0.005), (12, 0.005), (13, 0.01 / 3.0), (16, 0.01 / 3.0)),
+                *((12, 0.0025), (20, 0.0025), (40, 0.001)),
+            )
         )
         + links(*(even(n, dt, 0.5) for n, dt in ((20, 0.01), (40, 0.005), (80, 0.005), (80, 0.00125), (160, 0.00125)))),
     ),
@@ -57,6 +61,7 @@ SWEEPS: dict[str, tuple[Callable, tuple[Setting, ...]]] = {
     "P5": (
         ours.towed,
         (
+            *(Setting(COARSEST, dt, 0.5) for dt in (0.4, 1.0 / 3.0, 0.2, 0.15)),
             Setting(((0.5, 4), (0.3, 4), (0.2, 6)), 0.2, 0.5),
             Setting(((0.5, 4), (0.3, 4), (0.2, 6)), 0.1, 0.5),
             Setting(((0.6, 5), (0.3, 6), (0.1, 6)), 0.1, 0.5),
@@ -76,7 +81,10 @@ SWEEPS: dict[str, tuple[Callable, tuple[Setting, ...]]] = {
     ),
     "P6": (
         ours.towed,
-        (even(69, 0.1, 0.5), even(69, 0.1 / 1.5, 0.5), even(69, 0.05, 0.5), Setting(((0.7, 25), (0.3, 44)), 0.1, 0.5)),
+        (
+            *(even(69, dt, 0.5) for dt in (1.0 / 3.0, 0.2, 0.1, 0.1 / 1.5, 0.05)),
+            Setting(((0.7, 25), (0.3, 44)), 0.1, 0.5),
+        ),
     ),
 }
 TOWS: dict[str, Callable[[int, Progress], list[Row]]] = {
@@ -102,7 +110,7 @@ def bench(
 
 def _scene(scene: str, with_peers: bool, repeats: int) -> list[Row]:
     solve, settings = SWEEPS[scene]
-    jobs: list[tuple[str, Any, Callable]] = [("cable_sim_ros", s, solve) for s in settings]
+    jobs: list[tuple[str, Any, Callable]] = [(OURS, s, solve) for s in settings]
     rows: list[Row] = []
     if scene in PEER_SCENES:
         from ..peers import jobs_of
@@ -146,11 +154,33 @@ HEAD = (
     "scene | code | setting | elements | step [ms] | error tension | error position | CPU s per s | us per element and "
     "iteration | iterations per step | note"
 )
+BESIDE = "scene | other code, setting | its larger error | ours | larger error | its CPU time over ours"
 
 
 def markdown(rows: list[Row]) -> str:
-    """The table of docs/benchmarks.md."""
-    return markdown_table([HEAD.split(" | "), *map(cells, rows)])
+    """The table of docs/benchmarks.md, and what stands beside the best of other codes."""
+    table, beside = markdown_table([HEAD.split(" | "), *map(cells, rows)]), list(beside_others(rows))
+    return f"{table}\n{markdown_table([BESIDE.split(' | '), *beside])}" if beside else table
+
+
+def beside_others(rows: list[Row]) -> Iterator[tuple[str, ...]]:
+    """Each setting of other codes that none of them undercuts, beside the cheapest of ours whose larger error is at
+    most a tenth above its own: the cells of BESIDE."""
+    for scene in PEER_SCENES:
+        yield from _beside([row for row in rows if row.scene == scene])
+
+
+def _beside(rows: list[Row]) -> Iterator[tuple[str, ...]]:
+    timed = [(r.cpu_s_per_sim_s, max(r.error_tension, r.error_position), r) for r in rows]
+    timed = sorted((row for row in timed if np.isfinite(row[:2]).all()), key=lambda row: row[:2])
+    ours = [row for row in timed if row[2].code == OURS]
+    others = [row for row in timed if row[2].code != OURS]
+    best = front([row[:2] for row in others]) if others else []
+    for cpu, error, other in (row for row in others if row[:2] in best):
+        mine = next((row for row in ours if row[1] <= 1.1 * error), None)
+        if mine is not None:
+            names = (other.scene, f"{other.code} {other.setting}", f"{100 * error:.2g} %", mine[2].setting)
+            yield *names, f"{100 * mine[1]:.2g} %", f"{cpu / mine[0]:.1f}"
 
 
 def cells(r: Row) -> tuple[str, ...]:
@@ -177,7 +207,7 @@ def cells(r: Row) -> tuple[str, ...]:
 
 def series(row: Row) -> str:
     """What a plot distinguishes: the codes, links, and in P7 the set-point algorithms with the model of the drum."""
-    if row.code == "cable_sim_ros" and " links" in row.setting:
+    if row.code == OURS and " links" in row.setting:
         return f"{row.code}, links"
     return f"{row.code}, {' '.join(row.setting.split()[:2])}" if row.scene == "P7" else row.code
 
@@ -205,7 +235,7 @@ def plot(rows: list[Row], scene: str, folder: Path) -> Path:
                     if series(r) == name and np.isfinite(getattr(r, what))
                 )
                 if points:
-                    own = name.startswith("cable_sim_ros")
+                    own = name.startswith(OURS)
                     drawn = axis.loglog(*zip(*points, strict=True), "o" if own else "s", label=name, ms=6)
                     axis.loglog(
                         *zip(*front(points), strict=True),

@@ -9,6 +9,7 @@ from collections.abc import Callable
 from typing import Any
 
 from .. import lumped_chain
+from ..ours import COARSEST
 from .common import Setting, even, installed
 from .in_cabledyn import cabledyn_towed
 from .in_exudyn import exudyn_pulled_over, exudyn_released, exudyn_towed
@@ -27,7 +28,7 @@ CANNOT = {
     ("mujoco", "P4"): "rigid links over the sheave: 10 % in tension with 64 links at 0.5 and 1 ms, unstable with 128",
     ("lumped chain", "P4"): "no contact in the plain chain",
 }
-# towed: 13 to 26 elements, finest at the towbody, where the cable is most curved
+# towed: 13 to 26 elements, finest at the towbody
 COARSE, FINE = ((0.6, 5), (0.3, 4), (0.1, 4)), ((0.6, 5), (0.3, 6), (0.1, 6))
 FINER = ((0.6, 8), (0.3, 9), (0.1, 9))
 FINE_END = ((0.7, 25), (0.3, 44))  # the 69 elements of P6
@@ -44,7 +45,7 @@ RUNS: dict[tuple[str, str], tuple[Callable, tuple[Setting, ...]]] = {
         exudyn_released,
         tuple(
             even(n, dt, note="generalised-alpha 0.5, sparse, Newton to 1e-6")
-            for n, dt in ((10, 0.005), (20, 0.005), (20, 0.0025))
+            for n, dt in ((10, 0.005), (16, 0.01), (18, 0.005), (20, 0.005), (20, 0.0025))
         ),
     ),
     ("exudyn", "P4"): (
@@ -59,7 +60,11 @@ RUNS: dict[tuple[str, str], tuple[Callable, tuple[Setting, ...]]] = {
     ),
     ("exudyn", "P5"): (
         exudyn_towed,
-        (Setting(FINE, 0.2, **ALPHA), Setting(FINE, 0.1, **ALPHA), even(40, 0.1, **ALPHA)),
+        (
+            *(Setting(COARSEST, dt, **ALPHA) for dt in (0.4, 0.2)),
+            *(Setting(FINE, dt, **ALPHA) for dt in (0.2, 0.1)),
+            even(40, 0.1, **ALPHA),
+        ),
     ),
     ("exudyn", "P6"): (exudyn_towed, (even(69, 0.2, **ALPHA), even(69, 0.1, **ALPHA))),
     ("mujoco", "P2"): (
@@ -79,7 +84,7 @@ RUNS: dict[tuple[str, str], tuple[Callable, tuple[Setting, ...]]] = {
     ),
     ("cabledyn", "P6"): (
         cabledyn_towed,
-        (even(69, 0.2, **SECTION), even(69, 0.1, **SECTION), Setting(FINE_END, 0.1, **SECTION)),
+        (*(even(69, dt, **SECTION) for dt in (0.4, 0.2, 0.1)), Setting(FINE_END, 0.1, **SECTION)),
     ),
 }
 CODES = ("moordyn", "mujoco", "exudyn", "cabledyn")
