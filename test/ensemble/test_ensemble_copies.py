@@ -7,10 +7,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from cable_sim_ros.io.scenes.document import SceneError
 from cable_sim_ros.io.scenes.load import load_scene, override
+from cable_sim_ros.physics.rigid_model import RIGID, STRIP
 from cable_sim_ros.physics.tick_output import Flag
+from cable_sim_ros.physics.towbody import BodyModel
+from cable_sim_ros.physics.wing import WING
 from cable_sim_ros.sim.inputs import ShipMotion, WinchCommand
 from cable_sim_ros.sim.simulator import Simulator, SolverError
+from cable_sim_ros.sim.tables.rigid_tables import rigid_tables
 from cable_sim_ros.tools.ensemble import copies as module
 from cable_sim_ros.tools.ensemble.copies import FIGURES, Ensemble, EnsembleEnded, band_of, level_of
 from cable_sim_ros.tools.ensemble.coverage import ENSEMBLES, seed_of
@@ -118,6 +123,30 @@ def test_the_scene_of_a_draw_has_its_numbers(scene):
     assert one.towbody.drag_area == pytest.approx(tuple(1.5 * area for area in scene.towbody.drag_area))
     assert one.water.current == pytest.approx((scene.water.current[0] - 0.1, scene.water.current[1]))
     assert one.winch.scope == pytest.approx(scene.winch.scope + 3.0)
+
+
+@pytest.mark.parametrize("name", ["side_scan_fish", "depressor", "two_part"])
+def test_a_factor_on_the_drag_is_on_that_of_every_body_and_leaves_lift(name):
+    """Drag of hull and wings by the factor, to rounding; lift and what it induces, mass, weight: the same bits."""
+    plain, more = (_bodies(scene_of(load_scene(name), NOMINAL._replace(drag=drag), 0.0)) for drag in (1.0, 1.5))
+    drags = {(RIGID, "drag"), (STRIP, "across"), (WING, "drag")}
+    for one, other in zip(plain, more, strict=True):
+        for column in one.dtype.names:
+            factor = 1.5 if (one.dtype, column) in drags else 1.0
+            assert np.allclose(other[column], factor * one[column], rtol=1e-12 * (factor != 1.0), atol=0.0), column
+
+
+def _bodies(scene):
+    rigid = [body for body in (scene.towbody, *scene.bodies.values()) if body.model is BodyModel.RIGID]
+    assert any(body.wings for body in rigid)
+    return rigid_tables(list(enumerate(rigid)), scene.gravity, scene.water.density)
+
+
+def test_a_factor_on_the_drag_that_its_bound_does_not_allow_refuses_the_copy(scene):
+    """Not that of the bound in its place."""
+    rough = override(scene, {"cable.sections.armoured.drag_amplification": 9.0})
+    with pytest.raises(SceneError, match=r"cable.sections.armoured.drag_amplification = 13.5"):
+        scene_of(rough, NOMINAL._replace(drag=1.5), 0.0)
 
 
 def test_the_band_holds_a_further_draw_as_often_as_it_says():

@@ -14,7 +14,7 @@ class Ranges(Block):
         "1",
         0.0,
         0.8,
-        "share of the drag of cable and towbody, but for wings and fins",
+        "share of the drag of cable and bodies, but for that which lift induces",
         "choice: measured C_D of bare tow cables are 2.2 to 2.5, of calm ones 1.2 to 1.5 (docs/drag.md)",
     )
     speed: float = quantity(0.1, "m/s", 0.0, 3.0, "speed of the ship along its course", "choice: 0.2 kn")

@@ -21,7 +21,7 @@ from ...io.scenes.document import Document, SceneError, SceneWarning
 from ...io.scenes.load import scene_from_dict
 from ...io.scenes.winch_plan import PlanError, WinchPlan
 from ...physics.parameter import Block, declared, quantity
-from ...physics.towbody import BodyModel
+from ...physics.towbody import BodyModel, Towbody
 from ...physics.viv_amplification import StrumLaw
 from ...physics.water import CurrentFrame, CurrentTable, Water
 from ...runs.settings import apply_to_scene, of_intake
@@ -31,11 +31,12 @@ from ..sweeps.cases import within
 from ..sweeps.sweep_file import Range, range_problems
 from .limits import COPIES, LEAST_COPIES, MAX_COPIES, MAX_SEED, SEED, Ranges
 
-LEAST_FACTOR, MOST_FACTOR = 0.1, 10.0  # of cable.sections.<name>.drag_amplification
+LEAST_FACTOR, MOST_FACTOR = 0.1, 10.0  # on the drag, of a draw
 
 SIGMAS = 1.959964  # half a 95 % interval of a normal distribution, in standard deviations
 COMMANDS_AHEAD = 150  # that the ring of inputs has room for
 B = TypeVar("B", bound=Block)
+T = TypeVar("T", bound=Towbody)
 OUTSIDE = ("drag", "speed", "east", "north", "turn_deg", "payout")  # of a Draw, that a twin may be given
 
 
@@ -76,17 +77,31 @@ def assumed(ranges: Block, chosen: set[str] | None = None) -> list[str]:
 
 
 def with_drag(scene: Scene, factor: float) -> Scene:
-    """The scene with ``factor`` times the drag of its cable, as drag_amplification takes it, and of its towbody."""
+    """The scene with ``factor`` times the drag of its cable, as drag_amplification takes it, and of hull and wings of
+    its bodies. Lift stays, and the drag that it induces. Unchecked: a number may come to lie beyond its bound."""
     if factor == 1.0:
         return scene
     sections = {
-        name: section.model_copy(
-            update={"drag_amplification": min(max(factor * section.drag_amplification, LEAST_FACTOR), MOST_FACTOR)}
-        )
+        name: section.model_copy(update={"drag_amplification": factor * section.drag_amplification})
         for name, section in scene.cable.sections.items()
     }
-    body = scene.towbody.model_copy(update={"drag_area": tuple(factor * area for area in scene.towbody.drag_area)})
-    return scene.model_copy(update={"cable": scene.cable.model_copy(update={"sections": sections}), "towbody": body})
+    new = {
+        "cable": scene.cable.model_copy(update={"sections": sections}),
+        "towbody": _dragged(scene.towbody, factor),
+        "bodies": {name: _dragged(body, factor) for name, body in scene.bodies.items()},
+    }
+    return scene.model_copy(update=new)
+
+
+def _dragged(body: T, factor: float) -> T:
+    new: dict[str, Any] = {"drag_area": tuple(factor * area for area in body.drag_area)}
+    if body.model is BodyModel.RIGID:
+        new["crossflow_coefficient"] = factor * body.crossflow_coefficient
+        new["wings"] = {
+            name: wing.model_copy(update={"drag_coefficient": factor * wing.drag_coefficient})
+            for name, wing in body.wings.items()
+        }
+    return body.model_copy(update=new)
 
 
 class EnsembleError(SceneError):
@@ -214,7 +229,7 @@ def doubts_when_joined(scene: Scene, plan: EnsemblePlan) -> list[str]:
 
 
 class Draw(NamedTuple):
-    """What a copy has in place of the scene's numbers. drag: factor on the drag of cable and towbody; speed [m/s]:
+    """What a copy has in place of the scene's numbers. drag: factor on the drag of cable and bodies; speed [m/s]:
     through the water, more than the motion says; east, north [m/s]: of a current that the scene does not have;
     turn_deg: of the scene's current; payout [m]: cable out, more than the counter says; values: by key of the scene."""
 
