@@ -7,6 +7,7 @@ exact pressure sensor would; they lay the towbody against the course made good. 
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
 from math import asin, cos, pi
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -17,7 +18,7 @@ from cable_sim_ros.io.scenes.load import load_scene, override
 from cable_sim_ros.sim.scene import Scene
 from cable_sim_ros.terminal import markdown_table
 from cable_sim_ros.tools.ensemble.plan import Ranges
-from cable_sim_ros.tools.layback.by_log import simulated
+from cable_sim_ros.tools.layback.by_log import interval_of, simulated
 from cable_sim_ros.tools.layback.laid import WAYS, Laid, Tow, laid, samples_of, static_place
 from cable_sim_ros.tools.layback.tow_log import STEP, TowLog
 from cable_sim_ros.tools.layback.ways import Table
@@ -46,7 +47,7 @@ SITUATIONS = {
 
 class Studied(NamedTuple):
     """Distances [m] of each way from the simulated towbody, mean and largest from the event on; and of the tow with a
-    wrong drag, with the interval that the drag alone gives; cpu: s."""
+    wrong drag, with the interval that the drag alone gives; cpu: s; shown: with the interval that a user has."""
 
     tow: str
     situation: str
@@ -54,7 +55,7 @@ class Studied(NamedTuple):
     wrong: tuple[float, float]
     interval: float
     cpu: float
-    shown: Laid
+    shown: Callable[[], Laid]
 
 
 def tows() -> dict[str, Scene]:
@@ -120,7 +121,11 @@ def study(tow: str, scene: Scene, situation: str) -> Studied:
     n = min(len(wrong.fish), len(samples.fish))
     off = _apart(wrong.fish[:n] - samples.fish[:n], after[:n])
     spread = float(np.hypot(*one.band[after, 1:3].T).max())
-    return Studied(tow, situation, ways, off, spread, time.process_time() - begun, one)
+
+    def shown() -> Laid:
+        return laid(scene, samples, Ranges(), copied=lambda: interval_of(true, Ranges()), table=table)
+
+    return Studied(tow, situation, ways, off, spread, time.process_time() - begun, shown)
 
 
 def _apart(gap: np.ndarray, after: np.ndarray) -> tuple[float, float]:
@@ -147,8 +152,9 @@ def experiment(duration: float | None, progress: Any = lambda *_: None, quick: b
     def plot(folder: Path) -> Path:
         from cable_sim_ros.tools.layback.picture import plot as draw
 
-        shown = next(one for one in found if one.situation == "turn")
-        return draw(shown.shown, folder / "layback.png", f"side_scan, {shown.tow}: turn of 90 deg", False)
+        turn = next(one for one in found if one.situation == QUICK_SITUATION)
+        with quiet():
+            return draw(turn.shown(), folder / "layback.png", f"side_scan, {turn.tow}: turn of 90 deg", False)
 
     def shown() -> list[str]:
         return markdown([one for one in found if one.tow != found[0].tow])  # the first stands in docs/layback.md

@@ -28,7 +28,7 @@ from ..ensemble.plan import Ranges, with_drag
 from ..logs.log import LogError
 from .laid import NoShape, Samples, Tow, courses, samples_of, spread, static_place
 from .tow_log import STEP, TowLog
-from .towed import NO_LEVER, Towed, joined
+from .towed import NO_LEVER, Copied, Towed, joined
 
 SECOND = 1_000_000_000  # ns
 BEGIN = 1.0  # s, stamp of the first sample: stamps above 0 stay as they are
@@ -222,6 +222,15 @@ def copied(run: Simulated, towed: Towed, progress: Progress = silent) -> tuple[n
         progress(f"{count} copies of the tow", told.seconds[k] - BEGIN, told.seconds[-1] - BEGIN)
     times, nominal, copies = joined(bands)
     return (times - run.run.frames["time"][run.first]) / SECOND, nominal, copies
+
+
+def interval_of(
+    run: Simulated, ranges: Ranges, lever: tuple[float, float, float] = NO_LEVER, progress: Progress = silent
+) -> Copied:
+    """The interval of copies of the tow under the log. Raises EnsembleEnded, EnsembleError."""
+    towed = Towed(run.told.scene, ranges, lever)
+    seconds, nominal, copies = copied(run, towed, progress)
+    return Copied(seconds, towed.interval(nominal, copies), len(towed.ends), [])
 
 
 def _tick(scene: Scene, tick: float) -> float:

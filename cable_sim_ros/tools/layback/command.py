@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from ..ensemble.plan import Ranges
     from .laid import Laid
     from .report import Place
+    from .towed import Copied
 
 
 class LaybackError(CableSimError, ValueError):
@@ -181,7 +182,7 @@ def _of_recording(source: Path, scene: str | None, ranges: Ranges, asked: dict[s
     from .laid import laid, samples_of
     from .report import Place
     from .tow_log import EPOCH, STEP
-    from .towed import Copied, Towed, of_recording
+    from .towed import Towed, of_recording
 
     recorded = load_run(source)
     text = recorded.custom_data.get("scene_yaml")
@@ -222,7 +223,6 @@ def _of_log(
     from .laid import laid
     from .report import Place
     from .tow_log import moment_of, read_log
-    from .towed import Copied, Towed
 
     began = None if asked["began"] is None else moment_of(asked["began"])
     tow, log = load_scene(scene), read_log(source, mapping)
@@ -250,9 +250,7 @@ def _of_log(
     samples = by_log.samples_of_log(log, run, antenna, asked["sonar"])
 
     def copied() -> Copied:
-        towed = Towed(run.told.scene, ranges, asked["sonar"])
-        seconds, nominal, copies = by_log.copied(run, towed, progress)
-        return Copied(seconds, towed.interval(nominal, copies), len(towed.ends), [])
+        return by_log.interval_of(run, ranges, asked["sonar"], progress)
 
     one = laid(
         tow,

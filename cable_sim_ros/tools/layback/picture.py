@@ -21,11 +21,12 @@ NAMES = {
     "along_track": ("along the track", "#d73027", "-"),
     "catenary": ("catenary, weights", "#b35806", ":"),
     "catenary_of_depth": ("catenary, depth", "#7f7f7f", "--"),
-    "table": ("table", "#c51b7d", "--"),
+    "table": ("look-up table", "#c51b7d", "-"),
     "static": ("static tow", "#2166ac", "--"),
 }
-OURS, BAND, SHIP = "#0b3c5d", "#a6c8e0", "#222222"
+OURS, BAND, SHIP = "#0b3c5d", "#a6c8e0", "#b8bec4"
 MARKS, TINY = 13, 1e-9  # crosses; m
+WIDE = ("pythagoras", "table")  # that others lie on
 ON_MAP = ("pythagoras", "follow_dog", "along_track", "static")
 
 
@@ -39,7 +40,7 @@ def _crosses(one: Laid, begin: np.ndarray) -> LineCollection:
     ends = np.concatenate([np.stack((at - arm, at + arm), axis=1) for arm in arms])
     from matplotlib.collections import LineCollection
 
-    return LineCollection(list(ends), colors=OURS, linewidths=1.5, label="its 95 % interval")
+    return LineCollection(list(ends), colors=OURS, linewidths=3.0, label="95 % along, across")
 
 
 def plot(one: Laid, path: Path, title: str, measured: bool) -> Path:
@@ -48,31 +49,35 @@ def plot(one: Laid, path: Path, title: str, measured: bool) -> Path:
     minutes = (s.seconds - s.seconds[0]) / 60.0
     size = np.hypot(*(s.fish - s.sheave).T)
     with canvas(path, (14.0, 10.0), title, "ways: docs/layback.md") as figure:
-        top, below = figure.subplots(2, 1, height_ratios=(3, 2))
-        top.set_title("From above: sheave and towbody")
+        panels = figure.subplot_mosaic([["map", "layback"], ["map", "depth"]])
+        top, away, deep = panels["map"], panels["layback"], panels["depth"]
+        top.set_title("From above")
         begin = s.sheave[0]
-        top.plot(*(s.sheave - begin).T, color=SHIP, lw=2, label="sheave")
-        for name in ON_MAP:
-            label, colour, line = NAMES[name]
-            top.plot(*(one.places[name] - begin).T, color=colour, ls=line, lw=1.5, label=label)
-        top.plot(*(s.fish - begin).T, color=OURS, lw=2.5, label="simulated")
+        top.plot(*(s.sheave - begin).T, color=SHIP, lw=5.0, label="sheave")
+        for name, (label, colour, line) in NAMES.items():
+            wide = 3.0 if name in WIDE else 1.5
+            if name in ON_MAP:
+                top.plot(*(one.places[name] - begin).T, color=colour, ls=line, lw=wide)
+            if name != "catenary" and np.isfinite(one.places[name]).any():  # steeper by far, it would press the others
+                there = np.hypot(*(one.places[name] - s.sheave).T)
+                away.plot(minutes, there, color=colour, ls=line, lw=wide, label=label)
+        top.plot(*(s.fish - begin).T, color=OURS, lw=1.5)
         top.add_collection(_crosses(one, begin))
         top.set_xlabel("east [m]")
         top.set_ylabel("north [m]")
         top.set_aspect("equal", adjustable="datalim")
-        top.legend(loc="center left", bbox_to_anchor=(1.01, 0.5), frameon=False)
-        below.set_title("Layback from the sheave, with its 95 % interval, and depth")
-        below.fill_between(minutes, size - one.band[:, 0], size + one.band[:, 0], color=BAND, label="95 %")
-        for name, (label, colour, line) in NAMES.items():
-            if name != "catenary" and np.isfinite(one.places[name]).any():  # steeper by far, it would press the others
-                there = np.hypot(*(one.places[name] - s.sheave).T)
-                below.plot(minutes, there, color=colour, ls=line, lw=1.5, label=label)
-        below.plot(minutes, size, color=OURS, lw=2.5, label="simulated")
-        below.plot(minutes, s.fish_depth, color=OURS, lw=1.5, ls="-.", label="depth, simulated")
+        away.fill_between(minutes, size - one.band[:, 0], size + one.band[:, 0], color=BAND, lw=0.0, label="95 %")
+        away.plot(minutes, size, color=OURS, lw=2.5, label="simulated")
+        deep.fill_between(minutes, s.fish_depth - one.band[:, 3], s.fish_depth + one.band[:, 3], color=BAND, lw=0.0)
+        deep.plot(minutes, s.fish_depth, color=OURS, lw=2.5)
+        away.set_title("Layback from the sheave")
+        away.set_ylabel("layback [m]")
+        away.tick_params(labelbottom=False)
+        deep.set_title("Depth")
         if measured:
-            below.plot(minutes, s.depth, color="#c23b33", lw=1.5, ls=":", label="depth, measured")
-        below.set_xlabel("time [min]")
-        below.set_ylabel("layback, depth [m]")
-        below.set_ylim(bottom=0.0)
-        below.legend(loc="center left", bbox_to_anchor=(1.01, 0.5), frameon=False)
+            deep.plot(minutes, s.depth, color="#c23b33", lw=1.5, ls=":", label="depth, measured")
+        deep.set_xlabel("time [min]")
+        deep.set_ylabel("depth [m]")
+        deep.invert_yaxis()
+        figure.legend(loc="outside lower center", ncols=6)
     return path
