@@ -251,6 +251,7 @@ def test_a_scene_that_cannot_be_towed_so_is_refused_with_its_reason(tmp_path):
         ({"speeds": {}}, "speeds"),
         ({"speeds": {"net": {"field": "speed", "unit": "kn", "scaled": True}}}, "speeds"),
         ({"depth": {"field": "depth", "unit": "kn"}}, "depth.unit"),
+        ({"depth": {"field": "depth", "unit": "dbar"}}, "dbar in Pa; nothing was started. Known for it: m,"),
         ({"wire": {"field": "wire", "unit": "parsec"}}, "wire.unit"),
         ({"wire": {"field": "wire", "unit": "m", "scaled": True}}, "wire.scaled"),
         ({"wire": {"field": "wire", "unit": "m", "factor": 0.0}}, "wire.factor"),
@@ -430,10 +431,11 @@ TIME = np.arange(401.0)
         ({"wire": -np.interp(TIME, *LEGS)}, "wire reaches 2.5 m .*factor: -1"),
         ({"wire": np.interp(TIME, *LEGS) - 7.0}, "wire = -9.5 m .* below -6 m"),
         ({"wire": 2.0 * np.interp(TIME, *LEGS)}, "wire runs at 1 m/s.* winch.max_rate = 0.6 m/s.*--set"),
+        ({"wire": np.where(abs(TIME - 200.0) < 40.0, np.nan, np.interp(TIME, *LEGS))}, "no number for 80 s.*10%"),
         ({"time": TIME / 100.0, "wire": np.interp(TIME, *LEGS)}, "lasts 3.69 s, outside"),
         ({"speed": 1800.0}, "speed = 926 to 926 m/s.*outside"),
         ({"time": [0, 1, 2], "wire": [0, 50, 0]}, "has 3 rows .* needs 4"),
-        ({"head": "t_s,wire_ft,speed,depth"}, "is no column of numbers: wire_ft"),
+        ({"head": "t_s,wire_ft,speed,depth"}, r"is no column of numbers \(wire_ft"),
         ({"head": "t_s,wire [ft],speed,depth"}, "wire is in ft by its heading, in m by the map"),
         ({"head": "t_s,wire,speed [m],depth"}, "speed is in m by its heading, in kn by the map"),
     ],
@@ -442,6 +444,41 @@ def test_a_series_that_is_no_tow_is_left_out_with_its_reason(tmp_path, given, wh
     file_of(tmp_path / "a.csv", **given)
     (left,) = over_time(tmp_path).left
     assert left.startswith("line 2, a: a.csv: ") and re.search(why, left), left
+
+
+DEEP = 0.7 * np.interp(TIME - 3.0, *LEGS)  # m; a little behind the wire
+
+
+@pytest.mark.parametrize(
+    ("depth", "largest", "why"),
+    [
+        (np.where(TIME % 5.0 > 0.0, np.nan, DEEP), 66.5, None),  # a slower recorder
+        (np.where(TIME == 100.0, 90.0, DEEP), 66.5, "stands alone in 1 rows, first 90 m at 82 s"),
+        (np.where(abs(TIME - 200.0) < 60.0, np.nan, DEEP), 75.0, "no number for 120 s, 122 s.* reached 75.1 m"),
+        (np.where(TIME < 150.0, DEEP, np.nan), 75.0, "no number for 23[0-9.]+ s, 13[01]"),
+        (np.where(TIME > 260.0, DEEP, np.nan), 75.0, "no number for 24[0-9.]+ s, 0 s"),
+        (-DEEP, 75.0, "sign"),
+    ],
+)
+def test_a_largest_depth_that_a_series_does_not_show_is_left_to_the_row(tmp_path, depth, largest, why):
+    file_of(tmp_path / "a.csv", depth=depth)
+    table = over_time(tmp_path)
+    assert table.tows[0].depth == pytest.approx(largest, abs=0.01)
+    assert why is None or any(re.search(why, note) for note in table.notes), table.notes
+
+
+def test_lines_do_not_follow_the_noise_of_a_counter(tmp_path):
+    noise = 0.05 * np.random.default_rng(1).normal(size=401)
+    file_of(tmp_path / "a.csv", wire=np.round(np.interp(TIME, *LEGS) + noise, 1), depth=75.0)
+    table = over_time(tmp_path)
+    assert len(table.tows[0].series.time) < 15 and not table.notes  # 150, were they within 0.1 m
+    assert table.tows[0].series.rates.max() == pytest.approx(0.5, rel=0.03)
+
+
+def test_rows_may_be_missing_where_the_wire_stands(tmp_path):
+    time = np.delete(TIME, np.s_[201:264])
+    file_of(tmp_path / "a.csv", time, np.interp(time, [0, 200, 265, 400], [0, 95, 95, 30]))
+    assert over_time(tmp_path).tows[0].series.time[-1] == pytest.approx(391.6, abs=0.1)
 
 
 def test_a_file_that_is_not_there_or_too_large_is_left_out_and_one_elsewhere_refused(tmp_path, monkeypatch):

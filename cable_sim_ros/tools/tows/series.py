@@ -1,7 +1,7 @@
 """A tow as a series over time: wire out, and where measured the ship's speed and the depth, of a CSV file.
 
-The winch goes along straight lines that stay within WITHIN of its counter, or as far beside it as a winch needs that
-cannot follow each digit; the ship along lines through means of its speed.
+The winch goes along straight lines that stay within WITHIN of its counter, or its noise, or as far beside it as a winch
+needs that cannot follow each digit; the ship along lines through means of its speed.
 """
 
 from __future__ import annotations
@@ -23,11 +23,14 @@ FEWEST = 4  # rows: the corners of pay-out, hold and haul
 LONGEST_WIRE = 20_000.0  # m
 SHORTEST = 1.0  # m of wire that is paid out at least
 SPEEDS = (0.05, 10.0)  # m/s, of a ship that tows a wire
-WITHIN = 0.1  # m of wire
+WITHIN, NOISES = 0.1, 4.0  # m of wire; times the noise of its counter: lines within both do not follow digits
 COARSEST = 1.0, 0.01  # m, share of the wire: the larger one is how far the winch may be beside its counter
 FASTER = 1.01  # times winch.max_rate, for the digits of a series
 OVER, STEADY = 10.0, 0.02  # s of a mean speed; m/s that lines stay within of it
 MOST_LINES = 400
+GAP = 0.1, 10.0  # share of the tow's time, and times the usual step: without wire for longer than both it is no tow
+ALONE = 1.0, 0.05  # m, share of it: the larger one is how far a depth may lie below rows beside it
+MISSED = 0.1  # share of the largest depth, by which it may have been larger in a gap
 
 
 class SeriesError(CableSimError, ValueError):
@@ -85,14 +88,16 @@ def read_series(path: Path, signals: Mapping[str, Signal], begin: float, sheave:
     values = {key: _values(log, key, one, notes) for key, one in signals.items()}
     start, times, wire = _tow(*_finite(time, values["wire"]), begin, sheave)
     times, wire, within = _followed(times, wire, max_rate)
-    if within > WITHIN:
+    if within:
         notes.append(f"wire is followed within {within:.2g} m: closer, its rates are beyond winch.max_rate")
     speed_time = speed = np.zeros(0)
     if "speed" in values:
         speed_time, speed = _means(*_finite(time - start, values["speed"]), float(times[-1]))
-    time, deep = _finite(time - start, values.get("depth", np.full(len(time), np.nan)))
-    depth = float(deep[(time >= 0.0) & (time <= times[-1])].max(initial=0.0))
-    return Series(times, wire, speed_time, speed, depth or np.nan, notes)
+    time, deep = _finite(time - start, values.get("depth", np.empty(0)))
+    during = (time >= 0.0) & (time <= times[-1])
+    run = np.cumsum(np.abs(np.diff(wire, prepend=wire[:1])))
+    depth = _largest(time[during], deep[during], times, run, notes)
+    return Series(times, wire, speed_time, speed, depth, notes)
 
 
 def _read(path: Path) -> tuple[Log, np.ndarray]:
@@ -123,14 +128,14 @@ def _values(log: Log, key: str, signal: Signal, notes: list[str]) -> np.ndarray:
     """Values of a column in SI, not finite where it has none."""
     table = log.sources["table"]
     if signal.field not in table.columns:
-        text = f"{key} = {signal.field!r:.60} is no column of numbers: {', '.join(list(table.columns)[:20])}"
+        text = f"{key} = {signal.field!r:.60} is no column of numbers ({', '.join(list(table.columns)[:20])})"
         if key != "depth":
             raise SeriesError(f"{text}. Name one in the map")
         notes.append(f"{text}: not measured")  # a tow without a recorder
         return np.full(len(table), np.nan)
     told = named(table.units.get(signal.field, ""))
     if told not in (None, signal.unit):
-        raise SeriesError(f"{key} is in {told} by its heading, in {signal.unit} by the map. Give files of one unit")
+        raise SeriesError(f"{key} is in {told} by its heading, in {signal.unit} by the map. Mend the one that is wrong")
     values = signal.factor * table.columns[signal.field] - signal.offset
     good = np.isfinite(values)
     if good.sum() < FEWEST and key != "depth":
@@ -139,6 +144,39 @@ def _values(log: Log, key: str, signal: Signal, notes: list[str]) -> np.ndarray:
         row = int(np.argmin(good)) + 1
         notes.append(f"{key} is no finite number in {(~good).sum()} of {len(good)} rows, first in row {row}: left out")
     return values
+
+
+def _largest(time: np.ndarray, deep: np.ndarray, times: np.ndarray, runs: np.ndarray, notes: list[str]) -> float:
+    """Largest depth of a tow [m]; NaN: none is known. runs: wire that ran until times, out or in [m]; a towbody hardly
+    rises or sinks by more."""
+    run = np.interp(time, times, runs)
+    reach = np.where(np.diff(time) <= OVER, np.diff(run), -np.inf)
+    beside = np.maximum([-np.inf, *(deep[:-1] + reach)], [*(deep[1:] + reach), -np.inf]) if len(deep) else deep
+    alone = np.isfinite(beside) & (deep - np.maximum(ALONE[0], ALONE[1] * deep) > beside)
+    if alone.any():
+        k = int(np.argmax(alone))
+        notes.append(
+            f"depth stands alone in {alone.sum()} rows, first {deep[k]:.4g} m at {time[k]:.4g} s from the tow's "
+            "beginning: left out"
+        )
+        time, deep, run = time[~alone], deep[~alone], run[~alone]
+    if not len(deep):
+        return np.nan
+    if deep[k := int(np.argmax(deep))] <= 0.0:
+        notes.append(f"depth reaches {deep[k]:.4g} m, not below the water: not measured. Is its sign right?")
+        return np.nan
+    at, ran = np.array([0.0, *time, times[-1]]), np.array([0.0, *run, runs[-1]])
+    ends = np.array([deep[0] + run[0], *deep, deep[-1] + runs[-1] - run[-1]])
+    steps, within = np.diff(at), 0.5 * (ends[1:] + ends[:-1] + np.diff(ran))
+    within[steps <= GAP[1] * np.median(steps[1:-1] if len(deep) > 1 else steps)] = 0.0
+    j = int(np.argmax(within))
+    if within[j] > (1.0 + MISSED) * deep[k]:
+        notes.append(
+            f"depth has no number for {steps[j]:.4g} s, {at[j]:.4g} s from the tow's beginning, where it may have "
+            f"reached {within[j]:.3g} m, above its largest, {deep[k]:.4g} m: not measured"
+        )
+        return np.nan
+    return float(deep[k])
 
 
 def _finite(time: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -166,22 +204,31 @@ def _tow(time: np.ndarray, wire: np.ndarray, begin: float, sheave: float) -> tup
     if b < len(wire) and wire[b - 1] > begin:
         times.append(float(np.interp(begin, wire[[b, b - 1]], time[[b, b - 1]])))
         wires.append(begin)
-    lasts = times[-1] - times[0]
+    lasts, steps = times[-1] - times[0], np.diff(times)
+    across = np.where(np.abs(np.diff(wires)) > WITHIN, steps, 0.0)  # a wire that stands needs no rows
     if not LASTS[0] <= lasts <= LASTS[1]:
         raise SeriesError(f"its tow lasts {lasts:.4g} s, outside [{LASTS[0]:g}, {LASTS[1]:g}] s. Is its time right?")
+    if (gap := float(across.max())) > max(GAP[0] * lasts, GAP[1] * float(np.median(steps))):
+        raise SeriesError(
+            f"wire has no number for {gap:.4g} s, {times[int(np.argmax(across))] - times[0]:.4g} s from the tow's "
+            f"beginning, beyond {GAP[0]:.0%} of its {lasts:.4g} s. Fill its column there"
+        )
     return float(times[0]), np.array(times) - times[0], np.array(wires)
 
 
 def _followed(time: np.ndarray, wire: np.ndarray, max_rate: float) -> tuple[np.ndarray, np.ndarray, float]:
-    """Corners of a line that the winch can follow, and within how much of the counter it is [m]."""
-    within, most = WITHIN, max(COARSEST[0], COARSEST[1] * float(wire.max()))
+    """Corners of a line that the winch can follow, and within how much of the counter it is, 0: as close as that is
+    read [m]."""
+    most = max(COARSEST[0], COARSEST[1] * float(wire.max()))
+    noise = 1.4826 / 6**0.5 * float(np.median(np.abs(np.diff(wire, 2, append=wire[-1:]))))  # deviation from lines
+    within = closest = min(max(WITHIN, NOISES * noise), most)
     while True:
         at = _corners(time, wire, within)
         if at is not None:
             times, first = np.unique(np.round(time[at], 2), return_index=True)  # ticks
             rates = np.abs(np.diff(wire[at][first]) / np.diff(times))
             if (fastest := float(rates.max())) <= FASTER * max_rate:
-                return times, wire[at][first], within
+                return times, wire[at][first], within if within > closest else 0.0
         if within == most:
             break
         within = min(2.0 * within, most)
@@ -189,8 +236,8 @@ def _followed(time: np.ndarray, wire: np.ndarray, max_rate: float) -> tuple[np.n
         raise SeriesError(f"wire needs over {MOST_LINES} lines to be followed within {most:.3g} m. Smooth its column")
     raise SeriesError(
         f"wire runs at {fastest:.3g} m/s, {times[int(np.argmax(rates))]:.4g} s from the tow's beginning, beyond "
-        f"winch.max_rate = {max_rate:g} m/s, also within {most:.3g} m of its counter. Is its unit right? Or --set "
-        f"winch.max_rate={fastest + 0.005:.2f}"
+        f"winch.max_rate = {max_rate:g} m/s, also within {most:.3g} m of its counter. Is its unit right, and no row a "
+        f"jump? Else --set winch.max_rate={fastest + 0.005:.2f}"
     )
 
 

@@ -181,7 +181,7 @@ def _of_column(key: str, dimension: str, column: Column) -> Iterator[Problem]:
         yield Problem(f"{key}.over", "divides by a time what is no speed", "Leave it out")
     if column.factor == 0.0:
         yield Problem(f"{key}.factor", "= 0 would make every value the same", "Give another number")
-    if column.scaled and not speed and key != "depth":
+    if column.scaled and not speed and not key.endswith("depth"):
         yield Problem(f"{key}.scaled", "is of speeds and the depth alone", "Leave it out")
     if column.error is not None and (column.scaled or not speed):
         yield Problem(f"{key}.error", "is of a speed that is not scaled: others are found", "Leave it out")

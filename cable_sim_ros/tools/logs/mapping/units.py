@@ -94,8 +94,11 @@ def nearest(unit: str, dimension: str) -> str:
     """What may be written in place of an unknown unit, for an error."""
     if hint := AMBIGUOUS.get(unit.strip().lower()):
         return f"{hint}Known for it: {', '.join(units_of(dimension))}"
-    near = difflib.get_close_matches(unit, [*UNITS, *OTHER_NAMES], 1, 0.6)
-    return (f"Did you mean {near[0]}? " if near else "") + f"Known for it: {', '.join(units_of(dimension))}"
+    known = units_of(dimension)
+    near = difflib.get_close_matches(
+        unit, [*known, *(one for one, name in OTHER_NAMES.items() if name in known)], 1, 0.6
+    )
+    return (f"Did you mean {near[0]}? " if near else "") + f"Known for it: {', '.join(known)}"
 
 
 def units_of(dimension: str) -> list[str]:
