@@ -76,18 +76,33 @@ def room_of(path):
 
 
 @functools.cache
-def tree_of(path):
-    return ast.parse(path.read_text("utf-8"))
+def read(path):
+    """What of the module says nothing of itself, and its statements that import, anywhere. The trees are not kept:
+    with all of them in memory most of the time would go to collecting garbage."""
+    tree = ast.parse(path.read_text("utf-8"))
+    silent = [] if ast.get_docstring(tree) else [""]
+    for node in tree.body:
+        if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef) and not node.name.startswith("_"):
+            says_itself = len(node.body) == 1 and isinstance(node.body[0], ast.Return)
+            silent += [] if ast.get_docstring(node) or says_itself else [f": {node.name}"]
+    found, left = [], [tree]
+    while left:
+        node = left.pop()
+        if isinstance(node, ast.Import | ast.ImportFrom):
+            found.append(node)
+        for part in ("body", "orelse", "handlers", "finalbody", "cases"):
+            left += getattr(node, part, ())
+    return silent, found
 
 
 def imports(path):
     """(first part of what is imported from outside, floor of ours or None) for every import anywhere in the file."""
     parts = path.relative_to(ROOT).with_suffix("").parts
-    for node in ast.walk(tree_of(path)):
+    for node in read(path)[1]:
         if isinstance(node, ast.Import):
             for name in node.names:
                 yield name.name.split(".")
-        elif isinstance(node, ast.ImportFrom):
+        else:
             module = (node.module or "").split(".") if node.module else []
             if node.level:
                 module = [*parts[: -node.level], *module]
@@ -150,24 +165,17 @@ def test_no_module_is_longer_than_600_lines():
 
 
 def test_modules_and_public_functions_say_what_they_do():
-    silent = []
-    for path in MODULES:
-        module = str(path.relative_to(ROOT))
-        silent += [] if ast.get_docstring(tree_of(path)) else [module]
-        for node in tree_of(path).body:
-            if isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef)) and not node.name.startswith("_"):
-                says_itself = len(node.body) == 1 and isinstance(node.body[0], ast.Return)
-                silent += [] if ast.get_docstring(node) or says_itself else [f"{module}: {node.name}"]
-    assert not silent
+    assert [f"{path.relative_to(ROOT)}{what}" for path in MODULES for what in read(path)[0]] == []
 
 
+@functools.cache
 def module_graph():
     """Module -> the modules of ours that it imports, also for types alone."""
     names = {".".join(path.relative_to(ROOT).with_suffix("").parts).removesuffix(".__init__"): path for path in MODULES}
     needs = {name: set() for name in names}
     for name, path in names.items():
         package = name.split(".") if path.name == "__init__.py" else name.split(".")[:-1]
-        for node in ast.walk(tree_of(path)):
+        for node in read(path)[1]:
             if isinstance(node, ast.ImportFrom):
                 begin = package[: len(package) - node.level + 1] if node.level else []
                 module = ".".join([*begin, *(node.module or "").split(".")]).strip(".")
