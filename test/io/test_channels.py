@@ -54,7 +54,7 @@ def tables(frame):
 
 
 @given(frames())
-@settings(max_examples=40)
+@settings(max_examples=20)
 def test_health_carries_every_field_of_the_frame_bit_by_bit(frame):
     data = serialize(BY_NAME["sim_health"], frame, None, None, CONTEXT)
     assert decode_frame(data).tobytes() == frame.tobytes()
@@ -84,15 +84,14 @@ def test_health_of_another_version_is_read_by_name():
     assert again["substeps"] == frame["substeps"]
 
 
-@pytest.mark.parametrize("channel", CHANNELS, ids=lambda c: c.name)
-@given(frame=frames())
+@given(frames())
 @settings(max_examples=20)
-def test_encoder_writes_the_bytes_of_the_serializer(channel, frame):
+def test_encoder_writes_the_bytes_of_the_serializer(frame):
     frame["tick"] = 0  # every channel is due
     shape, contact = tables(make_frames(1)[0])
     frame["contact_stations"] = len(contact) - 3
     quick = {row.name: data for row, _, data in Encoder(CONTEXT, 0.01).encode(frame, shape, contact)}
-    assert quick[channel.name] == serialize(channel, frame, shape, contact, CONTEXT)
+    assert quick == {channel.name: serialize(channel, frame, shape, contact, CONTEXT) for channel in CHANNELS}
 
 
 def test_template_is_written_anew_each_time():
@@ -104,7 +103,7 @@ def test_template_is_written_anew_each_time():
 
 
 @given(frames())
-@settings(max_examples=40)
+@settings(max_examples=20)
 def test_fixed_channels_read_back(frame):
     for name in ("winch_state", "towbody_pose", "sheave_tension"):
         fields = decode(BY_NAME[name], serialize(BY_NAME[name], frame, None, None, CONTEXT))
@@ -133,6 +132,7 @@ def test_odometry_twist_is_in_the_child_frame():
     arrays.arrays(float, 4, elements=st.floats(-1, 1)).filter(lambda q: np.linalg.norm(q) > 0.1),
     arrays.arrays(float, (2, 3), elements=st.floats(-100, 100)),
 )
+@settings(max_examples=40)
 def test_odometry_velocity_reads_back(q, velocity):
     frame = make_frames(1)[0]
     frame["body_quaternion"] = q / np.linalg.norm(q)
@@ -156,6 +156,7 @@ def test_rotation_agrees_with_scipy():
         elements=st.floats(allow_nan=False, allow_infinity=False, width=32),
     )
 )
+@settings(max_examples=40)
 def test_clouds_read_back(table):
     frame = make_frames(1)[0]
     frame["contact_stations"] = max(0, len(table) - 1)

@@ -57,13 +57,13 @@ def sailed(m, sent, imu_too=()):
     return np.array(ship.rows), ship.it
 
 
-@pytest.mark.parametrize("gap, speed", [(0.1, 4.0), (0.6, 2.2), (2.0, 2.2), (10.0, 2.2), (10.0, 4.0)])
+@pytest.mark.parametrize("gap, speed", [(0.1, 4.0), (0.6, 2.2), (10.0, 4.0)])
 def test_a_drop_out_neither_shakes_the_ship_nor_carries_it_off(gap, speed):
     """Both topics silent. Before, the ship's whole speed died out: 10 s at 4 m/s in a scene of 2.2 m/s put it 17 m
     beside its place and shook it by 22 m/s^2."""
-    m = sail(30.0 + gap + 15.0, speed=speed, heading=HEADING)
-    rows, _ = sailed(m, (m.t < 30.0) | (m.t >= 30.0 + gap))
-    t, after = rows[:, 0], rows[:, 0] > 30.0
+    m = sail(22.0 + gap + 8.0, speed=speed, heading=HEADING)
+    rows, _ = sailed(m, (m.t < 22.0) | (m.t >= 22.0 + gap))
+    t, after = rows[:, 0], rows[:, 0] > 22.0
     place = np.stack([np.interp(t, m.t, m.position[:, i]) for i in range(2)], axis=1)
     place -= t[:, None] * TOWED * np.array([np.cos(HEADING), np.sin(HEADING)])
     off = np.hypot(*(rows[:, 1:3] - place).T)
@@ -74,7 +74,7 @@ def test_a_drop_out_neither_shakes_the_ship_nor_carries_it_off(gap, speed):
 
 
 def test_the_imu_bridges_a_drop_out_of_the_odometry():
-    m = sail(75.0, heading=HEADING)
+    m = sail(61.0, heading=HEADING)
     rows, it = sailed(m, (m.t < 50.0) | (m.t >= 55.0), np.ones(len(m.t), bool))
     assert it.counts["source_change"] == 2
     assert np.abs(rows[rows[:, 0] > 50.0, 13:16]).max() < 2.5
@@ -83,7 +83,7 @@ def test_the_imu_bridges_a_drop_out_of_the_odometry():
 
 
 @given(st.integers(0, 10_000))
-@settings(max_examples=8)
+@settings(max_examples=5)
 def test_duplicates_swaps_losses_and_odd_stamps_leave_the_motion_as_it_was(seed):
     """One message in ten twice, later than its neighbour, lost, or with a stamp of 1970 or an hour ahead, each."""
     random, m = np.random.default_rng(seed), sail(12.0)

@@ -466,7 +466,7 @@ DATA = st.dictionaries(
 )
 
 
-@settings(derandomize=True, max_examples=50)
+@settings(derandomize=True, max_examples=25)
 @given(DATA)
 @example({"a": "0" * 130 + "\x1f0 0"})
 def test_what_is_dumped_is_read_alike_by_yaml_1_1_and_1_2(data):
@@ -475,7 +475,7 @@ def test_what_is_dumped_is_read_alike_by_yaml_1_1_and_1_2(data):
     assert yaml.safe_load(text) == data, "by those of 1.1"
 
 
-@settings(derandomize=True, max_examples=10)
+@settings(derandomize=True, max_examples=4)
 @given(
     st.text(),
     st.floats(900.0, 1100.0),

@@ -191,11 +191,11 @@ def test_in_a_calm_it_takes_until_there_is_motion_enough(name, sea):
 
 
 def test_what_turns_wrong_under_way_is_found_within_a_second_and_taken_again_when_it_is_mended():
-    m = sail(30.0)
-    late = (m.t > 10.0) & (m.t < 15.0)
+    m = sail(20.0)
+    late = (m.t > 4.0) & (m.t < 9.0)
     broken = replace(m, velocity=m.velocity * np.where(late, KNOTS, 1.0)[:, None])
     it, first, used = through(events(m, broken))
-    assert list(first) == [("odom", "velocity_knots")] and 10.0 < first["odom", "velocity_knots"] < 11.1 and used == 0
+    assert list(first) == [("odom", "velocity_knots")] and 4.0 < first["odom", "velocity_knots"] < 5.1 and used == 0
     assert it.source == Source.ODOMETRY and it.counts["source_change"] == 2
     assert 170 < it.counts["velocity_knots"] < 320  # 4 s and the time it takes to believe it
     assert any("fit each other again" in notice for notice in it.notices)
@@ -211,7 +211,7 @@ def test_a_part_of_the_twist_that_is_not_filled_in_comes_from_the_poses(part):
 
 
 def test_a_ship_at_rest_tells_nothing():
-    still = sail(20.0, sea=0.0, speed=0.0)
+    still = sail(10.0, sea=0.0, speed=0.0)
     for wrong in (lambda m: m, *(row[0] for row in ODOMETRY.values() if row[1] != "height_offset")):
         assert watched(events(None, wrong(still))) == ([], [])
     random = np.random.default_rng(1)  # a gyro with bias and noise, an attitude with noise
@@ -228,7 +228,7 @@ def test_a_ship_at_rest_tells_nothing():
     st.sampled_from([0.0, 0.01, 0.05]),
     st.integers(0, 999),
 )
-@settings(max_examples=25)
+@settings(max_examples=12)
 def test_good_data_is_never_doubted(hertz, sea, heading, speed, turning, noise, seed):
     m = sail(min(20.0, 600.0 / hertz), hertz, sea, heading, speed, turning, begin=0.1 * seed)
     sent = noisy(m, noise, seed) if noise else m
@@ -239,15 +239,15 @@ def test_good_data_is_never_doubted(hertz, sea, heading, speed, turning, noise, 
 
 def test_pure_surge_and_ten_hertz_with_five_per_cent_of_noise():
     surge = np.array([0.5, 0, 0, 0, 0, 0])
-    assert watched(events(None, sail(30.0, size=surge))) == ([], [])
-    for seed in range(5):
+    assert watched(events(None, sail(15.0, size=surge))) == ([], [])
+    for seed in range(3):
         m = noisy(sail(30.0, hertz=10.0, heading=0.3 * seed), 0.05, seed)
         assert watched(events(m, m)) == ([], [])
 
 
 @pytest.mark.parametrize("name", ["nbp1406", "lmg1903"])
 def test_the_shipped_bags_are_not_doubted(name):
-    """The first minutes as they are, and with the noise and bias of a cheap gyro and accelerometer."""
+    """The first 40 s as they are, and with the noise and bias of a cheap gyro and accelerometer."""
     random, clean, rough = np.random.default_rng(3), [], []
     for time, kind, data in read_motion(BAGS / name):
         clean.append((time, kind, data))
@@ -257,7 +257,7 @@ def test_the_shipped_bags_are_not_doubted(name):
             d[25:28] += 0.05 * (1.0 + random.standard_normal(3))
             data = data[:-296] + d.tobytes()
         rough.append((time, kind, data))
-        if len(clean) == 6_000:
+        if len(clean) == 4_000:
             break
     assert watched(clean) == ([], []) and watched(rough) == ([], [])
 
@@ -274,11 +274,10 @@ def mounted(m, rotation_deg=(0.0, 0.0, 0.0), arm=ARM):
 
 
 @pytest.mark.parametrize("convention", ["enu", "ned"])
-@pytest.mark.parametrize("turned", [(180.0, 0.0, 90.0), (0.0, -20.0, 45.0), (10.0, 90.0, -35.0)])
-def test_an_imu_turned_in_the_ship_gives_the_same_motion(turned, convention):
+def test_an_imu_turned_in_the_ship_gives_the_same_motion(convention):
     """With its lever arm, in the axes of either convention, and pitched by 90 deg, where its own angles have no yaw."""
-    m, rows = sail(50.0), []
-    for rotation_deg in ((0.0, 0.0, 0.0), turned):
+    m, rows = sail(30.0), []
+    for rotation_deg in ((0.0, 0.0, 0.0), (180.0, 0.0, 90.0), (0.0, -20.0, 45.0), (10.0, 90.0, -35.0)):
         sent = mounted(m, rotation_deg)
         if convention == "ned":
             sent = ned(sent)
@@ -287,7 +286,7 @@ def test_an_imu_turned_in_the_ship_gives_the_same_motion(turned, convention):
         it, first, _ = through(events(sent), it)
         assert first == {} and it.source == Source.IMU
         rows.append(it.inputs.motion.copy())
-    assert np.abs(rows[1] - rows[0]).max() < 1e-6
+    assert max(np.abs(other - rows[0]).max() for other in rows[1:]) < 1e-6
     last = rows[0][(int(it.inputs.motion_head[0]) - 1) % 1024]
     assert abs(last[2] - m.position[-1, 2]) < 0.5 and np.allclose(last[3:5], angles(m)[-1][:2], atol=1e-9)
 
@@ -304,7 +303,7 @@ def test_an_imu_whose_turn_is_not_declared_is_found():
     assert through(events(far, down(m)), watch[1])[1].keys() == {("odom", "heave_sign")}
 
 
-@pytest.mark.parametrize("hertz, seconds", [(1_000.0, 2.0), (10_000.0, 0.3)])
+@pytest.mark.parametrize("hertz, seconds", [(1_000.0, 1.2), (10_000.0, 0.2)])
 def test_fast_topics_lose_nothing(hertz, seconds):
     m = sail(seconds, hertz)
     for topic, found in (("odometry", events(None, m)), ("imu", events(m))):

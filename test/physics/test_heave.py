@@ -48,11 +48,11 @@ def test_at_rest_in_any_attitude_nothing_moves(angles):
     assert abs(out).max() < 1e-9
 
 
-@pytest.mark.parametrize("period", [5.0, 10.2, 20.0, 40.0, 80.0])
+@pytest.mark.parametrize("period", [5.0, 10.2, 80.0])
 def test_a_sinusoid_comes_out_as_the_transfer_function_says(period):
-    t, w = np.arange(0, 800, 0.02), 2 * pi / period
+    t, w = np.arange(0, 800, 0.05), 2 * pi / period
     out, _ = run(Heave(), t, *heaving(t, -w * w * np.sin(w * t)))
-    n = int(round(int(240 / period) * period / 0.02))  # whole periods, long after the start
+    n = int(round(int(240 / period) * period / 0.05))  # whole periods, long after the start
     tail, wave = slice(len(t) - n, None), np.exp(-1j * w * t)
     got = 2j * np.mean(out[tail, 2] * wave[tail])
     assert abs(got - response(period, 60.0)) < 2e-3
@@ -67,14 +67,14 @@ def test_error_at_wave_periods_falls_with_the_cube():
 
 
 def test_a_constant_bias_leaves_no_displacement_and_is_found():
-    t = np.arange(0, 400, 0.02)
+    t = np.arange(0, 400, 0.1)
     out, filter_ = run(Heave(), t, *heaving(t, 0.0, BIAS))
     assert abs(out[t > 300, 2]).max() < 1e-3
     assert filter_.bias[2] == pytest.approx(BIAS, rel=1e-3)
 
 
 @given(st.tuples(*[st.floats(-40, 40)] * 3))
-@settings(max_examples=8)
+@settings(max_examples=5)
 def test_roll_and_pitch_about_base_link_move_the_imu_only(lever):
     t = np.arange(0, 90, 0.02)
     angles = np.column_stack([0.1 * np.sin(0.6 * t), 0.05 * np.sin(0.55 * t + 1), 0.02 * np.sin(0.3 * t)])
@@ -171,7 +171,7 @@ def heave_error(recorded, seed, **parameters):
     return out[:, 2], height
 
 
-@pytest.mark.parametrize("seed", [1, 2, 3])
+@pytest.mark.parametrize("seed", [1, *(pytest.param(seed, marks=pytest.mark.nightly) for seed in (2, 3))])
 def test_imu_only_heave_within_five_percent_of_the_significant_heave(recorded, seed):
     """Required: after at most 180 s of settling, RMS error <= max(5 cm, 5 % Hs), with 1 mg of bias and noise."""
     estimate, height = heave_error(recorded, seed)

@@ -121,15 +121,14 @@ def test_after_the_last_sample_the_ship_comes_to_its_mean():
     ship = Ship(start_blend=0.1)
     for k in range(60):
         ship.push(0.02 * k)
-    rows = np.array([ship.tick() for _ in range(4000)])
+    rows = np.array([ship.tick() for _ in range(3300)])
     assert smooth(rows[12:]) < 2e-4  # after the short start blend
     assert np.abs(rows[-1, 2:5]).max() < 1e-3, "heave, roll and pitch have died out"
     assert np.abs(rows[-1, 8:]).max() < 1e-3
     assert np.isfinite(rows).all()
 
 
-@pytest.mark.parametrize("speed", [(3.0, -1.0), (0.0, 0.0)])
-@pytest.mark.parametrize("cut", [60.0, 63.0, 66.0])
+@pytest.mark.parametrize("cut, speed", [(24.0, (3.0, -1.0)), (27.0, (0.0, 0.0)), (30.0, (3.0, -1.0))])
 def test_stale_motion_goes_on_at_the_mean_speed_and_does_not_drift(speed, cut):
     """Only what the waves add dies out: it was the whole speed, which carried the ship v T / e off and back again."""
     ship = Ship(start_blend=0.1)
