@@ -30,11 +30,17 @@ class Keeper:
         return WinchCommand(rate=self.gain * float(row.sheave_velocity[2]))
 
 
-@pytest.fixture
-def bag(monkeypatch):
-    """Two seconds of the shipped motion, and a way to change them."""
+@pytest.fixture(scope="module")
+def two_seconds():
+    """Of the shipped motion."""
     tow = read_tow(find_bag("nbp1406"))
-    events = [event for event in tow.events if event.kind == "odometry" and event.time <= tow.start + 2 * S]
+    return [event for event in tow.events if event.kind == "odometry" and event.time <= tow.start + 2 * S]
+
+
+@pytest.fixture
+def bag(monkeypatch, two_seconds):
+    """Two seconds of the shipped motion, and a way to change them."""
+    events = list(two_seconds)
     monkeypatch.setattr(sources, "read_tow", lambda path, **_: RecordedTow("nbp1406", list(events)))
     return events
 
@@ -65,7 +71,7 @@ def test_it_is_asked_once_a_period_and_other_ticks_go_by():
 )
 def test_a_replay_of_its_recording_gives_the_same_bits(given, tmp_path, bag):
     keeper = Keeper() if given else lambda row: WinchCommand(payout=208.0 + 0.2 * np.sin(row.tick))
-    first = run("side_scan", duration=1.0, controller=keeper, out=tmp_path, **given)
+    first = run("side_scan", duration=0.6, controller=keeper, out=tmp_path, **given)
     again = replay(first.bag)
     assert np.ptp(first.frames.payout) > 0.005, "it moves the winch"
     assert again.frames.tobytes() == first.frames.tobytes() and again.verdict.state == "ok"
@@ -110,7 +116,7 @@ def test_what_asks_for_too_much_is_limited_and_counted():
 
 
 def test_the_commands_of_the_bag_are_left_out(tmp_path):
-    first = run("side_scan", duration=1.0, controller=lambda row: WinchCommand(rate=0.4), out=tmp_path, **HEAVE)
+    first = run("side_scan", duration=0.5, controller=lambda row: WinchCommand(rate=0.4), out=tmp_path, **HEAVE)
     held = run("side_scan", first.bag, controller=lambda row: None)
     moved = run("side_scan", first.bag)
     assert np.ptp(held.frames.payout) < 0.01 < np.ptp(moved.frames.payout)

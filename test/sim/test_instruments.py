@@ -188,8 +188,8 @@ def test_a_pressure_cell_feels_the_waves():
 
 
 def test_heave_of_an_mru_is_high_passed():
-    f = run({"duration": 150.0, "winch": None}, instruments__mru__heave_period=40.0)[-1600:]
-    w, w0, zeta = 2.0 * pi / 8.0, 2.0 * pi / 40.0, 0.7
+    f = run({"duration": 64.0, "winch": None}, instruments__mru__heave_period=16.0)[-1600:]
+    w, w0, zeta = 2.0 * pi / 8.0, 2.0 * pi / 16.0, 0.7
     turn = np.exp(-1j * w * f.time * 1e-9)
     expected = -w * w / (w0 * w0 - w * w + 2j * zeta * w0 * w)
     for shown, true in ((f.mru_heave, f.ship_position[:, 2]), (f.mru_heave_rate, f.ship_velocity[:, 2])):
@@ -384,7 +384,7 @@ def test_faults_of_the_drive():
 
 def test_a_law_and_a_controller_get_what_the_key_says():
     law = {"setpoint__algorithm": "simplified_sheave", "setpoint__washout_period": 0.0}
-    motion = {"duration": 40.0, "winch": None}
+    motion = {"duration": 20.0, "winch": None}
     deviation = {}
     for name, values in (
         ("truth", {"instruments__mru__latency": 0.2}),
@@ -415,7 +415,7 @@ def test_readings_are_recorded_replayed_and_gone_on_with(tmp_path):
         "instruments__mru__heave_period": 30.0,
         "faults__usbl__kind": "drift",
     }
-    what, motion = scene(**values, faults__usbl__size=0.5), MOVING | {"winch": None, "duration": 4.0}
+    what, motion = scene(**values, faults__usbl__size=0.5), MOVING | {"winch": None, "duration": 2.0}
     begun = offline.run(what, **motion, out=tmp_path, save=tmp_path / "a.npz")
     for name, bit in (("mru", 1), ("encoder", 2), ("metering_sheave", 4), ("load_pin", 8), ("usbl", 16), ("depth", 32)):
         messages = [m for m in read_bag(begun.bag) if m.topic.endswith(f"instruments/{name}")]
@@ -427,7 +427,7 @@ def test_readings_are_recorded_replayed_and_gone_on_with(tmp_path):
                 assert np.asarray(value) == pytest.approx(frame[field], abs=1e-12), (name, field)
     assert offline.replay(begun.bag).frames.tobytes() == begun.frames.tobytes()
     on = offline.run(what, **motion, resumed=tmp_path / "a.npz").frames
-    whole = offline.run(what, **(motion | {"duration": 8.0})).frames
+    whole = offline.run(what, **(motion | {"duration": 4.0})).frames
     assert on.tobytes() == whole[-len(on) :].tobytes()
 
 

@@ -250,9 +250,12 @@ def test_the_command_prints_what_was_taken_and_warns():
     assert "taken:" not in call("viv", "capozucca_5_5").stdout
 
 
-def test_sensitivity_is_of_one_case():
+def test_sensitivity_is_of_one_case(span, tmp_path):
     result = call("viv", "span_in_wind", "--sensitivity", "--json")
     assert result.exit_code == 2 and "has 4 cases, and --sensitivity is of one" in result.stderr
-    result = call("viv", "span_in_wind", "--sensitivity", "--case", "case_1", "--json")
+    short = changed(span.frequency_domain, response={"segments": 80, "points": 40})
+    path = tmp_path / "short.yaml"
+    path.write_text(json.dumps({"span": json.loads(changed(span, frequency_domain=short).model_dump_json())}))
+    result = call("viv", path, "--sensitivity", "--case", "case_1", "--json")
     rows = {row["choice"]: row["place"] for row in json.loads(result.stdout)}
     assert rows["damping ratios halved"] > 0.5 and abs(rows["half as many segments"]) < 1e-3

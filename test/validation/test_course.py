@@ -51,7 +51,7 @@ def sail(sim: Simulator, kind: str) -> np.recarray:
     return np.concatenate(frames).view(np.recarray)
 
 
-@pytest.mark.parametrize("kind", COURSES)
+@pytest.mark.parametrize("kind", [pytest.param("slower", marks=pytest.mark.nightly), "stopped", "turned"])
 def test_a_tow_forgets_the_course_it_was_on(kind):
     scene = override(load_scene("full_scale"), TOW)
     sim = Simulator(scene)
