@@ -25,7 +25,7 @@ from cable_sim_ros.sim import simulator
 from cable_sim_ros.sim.simulator import Simulator, SolverError, StartError
 
 pytestmark = pytest.mark.trust
-SECONDS = 4.0
+SECONDS = 2.0
 
 
 @pytest.fixture(scope="module")
@@ -65,11 +65,6 @@ def test_a_run_lasts_as_long_as_asked_and_at_most_as_the_bag(recorded):
     assert not np.any(result.frames["status"] & 64), "motion went stale although the bag goes on"
 
 
-def test_the_setpoint_can_be_chosen():
-    held = offline.run("full_scale", "nbp1406", duration=SECONDS, algorithm="hold")
-    assert held.metrics["setpoint"] == "hold" and np.ptp(held.frames["payout"]) < 1e-6
-
-
 def test_the_same_run_gives_the_same_bytes(recorded, tmp_path):
     first, _ = recorded
     second = offline.run("full_scale", "nbp1406", duration=SECONDS, out=tmp_path)
@@ -93,25 +88,18 @@ def test_a_replay_is_judged_by_its_residuals(recorded, monkeypatch):
     assert offline.replay(bag, slower).verdict.reasons[0].flag == "RESIDUAL"
 
 
-def test_chunks_leave_no_trace(recorded, monkeypatch):
-    monkeypatch.setattr(message_run, "CHUNK", 0.07)
-    again = offline.run("full_scale", "nbp1406", duration=SECONDS)
-    assert again.frames.tobytes() == recorded[0].frames.tobytes()
-
-
 def test_a_replay_gives_the_same_numbers(recorded):
     result = offline.replay(recorded[0].bag)
+    assert result.metrics["journal"] is True and result.metrics["replay_faults"] == []
     assert result.metrics["largest_difference"] == {"field": "", "difference": 0.0, "ticks": len(recorded[0].frames)}
     assert {row.channel for row in result.residuals} == {"sheave/tension", "towbody/pose", "winch/state"}
     assert all(row.largest < 1e-9 and row.count == len(recorded[0].frames) for row in result.residuals)
 
 
 def test_a_replay_without_a_journal_says_that_it_is_another_run(recorded, monkeypatch):
-    whole = offline.replay(recorded[0].bag)
-    assert whole.metrics["journal"] is True and whole.metrics["replay_faults"] == []
     monkeypatch.setattr(offline, "read_journal", lambda messages: read_journal([]))
     result = offline.replay(recorded[0].bag)
-    assert result.metrics["journal"] is False and result.metrics["largest_difference"]["ticks"] > 300
+    assert result.metrics["journal"] is False and result.metrics["largest_difference"]["ticks"] > 150
     (fault,) = result.metrics["replay_faults"]
     assert "no journal of what the run took and when" in fault and "static start of its own" in fault
 
@@ -138,20 +126,17 @@ def test_the_bag_is_read_back_by_other_readers(recorded):
     assert load_run(result.bag).frames.tobytes() == result.frames.tobytes()
 
 
-def test_figures_are_written_beside_the_bag(recorded):
+def test_figures_are_written_beside_the_bag_and_nothing_is_overwritten(recorded):
     result, out = recorded
     assert json.loads((out / "summary.json").read_text()) == json.loads(json.dumps(result.metrics))
     assert result.metrics["commands_refused"] == {}
+    with pytest.raises(BagError, match="exists already: nothing was simulated"):
+        offline.run("full_scale", "nbp1406", out=out)
 
 
 def test_a_bag_without_outputs_has_no_residuals():
     tow = read_tow(offline.find_bag("lmg1903"))
     assert tow.outputs == {} and residuals(np.zeros(3, TICK_OUTPUT).view(np.recarray), tow) == []
-
-
-def test_a_recording_is_not_overwritten(recorded):
-    with pytest.raises(BagError, match="exists already: nothing was simulated"):
-        offline.run("full_scale", "nbp1406", out=recorded[1])
 
 
 def test_imu_alone_moves_the_ship():
@@ -406,13 +391,13 @@ def test_a_current_along_the_heading_makes_the_same_tow_on_every_heading():
 def test_a_run_off_the_mean_track_says_so():
     scene = override(load_quietly("full_scale"), {"ship.tow_speed": 1.9})
     with pytest.warns(SceneWarning, match="ship.tow_speed is 1.9 m/s: the ship follows the motion"):
-        result = offline.run(scene, "nbp1406", duration=45.0)
+        result = offline.run(scene, "nbp1406", duration=45.0, step="fixed", every=0.05)
     assert result.verdict.code == 4 and [reason["flag"] for reason in result.metrics["verdict"]["reasons"]] == [
         "MEAN_TRACK"
     ]
 
 
-HAUL = "0 hold, 1 rate 0.2, 2 hold, 2.5 rate -0.4, 3 hold"  # pays out 0.2 m and takes them in again
+HAUL = "0 hold, 0.4 rate 0.2, 1 hold, 1.2 rate -0.4, 1.5 hold"  # pays out 0.12 m and takes them in again
 
 
 @pytest.fixture(scope="module")
@@ -425,19 +410,22 @@ def hauled(tmp_path_factory):
 def test_the_winch_follows_its_plan(hauled):
     frames, metrics = hauled.frames, hauled.metrics
     out = frames["payout_setpoint"] - frames["payout_setpoint"][0]
-    assert out[98] == 0.0 and out[149] == pytest.approx(0.1, abs=0.002) and out[199] == pytest.approx(0.2, abs=0.002)
+    assert out[38] == 0.0 and out[69] == pytest.approx(0.06, abs=0.002) and out[99] == pytest.approx(0.12, abs=0.002)
     assert out[-1] == pytest.approx(0.0, abs=1e-9) and frames["payout"][-1] == pytest.approx(
         frames["payout"][0], abs=1e-3
     )
     assert np.ptp(frames["payout"] - frames["scope"]) < 1e-9 and metrics["winch"] == HAUL
-    assert metrics["scope_max_m"] - metrics["scope_min_m"] == pytest.approx(0.2, abs=0.01)
+    assert metrics["scope_max_m"] - metrics["scope_min_m"] == pytest.approx(0.12, abs=0.01)
     assert metrics["commands_refused"] == {} and not (frames["status"] & Flag.COMMAND_STALE).any()
 
 
-def test_compensation_adds_to_the_plan(hauled, recorded):
-    both = offline.run("full_scale", "nbp1406", duration=SECONDS, winch=HAUL).frames["payout_setpoint"]
+def test_compensation_adds_to_the_plan_and_chunks_leave_no_trace(hauled, recorded, monkeypatch):
+    frames = offline.run("full_scale", "nbp1406", duration=SECONDS, winch=HAUL).frames
+    monkeypatch.setattr(message_run, "CHUNK", 0.07)
+    assert offline.run("full_scale", "nbp1406", duration=SECONDS, winch=HAUL).frames.tobytes() == frames.tobytes()
+    both = frames["payout_setpoint"]
     alone, plan = recorded[0].frames["payout_setpoint"], hauled.frames["payout_setpoint"]
-    assert both - alone == pytest.approx(plan - plan[0], abs=2e-3) and np.ptp(alone) > 0.02
+    assert both - alone == pytest.approx(plan - plan[0], abs=2e-3) and np.ptp(alone) > 0.005
 
 
 def test_a_replay_of_a_plan_gives_the_same_numbers(hauled):
@@ -447,15 +435,10 @@ def test_a_replay_of_a_plan_gives_the_same_numbers(hauled):
     assert read_tow(hauled.bag).about["winch_plan"] == HAUL
 
 
-def test_chunks_leave_no_trace_of_a_plan(hauled, monkeypatch):
-    monkeypatch.setattr(message_run, "CHUNK", 0.07)
-    again = offline.run("full_scale", "nbp1406", duration=SECONDS, algorithm="hold", winch=HAUL)
-    assert again.frames.tobytes() == hauled.frames.tobytes()
-
-
 def test_a_plan_takes_the_place_of_the_commands_of_a_bag(hauled):
-    held = offline.run("full_scale", hauled.bag, duration=3.0, algorithm="hold", winch="0 hold")
-    assert np.ptp(held.frames["payout_setpoint"]) == 0.0
+    held = offline.run("full_scale", hauled.bag, duration=1.6, algorithm="hold", winch="0 hold")
+    assert np.ptp(held.frames["payout_setpoint"]) == 0.0 and np.ptp(held.frames["payout"]) < 1e-6
+    assert held.metrics["setpoint"] == "hold"
 
 
 def test_a_plan_without_motion_runs_a_minute_longer(monkeypatch):
@@ -496,8 +479,8 @@ def test_steps_chosen_by_their_error_are_as_good_and_counted(recorded):
 @pytest.mark.parametrize(
     "scene, motion, law, seconds, maximum",
     [
-        ("side_scan", {"motion": "nbp1406"}, "rigorous_sheave", 30.0, 1500),  # a ship that drifts off its mean track
-        ("lowered_ctd", {"heave": (0.3, 4.0)}, "hold", 40.0, 950),  # next to the first axial mode of the tow
+        ("side_scan", {"motion": "nbp1406"}, "rigorous_sheave", 20.0, 1300),  # a ship that drifts off its mean track
+        ("lowered_ctd", {"heave": (0.3, 4.0)}, "hold", 22.0, 620),  # next to the first axial mode of the tow
     ],
 )
 def test_steps_keep_what_is_promised_of_the_deviation(scene, motion, law, seconds, maximum):
@@ -506,7 +489,7 @@ def test_steps_keep_what_is_promised_of_the_deviation(scene, motion, law, second
         offline.run(load_quietly(scene), **motion, duration=seconds, algorithm=law, step=step, every=every)
         for step, every in (("chosen", 0.1), ("fixed", 0.01))
     )
-    late = round(20.0 / 0.1)
+    late = round(10.0 / 0.1)
     ours, fine = chosen.frames[late:], fixed.frames[9::10][late:]
     assert (ours["time"] == fine["time"]).all()
     assert ours["tension"].std() == pytest.approx(fine["tension"].std(), rel=0.005)
