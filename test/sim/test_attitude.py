@@ -96,7 +96,7 @@ def test_what_no_body_has_is_refused_with_the_remedy(changes, parts):
 def test_a_fish_that_meets_the_ground_is_borne_and_lifted_again():
     """Paid out onto a seabed 4 m below it and hauled in: it lands, lies or slides, and flies as before."""
     scene = scene_of({"seabed.depth": 113.0})
-    done = run(scene, heave=(0.3, 8.0), duration=75.0, winch="1 rate 1.0, 40 rate -1.0")
+    done = run(scene, heave=(0.3, 8.0), duration=75.0, winch="1 rate 1.0, 40 rate -1.0", step="fixed", every=0.04)
     frames, aground = done.frames, done.frames.status & Flag.SEABED > 0
     assert not aground[0] and aground.any() and not aground[-1]
     assert -113.2 < frames.body_position[:, 2].min() and frames.body_position[-1, 2] > -112.0
@@ -198,11 +198,11 @@ def test_a_start_without_rest_points_to_the_trim(fish):
 def test_a_flap_is_moved_while_the_tow_runs(fish):
     """A tail flap of 8 deg down lifts the tail: the nose goes down, the wing presses harder and the body dives."""
     flapped = {"towbody.wings.tail.flap_share": 0.25, "towbody.wings.depressor.flap_share": 0.25}
-    sim = Simulator(scene_of(flapped))
+    sim = Simulator(scene_of(flapped | {"solver.tick": 0.1}))
     sim.start()
     before = sim.frame.copy()
     sim.set("towbody.wings.tail.flap", 8.0)
-    frames = sim.run(20000)
+    frames = sim.run(2000)
     pitch = np.degrees(2.0 * np.arcsin(frames.body_quaternion[:, 1] - before.body_quaternion[1]))
     assert pitch[-1] > 0.3 and frames.body_position[-1, 2] < before.body_position[2] - 0.3
     begun = Simulator(scene_of(flapped | {"towbody.wings.tail.flap": 8.0}))
@@ -215,13 +215,13 @@ def test_a_flap_is_moved_while_the_tow_runs(fish):
 
 def test_a_depressor_on_the_line_pitches_in_metrics_and_topic(tmp_path):
     """A two-part tow: the depressor at the end of the main cable, a fish of next to no weight behind it."""
-    data = load_scene("full_scale").model_dump(mode="json")
+    data = override(load_scene("full_scale"), {"solver.tick": 0.05}).model_dump(mode="json")
     data["cable"]["sections"]["umbilical"] = {"length": 40.0, "diameter": 0.02, "mass_per_length": 0.33}
     weight = {"mass": 250.0, "net_weight": 445.0, "added_mass": [10.9, 217.6, 217.6]}
     data["bodies"] = {"depressor": FISH | weight | {"at": "faired"}}
     data["towbody"] = {"mass": 60.0, "net_weight": 10.0, "drag_area": [0.02, 0.2, 0.2]}
     data["setpoint"] = {"algorithm": "hold"}
-    result = run(scene_from_dict(data, "two_part.yaml"), heave=(1.0, 6.0), duration=12.0, out=tmp_path)
+    result = run(scene_from_dict(data, "two_part.yaml"), heave=(1.0, 6.0), duration=8.0, out=tmp_path)
     found, recorded = result.metrics["bodies"]["depressor"], load_run(tmp_path / "tow")
     pitch = np.degrees([rows[0, COLUMNS["pitch"]] for _, rows in recorded.bodies])
     assert found["pitch_std_deg"] > 0.1 and found["roll_std_deg"] < 1e-6
