@@ -6,6 +6,7 @@ would get the traceback of an import. Standard library only, as everything else 
 
 from __future__ import annotations
 
+import gc
 import os
 import re
 import sys
@@ -15,6 +16,7 @@ from importlib import metadata
 from pathlib import Path
 
 from .errors import CODE_INPUT, NEEDS_ROS, CableSimError
+from .limits import GARBAGE
 from .terminal import say
 
 COMPILER, WAY = "CABLE_SIM_COMPILER", "numba"  # given, any newer numba will do: compiler/jit.py
@@ -103,6 +105,7 @@ def check() -> None:
 
 
 def _run(load: Callable[[], Callable[[], object]]) -> int:
+    gc.set_threshold(*GARBAGE)
     try:
         check()
         main = load()

@@ -18,8 +18,11 @@ from pathlib import Path
 import pytest
 from hypothesis import HealthCheck, settings
 
+from cable_sim_ros.limits import GARBAGE
+
 # a shell that runs the tests in the background has it ignored, and so would all that they start
 signal.signal(signal.SIGINT, signal.default_int_handler)
+gc.set_threshold(*GARBAGE)
 HERE = Path(__file__).parent
 TIERS = {"check", "trust", "rest", "realtime", "nightly", "install"}
 WITHOUT_KERNELS = {"install"}  # tiers that run those of other installs

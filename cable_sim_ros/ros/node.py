@@ -5,6 +5,7 @@ The executor thread takes inputs, services and parameters; stepping loop and pub
 
 from __future__ import annotations
 
+import gc
 import os
 import sys
 import threading
@@ -27,6 +28,7 @@ from ..io.messages.channels import Context, Encoder
 from ..io.messages.markers import TOPIC as MARKERS
 from ..io.messages.messages import CAUSES, COMMANDED, COMMANDS, JOINT_COMMAND, KINDS, VEHICLES, Event, stamp_of
 from ..io.recordings.recording_place import name_problem, state_problem
+from ..limits import GARBAGE
 from ..sim.checks.friction_checks import slow
 from ..sim.flag_rules import FAILED
 from ..sim.live_parameters import changed, unfit, value_of, ways
@@ -476,4 +478,5 @@ def main(args: list[str] | None = None) -> int:
 
 
 if __name__ == "__main__":
+    gc.set_threshold(*GARBAGE)
     sys.exit(main())

@@ -8,16 +8,12 @@ import numpy as np
 
 from ...physics.sensor_models import (
     ALTITUDE,
-    DEPTH,
-    DEPTH_SHOWN,
     DEVICES,
-    ENCODED,
     FISH_ROLL,
     FIX,
     HEAVE,
     KINDS,
     MAX_LATE,
-    METERED,
     PIN,
     ROLL,
     SENSOR_RULES,
@@ -31,6 +27,7 @@ from ..scene import Scene
 from .drum_layers import layered
 
 MIN_NEWTONS = 0.02  # on the pin per newton of tension
+OWN = ("gain", "zero", "filter_time", "noise", "range_noise", "resolution")  # a rate has the gain alone
 AGAIN = 2  # ticks more than the latest reading needs
 
 
@@ -63,29 +60,20 @@ def signal_table(scene: Scene) -> np.ndarray:
         row["device"], row["on"], row["rate_of"] = number, device.on, name.endswith("_rate")
         row["every"] = 1 if device.rate is None else round(1.0 / (device.rate * tick))
         row["latency"] = round(device.latency / tick)
-    mru, pin = have.mru, have.load_pin
+        for key in OWN if not row["rate_of"] else ("gain",):
+            given = getattr(device, key, ())
+            if not isinstance(given, tuple):
+                row[key] = given
+    mru, fish, fix = have.mru, have.fish_attitude, slice(FIX, FIX + 3)
     table["noise"][:3], table["resolution"][:3] = mru.heave_noise, mru.heave_resolution
     table["noise"][HEAVE + 1 : ROLL] = mru.velocity_noise
     table["noise"][ROLL : ROLL + 2], table["resolution"][ROLL : ROLL + 2] = mru.angle_noise, mru.angle_resolution
     table["zero"][ROLL : ROLL + 2] = mru.angle_zero
-    table["resolution"][ENCODED] = have.encoder.resolution
-    table["gain"][METERED : METERED + 2] = have.metering_sheave.gain
-    table["resolution"][METERED] = have.metering_sheave.resolution
-    for key in ("zero", "gain", "filter_time", "noise", "resolution"):
-        table[key][PIN] = getattr(pin, key)
-    table["maximum"][PIN] = np.inf if pin.capacity is None else pin.capacity
-    fix = slice(FIX, FIX + 3)
-    table["range_noise"][fix], table["noise"][fix] = have.usbl.range_noise, have.usbl.noise
+    table["maximum"][PIN] = np.inf if have.load_pin.capacity is None else have.load_pin.capacity
     table["outlier"][fix], table["outlier_size"][fix] = have.usbl.outliers, have.usbl.outlier_size
-    for key in ("zero", "gain", "noise", "resolution"):
-        table[key][DEPTH_SHOWN] = getattr(have.depth, key)
-    fish, above = have.fish_attitude, have.altimeter
-    turned = slice(FISH_ROLL, FISH_ROLL + 3)
-    table["zero"][turned], table["noise"][turned], table["resolution"][turned] = fish.zero, fish.noise, fish.resolution
-    table["noise"][ALTITUDE], table["resolution"][ALTITUDE] = above.noise, above.resolution
+    table["zero"][FISH_ROLL : FISH_ROLL + 3] = fish.zero
     table["on"][ALTITUDE] &= scene.seabed.depth is not None
-    table["maximum"][ALTITUDE] = np.inf if above.max_range is None else above.max_range
-    assert SIGNALS[DEPTH_SHOWN][1] == DEPTH
+    table["maximum"][ALTITUDE] = np.inf if have.altimeter.max_range is None else have.altimeter.max_range
     return table
 
 
