@@ -79,10 +79,9 @@ def save(figure: Figure, path: str | os.PathLike) -> Path:
     from PIL import Image as images  # matplotlib needs it too
 
     drawn = BytesIO()
-    figure.savefig(drawn, format="png")
-    with images.open(drawn) as image:
-        picture = image.convert("RGB")
-    few(picture).save(path, optimize=True)
+    figure.savefig(drawn, format="rgba")
+    picture = images.frombytes("RGBA", figure.canvas.get_width_height(), drawn.getvalue())
+    few(picture.convert("RGB")).save(path, optimize=True)
     return path
 
 
@@ -92,9 +91,12 @@ def few(picture: Image.Image) -> Image.Image:
     from PIL import Image
 
     spread = picture.quantize(COLOURS - EXACT, Image.Quantize.MAXCOVERAGE, dither=Image.Dither.NONE).getpalette() or []
-    pixels = np.asarray(picture).astype(np.int64)
+    pixels = np.asarray(picture).astype(np.int32)
     packed = (pixels[..., 0] << 16 | pixels[..., 1] << 8 | pixels[..., 2]).ravel()
-    found, which, counts = np.unique(packed, return_inverse=True, return_counts=True)
+    begins = np.concatenate(([0], np.flatnonzero(np.diff(packed)) + 1))  # of runs of one colour: most of it is white
+    lengths = np.diff(begins, append=len(packed))
+    found, which = np.unique(packed[begins], return_inverse=True)
+    counts = np.bincount(which, lengths)
     colours = np.stack([found >> 16, found >> 8 & 255, found & 255], axis=1)
     common = colours[np.argsort(-counts, kind="stable")[:EXACT]]
     palette = np.vstack([common, np.reshape(spread[: 3 * (COLOURS - EXACT)], (-1, 3))])
@@ -102,7 +104,7 @@ def few(picture: Image.Image) -> Image.Image:
     for k in range(0, len(found), 4096):
         gap = ((colours[k : k + 4096, None, :] - palette) ** 2).sum(axis=2)
         nearest[k : k + 4096] = gap.argmin(axis=1)
-    made = Image.fromarray(nearest[which].reshape(pixels.shape[:2]), "P")
+    made = Image.fromarray(nearest[which].repeat(lengths).reshape(pixels.shape[:2]), "P")
     made.putpalette(palette.astype(np.uint8).ravel().tolist())
     return made
 

@@ -9,12 +9,12 @@ import shutil
 import numpy as np
 import pytest
 from click.testing import CliRunner
-from towed import TICK
+from towed import SECONDS, TICK, WINCH
 
 from cable_sim_ros.cli.commands import main
 from cable_sim_ros.io.scenes.load import override
 from cable_sim_ros.sim.inputs import WinchCommand
-from cable_sim_ros.tools.ensemble import coverage
+from cable_sim_ros.tools.ensemble import coverage, recording
 from cable_sim_ros.tools.ensemble.copies import FIGURES, EnsembleEnded, figures_of
 from cable_sim_ros.tools.ensemble.follow import Follower, Heard
 from cable_sim_ros.tools.ensemble.plan import EnsemblePlan
@@ -22,6 +22,7 @@ from cable_sim_ros.tools.ensemble.recording import doubts_of, figures, follow_re
 
 PLAN = EnsemblePlan(copies=5)
 NAMES = list(FIGURES)
+BANDS = round(SECONDS)
 
 
 def column(values, name):
@@ -34,12 +35,26 @@ def scene(bag):
 
 
 @pytest.fixture(scope="module")
-def followed(bag, scene):
-    return follow_recording(bag, scene, PLAN)
+def commanded(bag, tmp_path_factory):
+    """The command over the bag: what it said, its folder, and what it followed."""
+    folder, kept = tmp_path_factory.mktemp("commanded"), []
+
+    def follow(*given, **more):
+        kept.append(follow_recording(*given, **more))
+        return kept[0]
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(recording, "follow_recording", follow)
+        return call(bag, "--copies", 5, "--out", folder, "--json"), folder, kept[0]
+
+
+@pytest.fixture(scope="module")
+def followed(commanded):
+    return commanded[2]
 
 
 def test_copy_0_is_the_tow_and_the_band_is_about_it(followed):
-    assert followed.members == 5 and len(followed.time) == 90 and not followed.notes and not followed.lost
+    assert followed.members == 5 and len(followed.time) == BANDS and not followed.notes and not followed.lost
     apart = np.abs(followed.nominal - followed.tow)
     assert column(apart, "body_depth").max() < 1e-3 and column(apart, "body_x").max() < 1e-3
     least = column(apart, "tension").max() / column(followed.tow, "tension").max()
@@ -64,10 +79,10 @@ def test_the_parts_in_which_messages_come_do_not_count(bag, scene, followed):
 
 
 def test_the_look_ahead_is_what_came_where_the_plan_was_kept(bag, scene, followed):
-    """30 s in, 60 s ahead: the heave goes on as it was, the winch as planned; the tow itself is the truth."""
-    told = {"seconds": 60.0, "winch": "0 hold, 40 rate 0.4, 65 hold"}
+    """20 s in, 40 s ahead: the heave goes on as it was, the winch as planned; the tow itself is the truth."""
+    told = {"seconds": 40.0, "winch": WINCH}
     follower = Follower(scene, EnsemblePlan.model_validate({"copies": 5, "ahead": told}))
-    follower.hear(itertools.takewhile(lambda item: len(follower.frames) < 30.5 / TICK, heard_of(bag)))
+    follower.hear(itertools.takewhile(lambda item: len(follower.frames) < 20.5 / TICK, heard_of(bag)))
     while follower.advance() is not None:
         pass
     before = follower.ensemble.nominal.frame.copy()
@@ -75,7 +90,7 @@ def test_the_look_ahead_is_what_came_where_the_plan_was_kept(bag, scene, followe
     assert follower.ensemble.nominal.frame == before, "the copies stay where they are"
     seconds = (band.time - follower.began) * 1e-9
     truth = followed.tow[np.searchsorted(followed.time, seconds - 0.5)]
-    assert seconds[-1] - (int(before["time"]) - follower.began) * 1e-9 == pytest.approx(60.0)
+    assert seconds[-1] - (int(before["time"]) - follower.began) * 1e-9 == pytest.approx(40.0)
     for name, near in (("body_depth", 1.0), ("layback", 1.0), ("body_x", 2.0)):
         apart = np.abs(column(band.nominal, name) - column(truth, name))
         assert apart.max() < near, (name, apart.max())
@@ -117,21 +132,19 @@ def test_a_clock_that_jumps_and_messages_that_are_none_begin_again_or_are_left_o
 
 
 def test_figures_are_of_the_bands_where_the_copies_had_settled(followed):
-    late = followed._replace(settled=np.arange(90) >= 60)
+    late = followed._replace(settled=np.arange(BANDS) >= 40)
     told, inside = figures(late, PLAN), (followed.tow >= followed.low) & (followed.tow <= followed.high)
-    assert told["bands"] == 90 and told["bands_settled"] == 30
+    assert told["bands"] == BANDS and told["bands_settled"] == 20
     for k, row in enumerate(told["figures"].values()):
-        assert row["recorded_inside"] == inside[60:, k].mean()
-        assert row["width_max"] == (followed.high - followed.low)[60:, k].max()
-    never = figures(followed._replace(settled=np.zeros(90, bool)), PLAN)
+        assert row["recorded_inside"] == inside[40:, k].mean()
+        assert row["width_max"] == (followed.high - followed.low)[40:, k].max()
+    never = figures(followed._replace(settled=np.zeros(BANDS, bool)), PLAN)
     assert never["bands_settled"] == 0 and never["figures"] == figures(followed, PLAN)["figures"]
 
 
 @pytest.mark.nightly
 def test_a_recording_that_begins_under_way_is_doubtful_until_the_copies_settle(bag, tmp_path, monkeypatch):
     """20 to 40 s of it, without the tick outputs from 30 to 33 s: the copies begin twice, and never settle."""
-    from cable_sim_ros.tools.ensemble import recording
-
     kept = [item for item in heard_of(bag) if item.kind == "health"]
     kept = kept[round(20.0 / TICK) : round(30.0 / TICK)] + kept[round(33.0 / TICK) : round(40.0 / TICK)]
     monkeypatch.setattr(recording, "heard_of", lambda path, damage: iter(kept))
@@ -154,7 +167,7 @@ def test_a_damaged_recording_is_followed_as_far_as_it_goes_and_said(bag, tmp_pat
     (tmp_path / "cut" / whole.name).write_bytes(data[: len(data) // 3])
     found = call(tmp_path / "cut", "--copies", 5, "--out", tmp_path, "--json")
     told = json.loads(found.stdout)
-    assert found.exit_code == told["exit_code"] == 3 and 10 < told["bands"] < 60
+    assert found.exit_code == told["exit_code"] == 3 and 10 < told["bands"] < 40
     assert str(tmp_path / "cut") in told["notes"][-1]
 
 
@@ -162,8 +175,9 @@ def call(*arguments):
     return CliRunner().invoke(main, ["ensemble", *map(str, arguments)])
 
 
-def test_copies_that_leave_what_the_model_can_do_are_told_and_code_4(bag, tmp_path):
-    """A towbody lighter than water in most of them: it would rise to the surface."""
+def test_copies_that_leave_what_the_model_can_do_are_told_and_code_4(bag, tmp_path, monkeypatch):
+    """A towbody lighter than water in most of them: it would rise to the surface, within 15 s."""
+    monkeypatch.setattr(recording, "heard_of", lambda path, damage: itertools.islice(heard_of(path), 310))
     (tmp_path / "light.yaml").write_text("ensemble: light\nranges: {towbody.net_weight: {low: -3000, high: 300}}\n")
     result = call(bag, "--file", tmp_path / "light.yaml", "--copies", "5", "--out", tmp_path, "--json")
     told = json.loads(result.stdout)
@@ -171,8 +185,8 @@ def test_copies_that_leave_what_the_model_can_do_are_told_and_code_4(bag, tmp_pa
     assert any("x in the copies, first: " in note and "rises to the surface" in note for note in told["notes"]), told
 
 
-def test_the_command_writes_table_picture_and_figures(bag, tmp_path):
-    found = call(bag, "--copies", 5, "--out", tmp_path, "--json")
+def test_the_command_writes_table_picture_and_figures(commanded):
+    found, folder, _ = commanded
     told = json.loads(found.stdout)
     (flag,) = told["notes"]
     assert found.exit_code == told["exit_code"] == 4, "ticks of 50 ms damp some of this tow"
@@ -180,12 +194,12 @@ def test_the_command_writes_table_picture_and_figures(bag, tmp_path):
     assert (
         told["copies"] == 5
         and told["level"] == pytest.approx(4 / 6)
-        and told == json.loads((tmp_path / "ensemble.json").read_text())
+        and told == json.loads((folder / "ensemble.json").read_text())
     )
-    with open(tmp_path / "ensemble.csv", newline="") as file:
+    with open(folder / "ensemble.csv", newline="") as file:
         head, *rows = csv.reader(file)
-    assert head[:3] == ["time_s", "tension_low_N", "tension_median_N"] and len(rows) == 90
-    assert (tmp_path / "ensemble.png").stat().st_size > 10_000
+    assert head[:3] == ["time_s", "tension_low_N", "tension_median_N"] and len(rows) == BANDS
+    assert (folder / "ensemble.png").stat().st_size > 10_000
     assert any(line.startswith("assumed: share of the drag") for line in told["assumed"])
     assert told["cpu_per_copy_and_second"] > 0.0
 
@@ -221,8 +235,6 @@ def test_what_cannot_be_is_refused_in_a_line(bag, arguments, text, tmp_path, mon
 
 
 def test_a_recording_shorter_than_a_band_is_said(bag, scene, monkeypatch):
-    from cable_sim_ros.tools.ensemble import recording
-
     monkeypatch.setattr(recording, "heard_of", lambda path, damage: iter(list(heard_of(path))[:15]))
     with pytest.raises(EnsembleEnded, match="shorter than one band, 1 s; nothing is told"):
         follow_recording(bag, scene, PLAN)
@@ -237,12 +249,12 @@ def heard_dtype():
 
 def test_copies_that_do_not_follow_and_seconds_in_no_band_are_doubts(followed):
     told = figures(followed, PLAN)
-    assert doubts_of(followed, told, PLAN) == [] and told["heard_s"] == pytest.approx(90.0, abs=0.2)
+    assert doubts_of(followed, told, PLAN) == [] and told["heard_s"] == pytest.approx(SECONDS, abs=0.2)
     told["figures"]["body_y"] |= {"width_mean": 0.0, "copy_0_apart_rms": 1e-9}
     assert doubts_of(followed, told, PLAN) == [], "round-off beside a band of no width"
     told["figures"]["body_depth"]["copy_0_apart_rms"] = 8.0
-    one, two = doubts_of(followed._replace(heard=110.0), told, PLAN)
-    assert one == "20 s of the 110 s of the tow that were heard are in no band"
+    one, two = doubts_of(followed._replace(heard=SECONDS + 20.0), told, PLAN)
+    assert one == "20 s of the 80 s of the tow that were heard are in no band"
     assert two.startswith("copy 0 is 8 m rms from the recorded body_depth, more than 0.25 of the width of the band")
 
 

@@ -1,4 +1,4 @@
-"""A tow recorded once that the tests of the ensemble follow: 90 s of heave, the winch at work from 40 s on.
+"""A tow recorded once that the tests of the ensemble follow: 60 s of heave, the winch at work from 25 s on.
 
 Its tick is 50 ms: what a copy computes costs a fifth.
 """
@@ -10,7 +10,7 @@ from pathlib import Path
 from cable_sim_ros.runs import offline
 
 TICK = 0.05  # s
-HEAVE, SECONDS, WINCH = (0.6, 6.0), 90.0, "0 hold, 40 rate 0.4, 65 hold"
+HEAVE, SECONDS, WINCH = (0.6, 6.0), 60.0, "0 hold, 25 rate 0.5, 45 hold"
 
 
 def tow(folder: Path) -> Path:

@@ -85,9 +85,9 @@ def prints(text):
     for node in ast.walk(ast.parse(text)):
         if not isinstance(node, ast.Call):
             continue
-        called = ast.unparse(node.func)
-        if not called.endswith(PRINTING):
+        if not getattr(node.func, "attr", getattr(node.func, "id", "")).endswith(PRINTING):
             continue
+        called = ast.unparse(node.func)
         first = node.args[0] if node.args else None
         log = called.rpartition(".")[2] in LOGGERS and "logg" in called
         whole = isinstance(first, ast.Constant) or ast.unparse(first or node).startswith(("clean(", "CAUSES"))

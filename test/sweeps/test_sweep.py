@@ -1,7 +1,6 @@
 """Sweeps: what a file asks for, the same rows from any number of workers, going on, dead workers, errors."""
 
 import json
-import os
 import signal
 import subprocess
 import sys
@@ -12,6 +11,7 @@ from math import isnan, log
 from pathlib import Path
 
 import pytest
+from killer import KILLS, Named, killer
 
 from cable_sim_ros.io.scenes.document import find_bag
 from cable_sim_ros.io.scenes.load import dump_scene, load_scene, override
@@ -69,8 +69,9 @@ def test_a_run_that_fails_is_a_row_with_its_reason(swept):
     assert not swept.faults
 
 
-def test_own_processes_give_the_same_rows(swept, tmp_path):
-    again = sweep(swept.plan, tmp_path, workers=2)
+@pytest.mark.parametrize("workers", [1, pytest.param(2, marks=pytest.mark.nightly)])
+def test_own_processes_give_the_same_rows(swept, tmp_path, workers):
+    again = sweep(swept.plan, tmp_path, workers=workers)
     assert plain(again.rows) == plain(swept.rows) and again.computed == 3
 
 
@@ -147,20 +148,13 @@ def test_what_is_lost_with_a_worker_is_run_again_and_nothing_twice(refuses):
     assert all(row["verdict"] != "failed" for _, row in rows)
 
 
-def killer(case):
-    """In a worker: the case of scope 1.0 ends its process, as the kernel does for one that takes all memory."""
-    if case.settings["winch.scope"] == 1.0:
-        os.kill(os.getpid(), signal.SIGKILL)
-    return {"key": case.key, "verdict": "ok", "error": ""}
-
-
 def test_a_case_that_kills_its_worker_is_a_row_and_the_others_are_whole(monkeypatch):
     monkeypatch.setattr(engine, "simulate", killer)
-    cases = list(cases_of(checked({**SHORT, "grid": {"winch.scope": [0.9, 1.0, 1.1, 1.2]}}, "here")))
-    rows = {case.number: row for case, row in rows_of(cases, lambda: processes(2), 2)}
+    cases = [Named(str(k)) for k in (0, KILLS, 2, 3)]
+    rows = {case.key: row for case, row in rows_of(cases, lambda: processes(2), 2)}
     assert len(rows) == 4
-    assert "worker that ran it ended" in rows[1]["error"] and rows[1]["again"]
-    assert [rows[k]["verdict"] for k in (0, 2, 3)] == ["ok"] * 3
+    assert "worker that ran it ended" in rows[str(KILLS)]["error"] and rows[str(KILLS)]["again"]
+    assert [rows[key]["verdict"] for key in "023"] == ["ok"] * 3
 
 
 def test_a_fault_of_the_program_is_a_row_that_says_so(monkeypatch):
@@ -368,8 +362,8 @@ def test_a_row_says_when_the_waves_do_not_move_the_ship(motion, told):
 
 CALLER = """
 import os, time
-from cable_sim_ros.tools.sweeps.engine import processes
 if __name__ == "__main__":
+    from cable_sim_ros.tools.sweeps.engine import processes
     executor = processes(1)
     print(executor.submit(os.getpid).result(), flush=True)
     executor.submit(time.sleep, 60.0)
@@ -377,7 +371,7 @@ if __name__ == "__main__":
 """
 
 
-@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGKILL])
+@pytest.mark.parametrize("number", [pytest.param(signal.SIGTERM, marks=pytest.mark.nightly), signal.SIGKILL])
 def test_workers_end_with_a_caller_that_was_ended_by_a_signal(tmp_path, number):
     """Else each waits for work for ever, with its memory."""
     (tmp_path / "caller.py").write_text(CALLER)
