@@ -85,18 +85,18 @@ def table_of(folder, rows, head=HEAD):
     return path
 
 
-def judged(path, made=MAP, folds=None, free=(FREE,), run=run):
+def judged(path, made=MAP, folds=None, free=(FREE,), run=run, design=64):
     scene = load_scene("bongo")
     made = MAPS.check(made, "map")
     read = read_tows(path, made, height_of(scene))
     setting = Setting("bongo", scene, {}, made.begin, height_of(scene), free_of(free, scene) if free else [])
-    return judge(read, made, setting, (0.4, 1.5), 256, folds, run)
+    return judge(read, made, setting, (0.4, 1.5), design, folds, run)
 
 
 @pytest.fixture(scope="module")
 def many(tmp_path_factory):
     """160 tows of closed form in eight groups, fitted and judged."""
-    return judged(table_of(tmp_path_factory.mktemp("tows"), tows_of(160)), folds=4)
+    return judged(table_of(tmp_path_factory.mktemp("tows"), tows_of(160)), folds=4, design=256)
 
 
 def test_the_number_that_the_tows_were_made_with_is_found(many):
@@ -127,7 +127,7 @@ def test_a_winch_that_cannot_pay_out_as_far_is_no_tow():
 def test_what_leaves_a_fold_out_does_not_see_its_depths(tmp_path, many):
     rows = list(tows_of(160))
     rows = [(*row[:-1], 0.7 * row[-1]) if row[1] == "c3" else row for row in rows]
-    other = judged(table_of(tmp_path, rows), folds=4)
+    other = judged(table_of(tmp_path, rows), folds=4, design=256)
     own = many.folds == many.folds[3]
     assert np.allclose(other.left_out[own][:, 1], many.left_out[own][:, 1], rtol=1e-9)
     assert not np.allclose(other.left_out[~own][:, 1], many.left_out[~own][:, 1], rtol=1e-3)
@@ -184,7 +184,7 @@ def test_what_makes_depths_doubtful_is_said(tmp_path):
         for case, row in zip(cases, rows):
             row["body_depth_max_m"] *= 1.0 + 0.05 * np.sin(1e4 * case.settings["ship.tow_speed"])  # rough
             row |= {"verdict": "doubtful", "reasons": "RINGING_DAMPED for 1 s (1 % of the run): the steps"}
-            if len(cases) < 64 and case.number == 0:
+            if len(cases) < 40 and case.number == 0:
                 row |= {"verdict": FAILED, "error": "winch.scope: too long"}
         return rows
 
@@ -512,7 +512,7 @@ def test_a_map_of_series_that_does_not_fit_is_refused_by_its_key(change, key):
 
 
 def test_a_tow_over_time_has_the_depth_and_interval_of_its_row(tmp_path):
-    """Three of 12 rows as series: between designs of 256 and of 16 tows of closed form the same but for both errors."""
+    """Three of 12 rows as series: between designs of 64 and of 16 tows of closed form the same but for both errors."""
     rows = [(*row, "") for row in tows_of(12)]
     plain = judged(table_of(tmp_path, rows, f"{HEAD.strip()},file\n"), folds=2, made=SERIES)
     for k in range(3):
@@ -521,7 +521,7 @@ def test_a_tow_over_time_has_the_depth_and_interval_of_its_row(tmp_path):
         file_of(tmp_path / f"{k}.csv", [0, out, out + 5, 2 * out + 5], [4, wire, wire, 4], speed, depth)
         rows[k] = (name, group, "", "", "", angle, "", f"{k}.csv")
     found = judged(table_of(tmp_path, rows, f"{HEAD.strip()},file\n"), folds=2, made=SERIES)
-    assert found.between.tows == 256 + 3 * 16 and found.between.over_time[1] < 0.005
+    assert found.between.tows == 64 + 3 * 16 and found.between.over_time[1] < 0.005
     within = found.between.over_time[0] + plain.between.error[0]
     assert found.left_out == pytest.approx(plain.left_out, rel=within)
     assert found.fitted.values == pytest.approx(plain.fitted.values, rel=within)
@@ -532,12 +532,12 @@ def test_tows_of_nes_lter_written_as_series_are_as_deep(tmp_path):
     0.03 m/s about its mean, of which 0.1 m/s are 7.5 % of depth (docs/tows.md)."""
     made, scene = load_map("nes_lter"), load_scene("bongo")
     own = SERIES["series"] | {"speed": {"field": "speed", "unit": "m/s"}}
-    rows = [tow for tow in read_tows("nes_lter", made, HEIGHT).tows if tow.wire <= 30.0][:3]
+    rows = [tow for tow in read_tows("nes_lter", made, HEIGHT).tows if tow.wire <= 30.0][:2]
     lines = [f"{HEAD.strip()},file"]
     for k, tow in enumerate(rows):
         out, back = tow.wire / tow.rate_out, tow.wire / tow.rate_in
         time = np.arange(0.0, out + 5.0 + back, 1.0)
-        speed = tow.speeds["ship"] + (0.03 * np.sin(time / 10.0) if k == 2 else 0.0)
+        speed = tow.speeds["ship"] + (0.03 * np.sin(time / 10.0) if k else 0.0)
         wire = np.interp(time, [0.0, out, out + 5.0, out + 5.0 + back], [0.0, tow.wire, tow.wire, 0.0])
         file_of(tmp_path / f"{k}.csv", time, wire, speed)
         lines.append(f"{tow.name},{tow.group},,,,,,{k}.csv")
@@ -546,8 +546,8 @@ def test_tows_of_nes_lter_written_as_series_are_as_deep(tmp_path):
     found = read_tows(tmp_path / "tows.csv", map_, HEIGHT)
     setting = Setting("bongo", scene, {}, made.begin, HEIGHT, [])
     tows = [made_of(tow, row.speeds["ship"]) for row, tow in zip([*rows, *rows], [*rows, *found.tows], strict=True)]
-    cases = cases_of(setting, tows, np.empty((6, 0)))
-    assert [case.ship is None for case in cases] == [True] * 5 + [False]
+    cases = cases_of(setting, tows, np.empty((4, 0)))
+    assert [case.ship is None for case in cases] == [True] * 3 + [False]
     by_row, by_series = np.split(answered([simulate(case) for case in cases]).depth, 2)
-    assert by_series[:2] == pytest.approx(by_row[:2], abs=1e-3)
-    assert by_series[2] == pytest.approx(by_row[2], rel=0.75 * 0.03)
+    assert by_series[0] == pytest.approx(by_row[0], abs=1e-3)
+    assert by_series[1] == pytest.approx(by_row[1], rel=0.75 * 0.03)

@@ -46,6 +46,7 @@ def test_table_a3_within_what_is_allowed(table, kept):
     assert all(row.vertical_peak_m < 6e-6 and abs(row.wake_shift_percent) < 0.2 for row in table.values())
 
 
+@pytest.mark.nightly
 def test_the_page_has_both_of_the_same_case(span, table):
     """docs/viv.md: natural and vibration frequency, rms in time over sheaves and pinned, in the frequency domain."""
     page = (Path(__file__).parents[2] / "docs" / "viv.md").read_text("utf-8").partition('<a id="both"></a>')[2]
@@ -71,6 +72,7 @@ def test_a_pinned_span_is_the_sum_of_its_modes(span, kept):
     assert row.streamwise_frequency_hz == pytest.approx(2.0 * row.vertical_frequency_hz, rel=2e-3)
 
 
+@pytest.mark.nightly
 def test_in_water_the_wake_locks_in(span):
     """Between 0.8 and 1.3 of the speed of resonance it keeps to the natural frequency, at 0.6 and 2 to its own."""
     water = changed(span, ends=SpanEnds.PINNED, fluid=WATER, damping_ratio=0.02, elements=8)
