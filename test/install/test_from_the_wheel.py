@@ -1,18 +1,20 @@
 """The wheel in an environment of its own with an empty home: a run from scenes and bags that came with it.
 
-In CI it is without kernels, those are of this machine; at night with those of one scene, as of `make wheel`.
+In CI it is without kernels, those are of this machine; at night with those of one scene, as of `make wheel`. Other
+interpreters are those of this machine, with what pip brings and no ROS.
 """
 
 import hashlib
 import json
 import os
+import shutil
 import subprocess
 import sys
 import sysconfig
 from pathlib import Path
 
 import pytest
-from standin import ROOT
+from standin import ROOT, copied
 
 from verification.wheel import build
 
@@ -127,3 +129,38 @@ def test_the_node_starts_and_says_what_it_refuses(installed):
     pytest.importorskip("rclpy")
     done = call(installed, "node", "--ros-args", "-p", "no_such:=1")
     assert done.returncode == 2 and "parameter 'no_such' = 1" in done.stderr, done.stderr
+
+
+@pytest.fixture(scope="module", params=["3.12", "3.13"])
+def other(request, tmp_path_factory):
+    """The plain wheel with its dependencies in an environment of another Python."""
+    beside = Path(sys.base_prefix).parent.glob(f"{request.param}.*/bin/python")
+    made = [str(path) for path in (*beside, shutil.which(f"python{request.param}")) if path]
+    usable = (
+        one for one in made if not subprocess.run([one, "-c", "import ensurepip"], capture_output=True).returncode
+    )
+    if (python := next(usable, None)) is None:
+        pytest.skip(f"no Python {request.param} here that makes environments")
+    folder = tmp_path_factory.mktemp("other")
+    copied(folder / "source")
+    subprocess.run([python, "-m", "venv", str(folder / "env")], check=True, timeout=600)
+    pip = [str(folder / "env/bin/python"), "-m", "pip", "install", "-q", str(folder / "source")]
+    subprocess.run(pip, check=True, timeout=600)
+    environment = {"HOME": str(folder), "PATH": "/usr/bin:/bin"}
+    return folder / "env/bin", environment, folder
+
+
+def test_without_ros_another_python_loads_every_module_that_needs_no_extra(other):
+    script = "import pkgutil, importlib, cable_sim_ros as c; [print(m.name) or m.name.endswith('__main__') or "
+    script += "importlib.import_module(m.name) for m in pkgutil.walk_packages(c.__path__, 'cable_sim_ros.') "
+    script += "if m.name.split('.')[1] in ('physics', 'sim', 'io', 'runs')]"
+    done = call(other, "python", "-c", script)
+    assert done.returncode == 0 and len(done.stdout.split()) > 200, done.stdout[-80:] + done.stderr
+    done = call(other, "cable-sim", "live", "nbp1406", "--scene", "flume")
+    assert done.returncode == 2 and "rclpy" in done.stderr, done.stderr
+
+
+@pytest.mark.nightly
+def test_without_ros_another_python_simulates(other):
+    done = call(other, "cable-sim", "run", SCENE, "--motion", "nbp1406", "--duration", "1", "--json")
+    assert json.loads(done.stdout)["verdict"]["state"] == "ok", done.stderr
