@@ -148,7 +148,7 @@ def _named(module: str, name: str, kind: str) -> Any:
 
 def work() -> None:
     """What a worker does: a line for each kernel that it is ready to compile, until its input ends."""
-    gc.set_threshold(700, 10, 100)  # the searches of all objects took a tenth of the time
+    gc.set_threshold(700, 10, 100)  # GARBAGE of limits.py: searches of all objects took a tenth
     out, sys.stdout = sys.stdout, sys.stderr
     while True:
         out.write("ready\n")
