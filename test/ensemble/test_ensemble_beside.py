@@ -144,8 +144,8 @@ def test_where_real_time_is_not_held_copies_go_and_it_is_said(bag, made, monkeyp
     monkeypatch.setattr(beside.follower, "advance", lambda: None)
     begun = beside.follower.begun
     beside.step(items[640:], 20.0)
-    assert beside.follower.lag > 50.0
-    monkeypatch.setattr("cable_sim_ros.tools.ensemble.beside.GIVE_UP", 50.0)
+    assert beside.follower.lag > 30.0
+    monkeypatch.setattr("cable_sim_ros.tools.ensemble.beside.GIVE_UP", 30.0)
     beside.step([], 20.0 + 0.95 * WATCHED)
     beside.step([], 20.0 + 1.2 * WATCHED)
     assert not beside.follower.running and "the copies begin again at the present" in beside.follower.notes[-1]
