@@ -50,7 +50,8 @@ test-rest: $(VENV)/.rest
 test-%: $(VENV)/.rest
 	$(PYTEST) test/$* $(PYTEST_ARGS)
 
-install-check: export PIP_COMPILE = 0  # of what is installed a test imports a tenth
+# of what is installed a test imports a tenth
+install-check: export PIP_COMPILE = 0
 install-check: $(VENV)/.test
 	$(BIN)/python -m pytest -n 2 --dist loadfile -m install test/install $(PYTEST_ARGS)
 
