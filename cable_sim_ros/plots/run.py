@@ -11,7 +11,6 @@ import re
 import textwrap
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -76,12 +75,12 @@ def save(figure: Figure, path: str | os.PathLike) -> Path:
     if path.suffix != ".png":
         figure.savefig(path)
         return path
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
     from PIL import Image as images  # matplotlib needs it too
 
-    drawn = BytesIO()
-    figure.savefig(drawn, format="rgba")
-    picture = images.frombytes("RGBA", figure.canvas.get_width_height(), drawn.getvalue())
-    few(picture.convert("RGB")).save(path, optimize=True)
+    drawn = FigureCanvasAgg(figure)  # savefig would obey a user's savefig.dpi
+    drawn.draw()
+    few(images.fromarray(np.asarray(drawn.buffer_rgba())).convert("RGB")).save(path, optimize=True)
     return path
 
 
