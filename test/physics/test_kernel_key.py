@@ -14,6 +14,9 @@ from typing import NamedTuple
 import numba
 import numpy as np
 import pytest
+from numba.core.compiler import run_frontend
+from numba.core.postproc import PostProcessor
+from numba.core.registry import cpu_target
 from numba.extending import intrinsic
 
 import cable_sim_ros.physics
@@ -301,3 +304,30 @@ def test_equal_records_of_another_alignment_have_a_type_of_their_own():
     made = [numba.from_dtype(kind) for kind in (packed, aligned, packed)]
     assert [kind.aligned for kind in made] == [False, True, False] and made[0] is made[2]
     assert made[:2] == [shortcuts._type_of_record(kind) for kind in (packed, aligned)]
+
+
+def _branches(n):
+    total = 0
+    for i in range(n):
+        total = total + i if i % 2 else total - i
+    return total
+
+
+@pytest.mark.parametrize("emit_dels", [False, True])
+def test_variables_are_deleted_where_numba_deletes_them(emit_dels):
+    texts = []
+    for run in (shortcuts._process, shortcuts.process):
+        function = run_frontend(_branches)
+        run(PostProcessor(function), emit_dels=emit_dels)
+        texts.append(function.dump_to_string())
+    assert texts[0] == texts[1] and ("del " in texts[0]) == emit_dels
+
+
+@compiled
+def test_arrays_of_equal_types_have_one_hash_and_a_plain_one_no_array_of_its_own():
+    made = [numba.types.Array(numba.float64, 2, "C"), numba.typeof(np.zeros((1, 1)))]
+    assert made[0] == made[1] and hash(made[0]) == hash(made[1]) and hash(made[0]) != hash(made[0].copy(ndim=1))
+    signature = numba.core.typing.signature(made[0], made[0])
+    for find in (shortcuts._implementation, shortcuts.implementation):
+        with pytest.raises(NotImplementedError):
+            find(cpu_target.target_context, "__array__", signature)
