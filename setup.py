@@ -86,7 +86,6 @@ KERNELS = "compiler/kernels"  # there in what `make wheel` builds from: verifica
 OF_LEVEL = {  # which Python and processors the wheel is for; with others it works too, and compiles
     "python_tag": f"cp{sys.version_info[0]}{sys.version_info[1]}",
     "plat_name": "manylinux_2_28_x86_64",  # that of numba's wheels
-    "build_number": "1x86_64_v3",  # pip knows no tag for a level of processors
 }
 
 IN_PLACE = bool({"editable_wheel", "develop"} & set(sys.argv))

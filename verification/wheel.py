@@ -18,6 +18,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[1]
 KEPT = ROOT / "build" / "kernels"
 LEVEL = "x86-64-v3"
+BUILD = "1x86_64_v3"  # in the name of the wheel: pip knows no tag for a level of processors
 PARTS = ("package.xml", "setup.py", "setup.cfg", "pyproject.toml", "README.md", "LICENSE")
 FOLDERS = ("resource", "cable_sim_ros", "config", "bags", "launch")
 NONE = shutil.ignore_patterns("__pycache__", "*.nb[ic]", "kernels")
@@ -73,7 +74,9 @@ def build(out: Path, these: list[str] | None = None) -> Path:
         out.mkdir(parents=True, exist_ok=True)
         sizes = [path.stat().st_size / 1e6 for path in (*kernels.iterdir(), wheel)]
         print(f"{len(sizes) - 2} kernels for {LEVEL}, {sum(sizes[:-1]):.1f} MB; wheel {sizes[-1]:.1f} MB")
-        return Path(shutil.copy(wheel, out))
+        name, version, tags = wheel.name.split("-", 2)
+        # not by setuptools, which would name the folder of its data after the build too: uv leaves that where it is
+        return Path(shutil.copy(wheel, out / f"{name}-{version}-{BUILD}-{tags}"))
 
 
 def main() -> int:

@@ -1,6 +1,6 @@
 """The wheel in an environment of its own with an empty home: a run from scenes and bags that came with it.
 
-In CI it is without kernels, those are of this machine; at night with those of one scene, as of `make wheel`. Other
+In CI it is that of pip, with kernels of this machine; at night that with those of one scene, as of `make wheel`. Other
 interpreters are those of this machine, with what pip brings and no ROS.
 """
 
@@ -14,7 +14,7 @@ import sysconfig
 from pathlib import Path
 
 import pytest
-from standin import ROOT, copied
+from standin import ROOT, copied, environment
 
 from verification.wheel import build
 
@@ -29,51 +29,57 @@ print(hashlib.sha256(b"".join(frames[name].tobytes() for name in frames.dtype.na
 """
 
 
-def install(folder, *scenes):
+def install(folder, wheel):
     """(bin of the environment, environment variables, an empty folder). Dependencies are those of this environment."""
-    bin_ = folder / "env" / "bin"
-    subprocess.run([sys.executable, "-m", "venv", str(folder / "env")], check=True, timeout=600)
-    pip = [str(bin_ / "python"), "-m", "pip"]
-    environment = {k: v for k, v in os.environ.items() if k not in ("PYTHONPATH", "XDG_CACHE_HOME", "NUMBA_CACHE_DIR")}
-    environment |= {"HOME": str(folder / "home")}
+    bin_ = environment(folder / "env", "--no-deps", str(wheel))
+    variables = {k: v for k, v in os.environ.items() if k not in ("PYTHONPATH", "XDG_CACHE_HOME", "NUMBA_CACHE_DIR")}
+    variables |= {"HOME": str(folder / "home")}
     (folder / "home").mkdir()
-    wheel = build(folder, list(scenes))
-    subprocess.run([*pip, "install", "-q", "--no-deps", str(wheel)], check=True, env=environment, timeout=600)
     site = next((folder / "env" / "lib").glob("python*/site-packages"))
     (site / "dependencies.pth").write_text(sysconfig.get_path("purelib") + "\n")  # its own .pth files do not count
     (folder / "here").mkdir()
-    return bin_, environment, folder / "here"
+    return bin_, variables, folder / "here"
 
 
 @pytest.fixture(scope="module")
-def installed(tmp_path_factory):
-    return of_this_machine(install(tmp_path_factory.mktemp("installed")))
+def plain(tmp_path_factory):
+    """The wheel that pip makes."""
+    folder = tmp_path_factory.mktemp("plain")
+    pip = [sys.executable, "-m", "pip", "wheel", "-q", "--no-deps", "-w", str(folder), str(copied(folder / "source"))]
+    subprocess.run(pip, check=True, timeout=600)
+    return next(folder.glob("*.whl"))
+
+
+@pytest.fixture(scope="module")
+def installed(tmp_path_factory, plain):
+    return of_this_machine(install(tmp_path_factory.mktemp("installed"), plain))
 
 
 @pytest.fixture(scope="module")
 def with_kernels(tmp_path_factory):
-    return install(tmp_path_factory.mktemp("with_kernels"), SCENE)
+    folder = tmp_path_factory.mktemp("with_kernels")
+    return install(folder, build(folder, [SCENE]))
 
 
 def of_this_machine(installed):
     """The same with the kernels that other tests have compiled for this processor."""
-    bin_, environment, here = installed
+    bin_, variables, here = installed
     kept = os.environ.get("XDG_CACHE_HOME") or str(Path.home() / ".cache")
-    return bin_, environment | {"CABLE_SIM_KERNELS": "host", "XDG_CACHE_HOME": kept}, here
+    return bin_, variables | {"CABLE_SIM_KERNELS": "host", "XDG_CACHE_HOME": kept}, here
 
 
 def call(installed, *command, timeout=600):
-    bin_, environment, here = installed
+    bin_, variables, here = installed
     command = [str(bin_ / command[0]), *command[1:]]
-    return subprocess.run(command, env=environment, cwd=here, text=True, capture_output=True, timeout=timeout)
+    return subprocess.run(command, env=variables, cwd=here, text=True, capture_output=True, timeout=timeout)
 
 
 def test_code_and_data_are_those_of_the_wheel(installed):
     script = "import cable_sim_ros; from cable_sim_ros.io.scenes.document import *; "
     script += "print(cable_sim_ros.__file__, share_folder(), *shipped_scenes(), *shipped_bags())"
     code, fraction, *names = call(installed, "python", "-c", script).stdout.split()
-    environment = installed[0].parent
-    assert Path(code).is_relative_to(environment) and Path(fraction) == environment / "share" / "cable_sim_ros"
+    prefix = installed[0].parent
+    assert Path(code).is_relative_to(prefix) and Path(fraction) == prefix / "share" / "cable_sim_ros"
     expected = {path.stem for path in (ROOT / "config").glob("*.yaml")} | {"nbp1406", "lmg1903"}
     assert set(names) | {"span_in_wind"} == expected
 
@@ -132,7 +138,7 @@ def test_the_node_starts_and_says_what_it_refuses(installed):
 
 
 @pytest.fixture(scope="module", params=["3.12", "3.13"])
-def other(request, tmp_path_factory):
+def other(request, tmp_path_factory, plain):
     """The plain wheel with its dependencies in an environment of another Python."""
     beside = Path(sys.base_prefix).parent.glob(f"{request.param}.*/bin/python")
     made = [str(path) for path in (*beside, shutil.which(f"python{request.param}")) if path]
@@ -142,12 +148,8 @@ def other(request, tmp_path_factory):
     if (python := next(usable, None)) is None:
         pytest.skip(f"no Python {request.param} here that makes environments")
     folder = tmp_path_factory.mktemp("other")
-    copied(folder / "source")
-    subprocess.run([python, "-m", "venv", str(folder / "env")], check=True, timeout=600)
-    pip = [str(folder / "env/bin/python"), "-m", "pip", "install", "-q", str(folder / "source")]
-    subprocess.run(pip, check=True, timeout=600)
-    environment = {"HOME": str(folder), "PATH": "/usr/bin:/bin"}
-    return folder / "env/bin", environment, folder
+    bin_ = environment(folder / "env", str(plain), python=python)
+    return bin_, {"HOME": str(folder), "PATH": "/usr/bin:/bin"}, folder
 
 
 def test_without_ros_another_python_loads_every_module_that_needs_no_extra(other):

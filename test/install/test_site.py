@@ -5,11 +5,10 @@ import os
 import re
 import shutil
 import subprocess
-import sys
 import sysconfig
 
 import pytest
-from standin import ROOT, copied
+from standin import ROOT, copied, environment
 
 pytestmark = pytest.mark.install
 COMMAND = re.search(r"^\t\$\(BIN\)/(sphinx-build .+)$", (ROOT / "Makefile").read_text("utf-8"), re.M)[1].split()
@@ -37,14 +36,12 @@ def source(tmp_path_factory):
 @pytest.fixture(scope="module")
 def build(source, tmp_path_factory):
     """Runs the Makefile's command in the copy, by an environment with the extra beside the packages of this one."""
-    env = tmp_path_factory.mktemp("sphinx") / "env"
-    subprocess.run([sys.executable, "-m", "venv", str(env)], check=True, timeout=600)
-    subprocess.run([str(env / "bin/python"), "-m", "pip", "install", "-q", *wanted()], check=True, timeout=600)
-    (site,) = (env / "lib").glob("python*/site-packages")
+    bin_ = environment(tmp_path_factory.mktemp("sphinx") / "env", *wanted())
+    (site,) = (bin_.parent / "lib").glob("python*/site-packages")
     (site / "dependencies.pth").write_text(sysconfig.get_path("purelib") + "\n")  # its own .pth files do not count
-    environment = {k: v for k, v in os.environ.items() if k != "PYTHONPATH"}
-    command = [str(env / "bin" / COMMAND[0]), *COMMAND[1:]]
-    return lambda: subprocess.run(command, cwd=source, env=environment, text=True, capture_output=True, timeout=600)
+    variables = {k: v for k, v in os.environ.items() if k != "PYTHONPATH"}
+    command = [str(bin_ / COMMAND[0]), *COMMAND[1:]]
+    return lambda: subprocess.run(command, cwd=source, env=variables, text=True, capture_output=True, timeout=600)
 
 
 def test_the_site_is_made_without_a_warning(build, source):
