@@ -22,6 +22,7 @@ from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler_lock import global_compiler_lock
 from numba.core.errors import NumbaWarning
 from numba.core.registry import CPUDispatcher
+from numba.core.runtime import rtsys
 from numba.core.serialize import dumps
 from numba.core.typing.templates import Signature
 
@@ -93,7 +94,7 @@ class KeptCode:
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
         """The compiled version for these types, None: it must be compiled."""
-        target_context.refresh()
+        rtsys.initialize(target_context)  # all that what is on disk needs; what compiles loads the rest of numba
         args, returns = _parts(sig)
         key, shipped = self._keys(args, returns)
         if key is not None and _in_use.setdefault(key, self.form) is not self.form:

@@ -17,7 +17,7 @@ from numba.core import base, ir, transforms, types
 from numba.core.postproc import PostProcessor, VariableLifetime
 from numba.core.targetconfig import TargetConfig
 from numba.core.types.functions import BaseFunction
-from numba.np import numpy_support
+from numba.np import linalg, numpy_support
 
 LEAVES = (str, int, float, bool, type(None), ir.Loc)
 _defaults: dict[type, dict] = {}  # of the options of each kind of flags
@@ -109,3 +109,4 @@ def install() -> None:
     base.BaseContext.get_function = implementation
     base._has_loc = cache(base._has_loc)
     ffi.lib._lock._cblist.clear()
+    linalg.ensure_blas = lambda: None  # asked for as numba.np is loaded: a fifth of a second for scipy.linalg

@@ -7,7 +7,7 @@ import pytest
 from scipy.stats import chi2
 
 from cable_sim_ros.physics.tick_output import TICK_OUTPUT, Flag
-from cable_sim_ros.runs.summary import ellipsoid_volume
+from cable_sim_ros.runs.summary import CHI_SQUARE, FRACTION, ellipsoid_volume
 from cable_sim_ros.tools.ahc import figures as f
 
 TICK, SECONDS = 0.01, 120.0
@@ -79,7 +79,8 @@ def test_ellipsoid_of_a_known_covariance():
     places = rng.normal(size=(len(time), 3)) * sigma @ turn
     places[:, :2] += np.outer(time, (2.2, 0.3))  # the track
     axes = f.ellipsoid(time, places)
-    assert axes == pytest.approx(np.sqrt(chi2.ppf(0.95, 3)) * sigma[[1, 0, 2]], rel=0.02)
+    assert CHI_SQUARE == pytest.approx(chi2.ppf(FRACTION, 3), rel=1e-15)
+    assert axes == pytest.approx(np.sqrt(CHI_SQUARE) * sigma[[1, 0, 2]], rel=0.02)
     assert f.volume(axes) == pytest.approx(ellipsoid_volume(time, places)[0], rel=1e-9)
     places[:, 2] = 7.0
     assert f.ellipsoid(time, places)[2] == 0.0 and f.volume(f.ellipsoid(time, places)) == 0.0

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 from collections.abc import Mapping
 from functools import cache
 from typing import Any
@@ -19,6 +20,7 @@ from .document import Document, SceneError
 from .document import SceneWarning as SceneWarning
 from .scene_errors import ASKED, unknown_key
 
+CABLE = re.compile(r"^cable:.*\n(?:[ #].*\n|\n)*", re.M)
 SCENES = Document(
     Scene,
     "a scene of a tow",
@@ -53,7 +55,8 @@ def _shipped_factors() -> dict[float, list[tuple[str, float]]]:
     """Scenes and diameters [m] by the drag factor of their sections."""
     found: dict[float, list[tuple[str, float]]] = {}
     for name in document.shipped_scenes():
-        cable = yaml12.parse(read_text(document.find_scene(name)))[0]["cable"]
+        text = read_text(document.find_scene(name))
+        cable = yaml12.parse(CABLE.search(text)[0])[0]["cable"]  # the whole of them takes a tenth of a start
         for section in cable["sections"].values():
             diameter = float(section.get("diameter", cable["diameter"]))
             found.setdefault(section.get("drag_amplification", 1.0), []).append((name, diameter))
