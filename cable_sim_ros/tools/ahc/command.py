@@ -162,7 +162,8 @@ def checkable(board, names):
         raise AhcError(
             f"{board}: has no row of {', '.join(missing)}; nothing was run. It has {', '.join(sorted(there))}"
         )
-    if other := {row["definition"] for row in rows if row["definition"] != digest(row["benchmark"])}:
+    made = {(row["definition"], row["benchmark"]) for row in rows}
+    if other := {mine for mine, version in made if mine != digest(version)}:
         raise AhcError(
             f"{board}: has rows of definition {', '.join(sorted(other))}, here {VERSION} is {digest()}; nothing "
             f"was run. Take the version of the product that made them"
