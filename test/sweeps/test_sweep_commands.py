@@ -54,7 +54,9 @@ def undocumented(section, keys):
 def swept(tmp_path_factory):
     folder = tmp_path_factory.mktemp("commands")
     (folder / "a.yaml").write_text(SWEEP)
-    told = json.loads(command("sweep", folder / "a.yaml", "--out", folder, "--workers", 1, "--json", code=4).stdout)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(clusters, "processes", ThreadPoolExecutor)
+        told = json.loads(command("sweep", folder / "a.yaml", "--out", folder, "--workers", 1, "--json", code=4).stdout)
     return folder, told
 
 
