@@ -119,10 +119,20 @@ CASES = {
 }
 
 
-@pytest.mark.parametrize("case", CASES)
+HAULS = "whole", "recovered", "deep", "one tick", "no shapes, detached"  # the others, and those with a plan: nightly
+
+
 @pytest.mark.filterwarnings("error")
-@pytest.mark.parametrize("kind", ["run", "haul", pytest.param("haul with a plan", marks=pytest.mark.nightly)])
-def test_every_text_is_inside_and_every_axis_has_a_unit(case, kind):
+@pytest.mark.parametrize(
+    ("kind", "case"),
+    [
+        *(("run", case) for case in CASES),
+        *(("haul", case) for case in HAULS),
+        *(pytest.param("haul", case, marks=pytest.mark.nightly) for case in CASES if case not in HAULS),
+        *(pytest.param("haul with a plan", case, marks=pytest.mark.nightly) for case in CASES),
+    ],
+)
+def test_every_text_is_inside_and_every_axis_has_a_unit(kind, case):
     recording, count = CASES[case](), 4 if kind == "run" else 5
     with matplotlib.rc_context(STYLE):
         if kind == "run":
