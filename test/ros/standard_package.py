@@ -8,6 +8,7 @@ read sys.argv.
 
 from __future__ import annotations
 
+import functools
 import json
 import os
 import shutil
@@ -51,7 +52,9 @@ def generate(folder: Path, definitions: Path, package: str) -> None:
     from rosidl_generator_c import generate_c
     from rosidl_generator_py.generate_py_impl import generate_py
     from rosidl_generator_type_description import generate_type_hash
+    from rosidl_parser import parser
 
+    parser.get_ast_from_idl_string = functools.cache(parser.get_ast_from_idl_string)  # each generator parses anew
     fraction, idls = PREFIX / "share", []
     for path in sorted((*definitions.glob("msg/*.msg"), *definitions.glob("srv/*.srv"))):
         relative = path.relative_to(definitions)
