@@ -28,16 +28,20 @@ def angles(frames):
     return np.degrees(roll), np.degrees(np.arcsin(2 * (w * y - z * x)))
 
 
-def test_a_depth_is_kept_by_a_flap_and_twice_the_same_to_the_bit(tow_sim):
-    first, _ = kept(tow_sim, "depressor", "keep_depth.py", "110.5", seconds=20.0)
-    depth = -first.body_position[:, 2]
+def test_a_depth_is_kept_by_a_flap(tow_sim):
+    frames, _ = kept(tow_sim, "depressor", "keep_depth.py", "110.5", seconds=12.0)
+    depth = -frames.body_position[:, 2]
     assert depth[0] == pytest.approx(108.86, abs=0.1) and depth[-400:].mean() == pytest.approx(110.5, abs=0.5)
-    again, _ = kept(tow_sim, "depressor", "keep_depth.py", "110.5", seconds=4.0)
-    assert again.tobytes() == first[: len(again)].tobytes()
+
+
+@pytest.mark.nightly  # of winch commands every run of CI shows it: test_winch_relay.py
+def test_a_depth_is_kept_twice_the_same_to_the_bit(tow_sim):
+    first, again = (kept(tow_sim, "depressor", "keep_depth.py", "110.5", seconds=4.0)[0] for _ in range(2))
+    assert again.tobytes() == first.tobytes()
 
 
 def test_a_fish_that_lists_is_kept_level_by_two_flaps(tow_sim):
-    frames, sim = kept(tow_sim, "side_scan_fish", "keep_level.py", seconds=16.0, **LISTING)
+    frames, sim = kept(tow_sim, "side_scan_fish", "keep_level.py", seconds=12.0, **LISTING)
     roll, pitch = angles(frames)
     assert abs(roll[0]) > 3.0 and abs(pitch[0]) > 1.0, "how it trims without"
     assert abs(roll[-800:].mean()) < 0.3 and abs(pitch[-800:].mean()) < 0.6, "over a wave"

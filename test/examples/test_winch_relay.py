@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 from test_heave_compensator import CONTROLLER, PART, RAMP, same_bits, stalled, waves, whole
 
-from cable_sim_ros.testing import tow
+from cable_sim_ros.testing import TowError, tow
 
 RELAY = Path(__file__).with_name("winch_relay.py")
 RATE = 100  # Hz, a command for every tick
@@ -18,8 +18,8 @@ LINKS = {"winch/command": "drive/command", "odom": "mru/odom", "winch/state": "e
 WAIT = 8.0  # s of wall time for a command; a start that lost one costs it twice, and is made again
 
 
-def started(folder, meanwhile):
-    """Tick outputs with the relay between; the stamp of the motion's begin, s; what was unmet."""
+def started(folder, meanwhile, after=lambda sim, controller: None):
+    """Tick outputs with the relay between; the stamp of the motion's begin, s; what was unmet; then after(...)."""
     parameters = {"setpoint.algorithm": "hold", "lockstep.command_period": 1.0 / RATE, "lockstep.wait": WAIT}
     said = ["-p", "use_sim_time:=true", "-p", f"ramp:={RAMP}"]
     with tow("full_scale", mode="lockstep", parameters=parameters, folder=folder) as sim:
@@ -27,29 +27,27 @@ def started(folder, meanwhile):
         sim.run([sys.executable, RELAY, "--ros-args", *said[:2]], name="relay", publishes=ends)
         said += [part for link in LINKS.items() for part in ("-r", ":=".join(link))]
         meanwhile(sim)
-        sim.run([sys.executable, CONTROLLER, RATE, "--ros-args", *said], publishes="drive/command")
+        controller = sim.run([sys.executable, CONTROLLER, RATE, "--ros-args", *said], publishes="drive/command")
         begin = sim.feed(waves())
-        frames = sim.wait_until(lambda frames: frames.time[-1] * 1e-9 > begin + PART, within=20.0)
-        return frames, begin, sim.unmet
+        frames, unmet = sim.wait_until(lambda frames: frames.time[-1] * 1e-9 > begin + PART, within=20.0), sim.unmet
+        after(sim, controller)
+        return frames, begin, unmet
 
 
-def test_two_runs_of_the_chain_are_the_same_bits(tmp_path):
-    """Also where the node stands still while the controller starts."""
-    pytest.importorskip("rclpy")
-    runs = []
-    for name, meanwhile in (("one", lambda sim: None), ("other", stalled)):
-        runs.append(whole(lambda number, at=tmp_path / name, held=meanwhile: started(at / str(number), held)))
-    same_bits(*runs)
-
-
-def test_a_link_that_nobody_hears_is_said_and_a_name_of_a_topic_is_asked_for(tow_sim):
-    from cable_sim_ros.testing import TowError
-
-    sim = tow_sim("full_scale", mode="lockstep", parameters={"setpoint.algorithm": "hold"})
+def unheard(sim, controller):
+    """Of a link that nobody hears any more it is said; and a name of a topic is asked for."""
     for wrong in ("", [], [3], "/"):
         with pytest.raises(TowError, match=r"publishes = .* names no topic: nothing was started; give 'winch/command'"):
             sim.run([sys.executable, RELAY], publishes=wrong)
-    sim.run([sys.executable, RELAY], name="relay", publishes=["winch/command", "mru/odom"])
+    controller.stop()
     sim.feed(heave=(0.5, 8.0), duration=2.0)
     with pytest.raises(TowError, match="nobody subscribes to /tow_sim/mru/odom, which relay publishes: nothing was"):
         sim.step()
+
+
+def test_two_runs_of_the_chain_are_the_same_bits(tmp_path):
+    """Also where the node stands still while the controller starts; one without its controller is refused."""
+    pytest.importorskip("rclpy")
+    one = whole(lambda number: started(tmp_path / "one" / str(number), lambda sim: None))
+    other = whole(lambda number: started(tmp_path / "other" / str(number), stalled, unheard))
+    same_bits(one, other)
