@@ -169,7 +169,7 @@ def test_nodes_on_the_clock_in_any_order_pause_step_and_a_controller_that_dies(w
     watcher = Watcher(world)
     there = seat(world, watcher)  # sensors and controller are there before the node
     node = world.node(**LOCKSTEP, lockstep__steps=7, recording__root=str(world.folder)).until("running")
-    watcher.more(300)
+    watcher.more(80)
     assert watcher.call("record", True).success
     watcher.more(100)
     assert set(b - a for a, b in zip(there.sensed[-50:], there.sensed[-49:])) == {2 * TICK}, "no stroke of a timer lost"
@@ -190,11 +190,11 @@ def test_nodes_on_the_clock_in_any_order_pause_step_and_a_controller_that_dies(w
     watcher.set(lockstep__wait=0.2)
     poll(lambda: watcher.task()[0] == 2, "ERROR")
     assert "silent" in watcher.task()[1] and watcher.figure("commands_missed_in_row") == 5.0
-    watcher.more(200)
+    watcher.more(50)
     watcher.set(lockstep__wait=5.0)
     there.mute = False
     poll(lambda: watcher.task()[0] == 0, "the controller is heard again")
-    watcher.more(100)
+    watcher.more(20)
     stamps = watcher.stamps()
     assert set(b - a for a, b in zip(stamps, stamps[1:])) == {TICK}, "no tick is lost in all of it"
     assert node.stop() == 0
@@ -226,7 +226,7 @@ def test_a_paused_node_first_then_a_controller_that_answers_and_a_second_clock(w
     watcher.stands()
     assert there.sensed == [S] and not there.commanded
     assert watcher.call("pause", False).success
-    watcher.more(300)
+    watcher.more(80)
     assert set(b - a for a, b in zip(there.commanded[-50:], there.commanded[-49:])) == {TICK}, "one answer a tick"
     stamps = watcher.stamps()  # from where both ends know of each other: the first may not come
     assert (stamps[0] - S) % TICK == 0 and {b - a for a, b in zip(stamps, stamps[1:])} == {TICK}
@@ -241,7 +241,7 @@ def test_a_paused_node_first_then_a_controller_that_answers_and_a_second_clock(w
     told = S + round(held) * TICK - DELAY  # each step since lockstep.start was a tick
     poll(lambda: watcher.stamps()[-1] == told, f"the tick of step {held:g}; {watcher.stamps()[-1]} is not {told}")
     watcher.ears.node.destroy_publisher(other)
-    watcher.more(100)
+    watcher.more(20)
     poll(lambda: watcher.task()[0] == 0, "OK again")
     assert node.stop() == 0
 

@@ -120,7 +120,7 @@ def test_the_options_of_the_page_make_the_scene_of_a_node(name):
 @pytest.mark.parametrize("kind", ["odometry", "imu"])
 def test_what_goes_on_from_a_file_is_what_would_have_gone_on(make, tmp_path, kind):
     one, path = make(), tmp_path / "new" / "tow.npz"
-    one.feed(0, 400, kind)
+    one.feed(0, 200, kind)
     one.step(40)
     assert one.order(0.3) == ""
     one.step(30)
@@ -315,7 +315,7 @@ def test_files_of_somebody_who_means_harm_are_refused_and_the_node_lives(make, t
     before = it.step(5)
     assert it.session.restore(path)[0]
     files = {what: made() for what, made in crafted(good)[::16]}
-    files |= {f"bit {bit}": flipped(good, bit) for bit in rng.integers(0, 8 * len(good), 40).tolist()}
+    files |= {f"bit {bit}": flipped(good, bit) for bit in rng.integers(0, 8 * len(good), 12).tolist()}
     os.mkfifo(tmp_path / "pipe")
     for what, data in files.items():
         path.write_bytes(data)
@@ -325,7 +325,7 @@ def test_files_of_somebody_who_means_harm_are_refused_and_the_node_lives(make, t
         assert all((state[name] == array).all() for name, array in it.session.built_sim.snapshot().items()), what
     assert not it.session.restore(tmp_path / "pipe")[0]
     assert it.step(5) == before
-    for _ in range(12):
+    for _ in range(4):
         path.write_bytes(flipped_inside(members, rng))
         if it.session.restore(path)[0]:
             it.step(2)
