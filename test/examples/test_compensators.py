@@ -30,10 +30,8 @@ def waves(seconds):
 
 
 def test_each_divides_the_deviation_of_the_tension_by_its_factor(tow_sim):
-    parameters = {
-        "setpoint.algorithm": "hold",
-        "lockstep.wait": 20.0,
-    }  # the node's own off; a busy machine is waited for
+    # the node's own off; a tick for each sample of the motion; a busy machine is waited for
+    parameters = {"setpoint.algorithm": "hold", "solver.tick": 0.02, "lockstep.wait": 20.0}
     sim = tow_sim("full_scale", mode="lockstep", parameters=parameters)
     sim.feed(waves(CALM + GROWS + 1.0 + COUNTED + len(FACTORS) * (TAKES_OVER + COUNTED) + 0.5))
     sim.advance(CALM + GROWS + 1.0)
