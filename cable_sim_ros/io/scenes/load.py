@@ -56,7 +56,7 @@ def _shipped_factors() -> dict[float, list[tuple[str, float]]]:
     found: dict[float, list[tuple[str, float]]] = {}
     for name in document.shipped_scenes():
         text = read_text(document.find_scene(name))
-        cable = yaml12.parse(CABLE.search(text)[0])[0]["cable"]  # the whole of them takes a tenth of a start
+        cable = yaml12.parse(CABLE.findall(text)[0])[0]["cable"]  # the whole of them takes a tenth of a start
         for section in cable["sections"].values():
             diameter = float(section.get("diameter", cable["diameter"]))
             found.setdefault(section.get("drag_amplification", 1.0), []).append((name, diameter))
