@@ -13,7 +13,7 @@ from functools import cache
 from typing import Any
 
 from llvmlite.binding import ffi
-from numba.core import base, ir, transforms, types
+from numba.core import analysis, base, ir, transforms, types
 from numba.core.postproc import PostProcessor, VariableLifetime
 from numba.core.targetconfig import TargetConfig
 from numba.core.types.functions import BaseFunction
@@ -86,8 +86,18 @@ def process(self: Any, emit_dels: bool = False, extend_lifetimes: bool = False) 
     function.blocks = transforms.canonicalize_cfg(function.blocks)
     function.variable_lifetime = VariableLifetime(function.blocks)
     function.generator_info = None
+    function.block_entry_vars = {}
     if emit_dels:
         self._insert_var_dels(extend_lifetimes=extend_lifetimes)
+
+
+def alive_at(self: Any, block: Any) -> set:
+    """Variables that live at the entry of a block of a function: for code of Python objects, which users compile."""
+    if block not in self.block_entry_vars:
+        life, blocks = VariableLifetime(self.blocks), self.blocks
+        alive = analysis.compute_live_variables(life.cfg, blocks, life.usedefs.defmap, life.deadmaps.combined)
+        self.block_entry_vars = {own: alive[offset] for offset, own in blocks.items()}
+    return self.block_entry_vars[block]
 
 
 def implementation(self: Any, function: Any, signature: Any, _firstcall: bool = True) -> Any:
@@ -106,6 +116,7 @@ def install() -> None:
     types.Record.__repr__ = lambda self: self.name
     types.Array.__hash__ = lambda self: hash(self.name)
     PostProcessor.run = process
+    ir.FunctionIR.get_block_entry_vars = alive_at
     base.BaseContext.get_function = implementation
     base._has_loc = cache(base._has_loc)
     ffi.lib._lock._cblist.clear()

@@ -314,13 +314,38 @@ def _branches(n):
 
 
 @pytest.mark.parametrize("emit_dels", [False, True])
-def test_variables_are_deleted_where_numba_deletes_them(emit_dels):
-    texts = []
+def test_variables_are_deleted_and_live_where_numba_says(emit_dels):
+    texts, alive = [], []
     for run in (shortcuts._process, shortcuts.process):
         function = run_frontend(_branches)
+        function.block_entry_vars = {}
         run(PostProcessor(function), emit_dels=emit_dels)
         texts.append(function.dump_to_string())
+        alive.append([function.get_block_entry_vars(block) for block in function.blocks.values()])
     assert texts[0] == texts[1] and ("del " in texts[0]) == emit_dels
+    assert alive[0] == alive[1] and any(alive[0])
+
+
+@compiled
+@pytest.mark.filterwarnings("ignore:\\n?Compilation is falling back")
+def test_what_users_compile_may_hold_python_objects():
+    def texts(n):
+        made = []
+        for i in range(n):
+            if i % 2:
+                made.append(str(i))
+        return made
+
+    def total(n):
+        found = 0.0
+        for i in range(n):
+            with numba.objmode(x="float64"):
+                x = float(str(i)) if i % 2 else 0.5
+            found += x
+        return found
+
+    assert numba.jit(forceobj=True)(texts)(5) == ["1", "3"]
+    assert numba.njit(total)(5) == 5.5
 
 
 @compiled
