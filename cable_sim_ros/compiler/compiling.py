@@ -8,9 +8,11 @@ process compiles itself, to the same code.
 
 from __future__ import annotations
 
+import atexit
 import contextlib
 import gc
 import importlib
+import itertools
 import os
 import pickle
 import queue
@@ -24,9 +26,10 @@ from typing import Any
 
 import numba
 
+from .by_symbol import Task as Link
 from .by_symbol import fingerprint, planned, publish
 from .kernel_cache import files
-from .kernel_form import Form
+from .kernel_form import Form, Kernel
 from .kernel_key import content_of
 
 MODULE = __name__
@@ -35,6 +38,19 @@ SMALL = 4000  # bytes of bytecode; less compiles sooner than a worker starts
 HANGS, TIMES = 30.0, 3.0  # s, and times what the calling process took: a worker is given up after both
 Task = tuple[Any, tuple]  # form, types
 _prepared: set[tuple] = set()
+_begun: list[_Pool] = []
+
+
+def ahead(needed: Callable[[], tuple]) -> None:
+    """Workers begin with what prepare(*needed()) takes when this process compiles for the first time, beside it."""
+
+    def begin() -> None:
+        pool = _Pool()
+        pool.take(missing(_tasks(*needed())[1]))
+        _begun.append(pool)
+        atexit.register(pool.stop)
+
+    Kernel.before_first = None if numba.config.DISABLE_JIT else begin
 
 
 def prepare(linker: Callable[..., None], parts: tuple, entry: Any = None, arguments: tuple = ()) -> None:
@@ -44,16 +60,23 @@ def prepare(linker: Callable[..., None], parts: tuple, entry: Any = None, argume
     """
     if numba.config.DISABLE_JIT:
         return
-    key, links = (entry, fingerprint(arguments)), planned(linker, *parts)
+    key = entry, fingerprint(arguments)
+    links, tasks = _tasks(linker, parts, entry, arguments)
     if not links and key in _prepared:
         return
-    tasks = [(link.form, link.types) for link in links]
-    if entry is not None:
-        tasks.append((entry, tuple(numba.typeof(a) for a in arguments)))
     compile_all(missing(tasks))
     for link in links:
         publish(link)
     _prepared.add(key)
+
+
+def _tasks(linker: Callable[..., None], parts: tuple, entry: Any, arguments: tuple) -> tuple[list[Link], list[Task]]:
+    """What the linker publishes, and what is to be compiled for that and the entry."""
+    links = planned(linker, *parts)
+    tasks = [(link.form, link.types) for link in links]
+    if entry is not None:
+        tasks.append((entry, tuple(numba.typeof(a) for a in arguments)))
+    return links, tasks
 
 
 def missing(tasks: list[Task]) -> list[Task]:
@@ -86,55 +109,78 @@ def _interpreter() -> str:
     return program if known and not getattr(sys, "frozen", False) else ""
 
 
-def compile_all(tasks: list[Task]) -> None:
-    """Compile these kernels, with workers where that is worth it; afterwards all are in memory or on disk."""
-    begun, count = time.monotonic(), workers_for(tasks)
-    if not count:
-        return  # each is compiled where it is linked or called
-    waiting: queue.SimpleQueue[Task] = queue.SimpleQueue()
-    for task in tasks:
-        waiting.put(task)
-    workers: list[subprocess.Popen] = []
-    threads = [threading.Thread(target=_serve, args=(waiting, workers), name="compile") for _ in range(count)]
-    for thread in threads:
-        thread.start()
-    try:
-        while True:
-            form, types = waiting.get_nowait()
-            form.keep(types)
-    except queue.Empty:
-        limit = time.monotonic() + HANGS + TIMES * (time.monotonic() - begun)
-        for thread in threads:
-            thread.join(max(0.0, limit - time.monotonic()))
-    finally:
-        with contextlib.suppress(queue.Empty):  # after an error here
+class _Pool:
+    """Kernels that wait, the largest first, and the workers that take them."""
+
+    def __init__(self) -> None:
+        self.waiting: queue.PriorityQueue[tuple[int, int, Task]] = queue.PriorityQueue()
+        self.threads: list[threading.Thread] = []
+        self._workers: list[subprocess.Popen] = []
+        self._taken: set[tuple[int, tuple]] = set()
+        self._count = itertools.count()
+
+    def take(self, tasks: list[Task]) -> None:
+        """Let these wait too, and start the workers worth it."""
+        new = [(form, types) for form, types in tasks if (id(form), types) not in self._taken]
+        for form, types in new:
+            self._taken.add((id(form), types))
+            self.waiting.put((-content_of(form)[1], next(self._count), (form, types)))
+        for _ in range(workers_for(new) - sum(thread.is_alive() for thread in self.threads)):
+            self.threads.append(threading.Thread(target=self._serve, name="compile", daemon=True))
+            self.threads[-1].start()
+
+    def finish(self) -> None:
+        """Take what waits beside the workers, then wait for them."""
+        begun = time.monotonic()
+        try:
             while True:
-                waiting.get_nowait()
-        for worker in workers:  # those that hang, and all of them after an error
+                form, types = self.waiting.get_nowait()[2]
+                form.keep(types)
+        except queue.Empty:
+            limit = time.monotonic() + HANGS + TIMES * (time.monotonic() - begun)
+            for thread in self.threads:
+                thread.join(max(0.0, limit - time.monotonic()))
+        finally:
+            self.stop()
+
+    def stop(self) -> None:
+        """Leave what waits, after an error or at the end of the process, and kill workers that hang or go on."""
+        with contextlib.suppress(queue.Empty):
+            while True:
+                self.waiting.get_nowait()
+        for worker in self._workers:
             worker.kill()
-        for thread in threads:
+        for thread in self.threads:
             thread.join()
 
+    def _serve(self) -> None:
+        """Give what waits to a worker of its own, one after the other, until it dies or nothing is left."""
+        environment = {**os.environ, "PYTHONPATH": os.pathsep.join(p or os.getcwd() for p in sys.path)}
+        command = [_interpreter(), "-P", "-W", "ignore", "-m", MODULE]
+        pipe = subprocess.PIPE
+        try:
+            worker = subprocess.Popen(command, stdin=pipe, stdout=pipe, stderr=subprocess.DEVNULL, env=environment)
+        except OSError:
+            return
+        self._workers.append(worker)
+        assert worker.stdin is not None and worker.stdout is not None
+        with contextlib.suppress(OSError), worker:  # at the end its input is closed, and it ends
+            while worker.stdout.readline():  # ready for one
+                try:
+                    form, types = self.waiting.get_nowait()[2]
+                except queue.Empty:
+                    return
+                worker.stdin.write(b64encode(pickle.dumps((_name(form), types))) + b"\n")
+                worker.stdin.flush()
 
-def _serve(waiting: queue.SimpleQueue[Task], workers: list[subprocess.Popen]) -> None:
-    """Give the tasks that wait to a worker of its own, one after the other, until it dies or none is left."""
-    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(p or os.getcwd() for p in sys.path)}
-    command = [_interpreter(), "-P", "-W", "ignore", "-m", MODULE]
-    pipe = subprocess.PIPE
-    try:
-        worker = subprocess.Popen(command, stdin=pipe, stdout=pipe, stderr=subprocess.DEVNULL, env=environment)
-    except OSError:
-        return
-    workers.append(worker)
-    assert worker.stdin is not None and worker.stdout is not None
-    with contextlib.suppress(OSError), worker:  # at the end its input is closed, and it ends
-        while worker.stdout.readline():  # ready for one
-            try:
-                form, types = waiting.get_nowait()
-            except queue.Empty:
-                return
-            worker.stdin.write(b64encode(pickle.dumps((_name(form), types))) + b"\n")
-            worker.stdin.flush()
+
+def compile_all(tasks: list[Task]) -> None:
+    """Compile these kernels, with workers where that is worth it; afterwards all are in memory or on disk."""
+    pool = _begun.pop() if _begun else _Pool()
+    atexit.unregister(pool.stop)
+    pool.take(tasks)
+    if pool.threads:  # else each is compiled where it is linked or called
+        pool.finish()
 
 
 def _name(form: Form) -> tuple[str, str, str]:

@@ -40,16 +40,17 @@ def plain(function: Callable) -> Callable:
 numba.config.CACHE_DIR = str(foreign_folder())
 
 if PLAIN:
-    from .plain import by_reference, driver, inline, link, opaque, prepare
+    from .plain import ahead, by_reference, driver, inline, link, opaque, prepare
 else:
     from .by_symbol import by_reference, driver, inline, link, opaque
-    from .compiling import prepare
+    from .compiling import ahead, prepare
 
 __all__ = [
     "LANES",
     "NO",
     "PLAIN",
     "YES",
+    "ahead",
     "by_reference",
     "driver",
     "foreign_folder",

@@ -12,9 +12,10 @@ from __future__ import annotations
 import hashlib
 import pickle
 import warnings
+from collections.abc import Callable
 from functools import cached_property, partial
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import llvmlite.binding
 from numba.core import compiler, types
@@ -308,6 +309,16 @@ class Called(Form):
 
 class Kernel(Form):
     """A function for Python to call, and its other forms for kernels."""
+
+    before_first: ClassVar[Callable[[], None] | None] = None  # called once, before what is not on disk is compiled
+
+    def compile(self, sig: Any) -> Any:
+        """Compile for these types or load it from disk; returns what Python calls."""
+        begin = Kernel.before_first
+        if begin is not None and self._cache.lacks(_parts(sig)[0]):
+            Kernel.before_first = None
+            begin()
+        return super().compile(sig)
 
     @cached_property
     def called(self) -> Called:

@@ -37,3 +37,7 @@ def link(dispatcher: Any, *args: Any, needed: bool = True) -> None:
 
 def prepare(linker: Any, parts: tuple, entry: Any = None, arguments: tuple = ()) -> None:
     """Nothing: the entry is compiled at its first call."""
+
+
+def ahead(needed: Callable[[], tuple]) -> None:
+    """Nothing: one process compiles."""

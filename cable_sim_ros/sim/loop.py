@@ -221,11 +221,16 @@ def _drive(model, state, inputs, output, what, count, control, stats, heads):
     return control[COUNT]
 
 
+def needs(arguments: tuple) -> tuple:
+    """What is prepared for these arguments of `drive`."""
+    return link_tick, arguments[:4], _drive, arguments
+
+
 def drive(model, state, inputs, output, what, count, control, stats, heads) -> int:
     """The compiled entry, see _drive; compiles it or loads it from the cache at the first call."""
     arguments = (model, state, inputs, output, what, int(count), control, stats, heads)
     if id(model) not in _ready:  # what it needs is as read-only as it is: looked up once, not in each tick
-        prepare(link_tick, (model, state, inputs, output), _drive, arguments)
+        prepare(*needs(arguments))
         if len(_ready) >= MOST_READY:
             _ready.clear()
         _ready[id(model)] = model

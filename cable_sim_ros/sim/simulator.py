@@ -10,6 +10,7 @@ from math import cos, radians, sin
 
 import numpy as np
 
+from ..compiler.jit import ahead
 from ..compiler.packaged import packaged
 from ..errors import RunError
 from ..physics.flaps import clear_attitudes
@@ -23,7 +24,7 @@ from .build import build_model, build_state, make_output
 from .compensation_setup import declare, take_rest, take_slope
 from .inputs import YAW, FlapCommand, InputError, ShipMotion, VehicleMotion, WinchCommand, push
 from .layout import layout_of
-from .loop import CONTROL_WORDS, HEADS, LAY, SETTLE, STATS_COLUMNS, TICKS, drive
+from .loop import CONTROL_WORDS, HEADS, LAY, SETTLE, STATS_COLUMNS, TICKS, drive, needs
 from .mesh.mesh_kinds import FeedMesh
 from .rebase import start_problem
 from .saved import savefile
@@ -373,5 +374,23 @@ class Simulator:
             frames,
         )
 
+
+def _for_any_scene() -> tuple:
+    """What a tick of any scene needs, as all have one type signature: by one that takes no static shape."""
+    cable = {"diameter": 0.01, "mass_per_length": 0.4, "axial_stiffness": 1e6}
+    scene = Scene.model_validate(
+        {
+            "name": "signature",
+            "cable": {**cable, "sections": {"all": {"length": 9.0, "elements": 2}}},
+            "winch": {"drum": "contact", "position": (-1.0, 0.0, 3.0), "drum_radius": 0.3},
+            "sheave": {"position": (-3.0, 0.0, 3.0), "radius": 0.3},
+            "towbody": {"mass": 9.0, "net_weight": 9.0},
+        }
+    )
+    sim = Simulator(scene)
+    return needs((sim.model, sim.state, sim.inputs, sim.output, LAY, 0, sim._control, sim._stats, sim._all))
+
+
+ahead(_for_any_scene)
 
 __all__ = ["TICK_OUTPUT", "InputError", "SaveError", "Simulator", "SolverError", "StartError"]

@@ -95,11 +95,14 @@ FILES = {
         def run(rows, law):
             return heavier(rows) + tabled(1) + by_law(3.0, law)
 
-        def result():
+        def needs():
             rows = np.zeros(1, ROW).view(np.recarray)
             rows[0].a, rows[0].b = 100.0, 200.0
-            compiling.prepare(link_heavy, (rows,), run, (rows, 2))
-            return run(rows, 2)
+            return link_heavy, (rows,), run, (rows, 2)
+
+        def result():
+            compiling.prepare(*needs())
+            return run(*needs()[3])
         ''',
 }
 PROGRAM = """

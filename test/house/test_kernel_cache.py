@@ -145,27 +145,26 @@ def machine_code(small: Small) -> dict[str, list[bytes]]:
     }
 
 
-WAITING = """
+AHEAD = """
 import glob, time
+from small.physics.inlined import scaled
+from small.sim.top import needs
 
-def keep(form, types, keep=compiling.Form.keep, until=time.monotonic() + 120.0):
-    kept = os.environ["NUMBA_CACHE_DIR"] + "/cable_sim_ros/kernels/*."
-    while len(glob.glob(kept + "published") + glob.glob(kept + "entry")) < 2 and time.monotonic() < until:
-        time.sleep(0.05)
-    keep(form, types)
-
-compiling.Form.keep = keep  # workers do not run this
+compiling.ahead(needs)
+scaled(1.0)  # compiled by the process: the worker begins with the others
+kept = os.environ["NUMBA_CACHE_DIR"] + "/cable_sim_ros/kernels/*."
+until = time.monotonic() + 120.0
+while len(glob.glob(kept + "published") + glob.glob(kept + "entry")) < 4 and time.monotonic() < until:
+    time.sleep(0.05)
 """
 
 
-def test_workers_compile_what_the_process_then_finds_and_make_the_same_code(compiled, tmp_path):
-    by_many = Small(tmp_path)
-    ran = by_many.run(f"{TWO_WORKERS}\n{WAITING}")
-    assert ran.value == AS_IT_IS and len({"run", "_heavy", "_heavier"} & set(ran.compiled)) == 1
-    assert set(by_many.files()) == set(compiled.files())
-    code = machine_code(compiled)
+def test_a_worker_begins_ahead_and_makes_the_same_code(compiled, tmp_path):
+    by_worker = Small(tmp_path)
+    assert by_worker.run(f"{TWO_WORKERS}\n{AHEAD}") == (AS_IT_IS, ["scaled"])
+    code, others = machine_code(compiled), machine_code(by_worker)
     assert len(code) == 3 and all(b"".join(sections) for sections in code.values())
-    assert machine_code(by_many) == code
+    assert {name: others[name] for name in code} == code and len(others) == 4
 
 
 @pytest.mark.parametrize(

@@ -4,17 +4,21 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numba
 import numpy as np
 import pytest
 
+from cable_sim_ros.compiler import by_symbol
+from cable_sim_ros.compiler.compiling import _tasks
+from cable_sim_ros.compiler.jit import PLAIN
 from cable_sim_ros.io.scenes.document import is_span
 from cable_sim_ros.io.scenes.load import SceneError, load_scene, override
 from cable_sim_ros.physics.inputs import push_command, push_motion
 from cable_sim_ros.physics.tick_output import TICK_OUTPUT, Flag
 from cable_sim_ros.sim.build import lock
 from cable_sim_ros.sim.layout import layout_of
-from cable_sim_ros.sim.loop import _drive
-from cable_sim_ros.sim.simulator import Simulator, SolverError, StartError
+from cable_sim_ros.sim.loop import _drive, needs
+from cable_sim_ros.sim.simulator import Simulator, SolverError, StartError, _for_any_scene
 
 pytestmark = pytest.mark.trust
 
@@ -252,6 +256,18 @@ def test_every_scene_has_one_type_signature(started):
         sim.start()
         sim.tick()
     assert len(getattr(_drive, "overloads", [0])) == count
+
+
+@pytest.mark.skipif(PLAIN or numba.config.DISABLE_JIT, reason="nothing is compiled ahead")
+def test_what_is_compiled_ahead_is_what_every_scene_needs(monkeypatch):
+    monkeypatch.setattr(by_symbol, "_linked", set())
+
+    def tasks(sim: Simulator) -> set:
+        arguments = (sim.model, sim.state, sim.inputs, sim.output, 0, 1, sim._control, sim._stats, sim._all)
+        return set(_tasks(*needs(arguments))[1])
+
+    ahead = set(_tasks(*_for_any_scene())[1])
+    assert len(ahead) > 10 and all(ahead <= tasks(Simulator(load_scene(path))) for path in SCENES)
 
 
 def test_model_arrays_are_locked(started):
