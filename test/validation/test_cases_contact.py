@@ -116,8 +116,7 @@ def test_heavy_rope_at_rest(mass, radius, left, right, end):
 
 
 @pytest.mark.parametrize(
-    "tension, mass, radius, speed, wrap",
-    [(200.0, 0.389, 0.255, 5.0, 90.0), (120.0, 0.2, 0.4, 8.0, 60.0), (200.0, 0.389, 0.1, 18.0, 160.0)],
+    "tension, mass, radius, speed, wrap", [(120.0, 0.2, 0.4, 8.0, 60.0), (200.0, 0.389, 0.1, 18.0, 160.0)]
 )
 def test_running_cable(tension, mass, radius, speed, wrap):
     """T - mu v^2 bends the cable: q = (T - mu v^2)/R, 2 (T - mu v^2) sin(W/2), lift-off at sqrt(T/mu)."""
@@ -232,7 +231,7 @@ def test_atwood(right, left, hang, times):
     )
 
 
-@pytest.mark.parametrize("pull, radius", [(0.5 * G, 0.05), (1.4 * G, 0.06)])
+@pytest.mark.parametrize("pull, radius", [pytest.param(0.5 * G, 0.05, marks=pytest.mark.nightly), (1.4 * G, 0.06)])
 def test_lift_off(pull, radius):
     """At the free side T = mu l (g + a) meets mu v^2, with v = a t and l = l0 - a t^2 / 2."""
     free = 1.0
@@ -257,7 +256,9 @@ def test_lift_off(pull, radius):
     check(family_of(one).solve(one, Level(2, None)).of, expected)
 
 
-@pytest.mark.parametrize("radius, length, start", [(0.05062, 0.7, 55.0), (0.2, 0.7, 30.0)])
+@pytest.mark.parametrize(
+    "radius, length, start", [pytest.param(0.05062, 0.7, 55.0, marks=pytest.mark.nightly), (0.2, 0.7, 30.0)]
+)
 def test_wrapping_pendulum(radius, length, start):
     """l theta'' = -(g sin theta + R theta'^2), l = L - R (pi/2 - theta), T = m (g cos theta + l theta'^2)."""
     mass = 9.43

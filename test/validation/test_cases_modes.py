@@ -42,7 +42,10 @@ def frequencies(w, mass, low, length, end_mass, count):
 
 @pytest.mark.parametrize(
     ("length", "diameter", "mass", "ca", "wet", "body", "added"),
-    [(100.0, 0.01, 0.389, 1.0, 445.0, 250.0, 209.9196), (60.0, 0.03, 1.5, 0.8, 900.0, 150.0, 80.0)],
+    [
+        pytest.param(100.0, 0.01, 0.389, 1.0, 445.0, 250.0, 209.9196, marks=pytest.mark.nightly),
+        (60.0, 0.03, 1.5, 0.8, 900.0, 150.0, 80.0),
+    ],
 )
 def test_submerged_hanging_cable(length, diameter, mass, ca, wet, body, added):
     displaced = 1026.0 * np.pi / 4 * diameter**2
@@ -76,7 +79,8 @@ def test_string_under_linear_tension(length, mass, low, high, count):
 
 
 @pytest.mark.parametrize(
-    ("length", "mass", "tip", "spin", "ea", "turns"), [(10.0, 0.389, 5.0, 6.0, 1e9, 20), (4.0, 0.2, 1.0, 3.0, 1e7, 10)]
+    ("length", "mass", "tip", "spin", "ea", "turns"),
+    [pytest.param(10.0, 0.389, 5.0, 6.0, 1e9, 20, marks=pytest.mark.nightly), (4.0, 0.2, 1.0, 3.0, 1e7, 10)],
 )
 def test_spinning_cable(length, mass, tip, spin, ea, turns):
     """T(s) = spin^2 (m (L^2 - s^2) / 2 + M L); nothing acts along the turn, so the spin stays."""

@@ -43,7 +43,10 @@ def stopped(z, end_mass, speed, transit, last, n=2000):
 
 @pytest.mark.parametrize(
     ("ea", "mass", "length", "end", "speed", "pull"),
-    [(6.786e6, 0.389, 450.0, 250.0, 1.0, 6000.0), (3e6, 0.8, 200.0, 60.0, 0.5, 2500.0)],
+    [
+        pytest.param(6.786e6, 0.389, 450.0, 250.0, 1.0, 6000.0, marks=pytest.mark.nightly),
+        (3e6, 0.8, 200.0, 60.0, 0.5, 2500.0),
+    ],
 )
 def test_winch_stopped_dead(ea, mass, length, end, speed, pull):
     z, unit = np.sqrt(ea * mass), length * np.sqrt(mass / ea)

@@ -12,7 +12,7 @@ from cable_sim_ros.io.scenes.load import load_scene, override
 from cable_sim_ros.runs import offline
 
 ASKED = 0.01  # m, solver.position_error
-FINE = 0.002  # s, of the steps that they are held against
+FINE = 0.004  # s, of the steps that they are held against
 
 
 class Tow(NamedTuple):
@@ -69,7 +69,7 @@ def faired(fairing: str) -> dict[str, Any]:
 def render(pull: float, mass: float, scope: float, heave: tuple[float, float]) -> Tow:
     """A rosette whose winch renders: the motor comes to the bound of its pull and leaves it, wave by wave."""
     values = motor("lowered_ctd", mass, 2e4, drive__mode="render", drive__set_pull=pull, **deep(scope))
-    return Tow("lowered_ctd", values, {"heave": heave, "duration": 40.0}, doubts=("RENDER_PLACE",))
+    return Tow("lowered_ctd", values, {"heave": heave, "duration": 24.0}, doubts=("RENDER_PLACE",))
 
 
 BRAKED = mode((8.0, "brake"), (15.0, "follow"))
@@ -78,7 +78,7 @@ TOWS = {
     "brake, following": Tow(
         "full_scale",
         motor("full_scale", 500.0, 2e4, **HOLD),
-        {"winch": "1 rate 0.8", "changes": BRAKED, "duration": 30.0},
+        {"winch": "1 rate 0.8", "changes": BRAKED, "duration": 22.0},
     ),
     "stop, lowering": Tow(
         "full_scale",
@@ -115,7 +115,7 @@ TOWS = {
     "loop of second order": Tow(
         "lowered_ctd",
         loop(6.0, 0.5, setpoint__algorithm="simplified_sheave", **deep(600.0)),
-        {"heave": (1.0, 8.0), "duration": 40.0},
+        {"heave": (1.0, 8.0), "duration": 24.0},
     ),
     "loop of second order, slow": Tow(
         "lowered_ctd",
@@ -144,7 +144,7 @@ TOWS = {
     "layers, brake, following": Tow(
         "full_scale",
         motor("full_scale", 300.0, 2e4, **LAYERS),
-        {"winch": "1 rate 1.0", "changes": mode((15.0, "emergency_stop"), (22.0, "follow")), "duration": 45.0},
+        {"winch": "1 rate 1.0", "changes": mode((15.0, "emergency_stop"), (22.0, "follow")), "duration": 30.0},
     ),
     "layers in heave": Tow(
         "lowered_ctd",
