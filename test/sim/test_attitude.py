@@ -96,7 +96,7 @@ def test_what_no_body_has_is_refused_with_the_remedy(changes, parts):
 def test_a_fish_that_meets_the_ground_is_borne_and_lifted_again():
     """Paid out onto a seabed 4 m below it and hauled in: it lands, lies or slides, and flies as before."""
     scene = scene_of({"seabed.depth": 113.0})
-    done = run(scene, heave=(0.3, 8.0), duration=75.0, winch="1 rate 1.0, 40 rate -1.0", step="fixed", every=0.04)
+    done = run(scene, heave=(0.3, 8.0), duration=60.0, winch="1 rate 1.0, 30 rate -1.0", step="fixed", every=0.04)
     frames, aground = done.frames, done.frames.status & Flag.SEABED > 0
     assert not aground[0] and aground.any() and not aground[-1]
     assert -113.2 < frames.body_position[:, 2].min() and frames.body_position[-1, 2] > -112.0

@@ -125,7 +125,8 @@ def test_a_winch_that_reverses_under_a_sheave_that_stands():
             x, v = (2.2 * t, 0.0, 0.5 * sin(w * t)), (2.2, 0.0, 0.5 * w * cos(w * t))
             level = (0.0, 0.0, 0.0)
             sim.push(ShipMotion(time_ns=round(t * 1e9), position=x, velocity=v, attitude=level, rate=level))
-            frames.append(sim.run(1).copy())
+            if k % 20 == 19:
+                frames.append(sim.run(20))
         report.append(np.concatenate(frames)[800:])
     free, rubs = report
     assert rubs["tension"].std() == pytest.approx(free["tension"].std(), rel=0.05)

@@ -20,8 +20,8 @@ from verification.stress.n20_n21_n22_winch_at_work import SOFT, undragged
 from verification.stress.tows import finite, held
 from verification.stress.verdict import IS, WITHIN, Metric
 
-# one of a kind, and none that a clock judges
-QUICK = ["N1", "N5", "N12", "N13", "N15", "N16", "N17", "N19", "N20"]
+# one of a kind, and none that a clock judges; N19 comes by its command
+QUICK = ["N1", "N5", "N12", "N13", "N15", "N16", "N17", "N20"]
 BAGS = ["I10", "I11", "I12", "I14", "I16", "S1", "S2", "S3"]
 
 
