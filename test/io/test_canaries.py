@@ -38,5 +38,5 @@ def test_a_canary_is_refused_with_a_text(name):
 def test_broken_parameter_files_never_break_the_loader():
     """10 000 of them and the canaries are stress row S5."""
     draw, scenes = random.Random(11), [Path(find_scene(name)).read_text("utf-8") for name in shipped_scenes()]
-    found = Counter(judge(mutated(draw.choice(scenes), draw))[0] for _ in range(100))
-    assert set(found) == {"scene", "refused"} and found["scene"] >= 5 and found["refused"] >= 60
+    found = Counter(judge(mutated(draw.choice(scenes), draw))[0] for _ in range(50))
+    assert set(found) == {"scene", "refused"} and found["scene"] >= 3 and found["refused"] >= 30

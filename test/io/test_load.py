@@ -466,7 +466,7 @@ DATA = st.dictionaries(
 )
 
 
-@settings(derandomize=True, max_examples=25)
+@settings(derandomize=True, max_examples=10)
 @given(DATA)
 @example({"a": "0" * 130 + "\x1f0 0"})
 def test_what_is_dumped_is_read_alike_by_yaml_1_1_and_1_2(data):

@@ -123,6 +123,6 @@ def test_a_blow_that_the_position_follows_is_used(change, within, maximum):
 WHOLE = [pytest.param(name, None, marks=pytest.mark.nightly) for name in ("nbp1406", "lmg1903")]
 
 
-@pytest.mark.parametrize("name, first", [("nbp1406", 20_000), *WHOLE])
+@pytest.mark.parametrize("name, first", [("nbp1406", 8_000), *WHOLE])
 def test_the_shipped_bags_are_not_refused(name, first):
     assert watched(list(read_motion(BAGS / name))[:first]) == ([], [])

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cable_sim_ros.io.messages.commands import encode_command
@@ -213,6 +213,7 @@ def test_lengths_and_scopes_are_approached_at_the_largest_rate_and_held():
     assert lengths[-1] == pytest.approx(-1.0), "441 m of scope and 8 m inboard are 449 m off the drum"
 
 
+@settings(max_examples=30)
 @given(st.lists(st.integers(0, 9 * 10**9), max_size=8), st.sampled_from([0.01, 0.1, 0.5, 3.0]))
 def test_commands_are_the_same_however_the_run_is_cut(cuts, timeout):
     plan, drum, end = WinchPlan("0.1 rate 1, 3 length 440, 6.0000000001 hold"), drum_of(timeout=timeout), 9 * S

@@ -305,7 +305,7 @@ def test_mappings_cut_and_flipped_are_read_or_refused():
     )
     draw = random.Random(5)
     texts = [whole[: len(whole) * k // 64] for k in range(64)]
-    for _ in range(1000):
+    for _ in range(300):
         at = draw.randrange(len(whole))
         texts.append(whole[:at] + chr(ord(whole[at]) ^ (1 << draw.randrange(7))) + whole[at + 1 :])
     read_whole = 0
