@@ -157,7 +157,7 @@ def winged():
     turned=st.tuples(ANGLES, ANGLES, ANGLES),
     motion=st.tuples(VECTOR, VECTOR, VECTOR, VECTOR),
 )
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=12, deadline=None)
 def test_the_tangent_is_that_of_differences(winged, depth, attitude, turned, motion):
     """Of force and moment to place and rotation, with what velocity and acceleration change with them."""
     state, change, rig = winged.state, Change(37.0, 2900.0, 0.7, 0.0), winged
