@@ -172,9 +172,9 @@ def test_a_cable_of_links_strums_alike(sim):
     assert links.frame.amplification_mean == pytest.approx(sim.frame.amplification_mean, abs=0.02)
 
 
-def test_lock_in_leaves_what_sheds_alike():
+def test_lock_in_leaves_what_sheds_alike(sim):
     """In a flow that is the same along a straight cable all of it locks in; in the bend of a tow a part."""
-    whole, part = started(), started(viv__lock_in_band=0.2)
+    whole, part = sim, started(viv__lock_in_band=0.2)
     assert (row(part)[:, AMPLITUDE] <= row(whole)[:, AMPLITUDE] + 1e-12).all()
     assert 0.2 * row(whole)[:, AMPLITUDE].max() < row(part)[:, AMPLITUDE].max() < 0.99 * row(whole)[:, AMPLITUDE].max()
     wide = started(viv__lock_in_band=0.9)
