@@ -1,4 +1,4 @@
-"""The package built and installed by colcon; by pip: test_wheel.py, test/install."""
+"""The package built and installed by colcon; by pip: test/install."""
 
 import os
 import subprocess

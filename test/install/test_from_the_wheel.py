@@ -1,4 +1,4 @@
-"""The wheel in an environment of its own with an empty home: a run from scenes and bags that came with it.
+"""The wheel of the sdist: what is in it, and in an environment of its own with an empty home a run from its data.
 
 In CI it is that of pip, with kernels of this machine; at night that with those of one scene, as of `make wheel`. Other
 interpreters are those of this machine, with what pip brings and no ROS.
@@ -11,15 +11,19 @@ import shutil
 import subprocess
 import sys
 import sysconfig
+import zipfile
 from pathlib import Path
 
 import pytest
 from standin import ROOT, copied, environment
 
+from cable_sim_ros import start
 from verification.wheel import build
 
 pytestmark = pytest.mark.install
 SCENE = "full_scale"
+SDIST = "import sys; from setuptools import build_meta; build_meta.build_sdist(sys.argv[1])"
+WHERE = "from cable_sim_ros.io.scenes.document import *; print(share_folder(), *shipped_scenes(), *shipped_bags())"
 FRAMES = """
 import hashlib, sys
 from cable_sim_ros.compiler.packaged import packaged
@@ -43,11 +47,58 @@ def install(folder, wheel):
 
 @pytest.fixture(scope="module")
 def plain(tmp_path_factory):
-    """The wheel that pip makes."""
+    """The wheel that pip makes of the sdist."""
     folder = tmp_path_factory.mktemp("plain")
-    pip = [sys.executable, "-m", "pip", "wheel", "-q", "--no-deps", "-w", str(folder), str(copied(folder / "source"))]
+    subprocess.run([sys.executable, "-c", SDIST, folder], cwd=copied(folder / "source"), check=True, timeout=600)
+    pip = [sys.executable, "-m", "pip", "wheel", "-q", "--no-deps", "-w", folder, *folder.glob("*.tar.gz")]
     subprocess.run(pip, check=True, timeout=600)
     return next(folder.glob("*.whl"))
+
+
+@pytest.fixture(scope="module")
+def names(plain):
+    """Of files in the wheel."""
+    with zipfile.ZipFile(plain) as wheel:
+        return {name for name in wheel.namelist() if not name.endswith("/")}
+
+
+def test_wheel_has_all_code_and_package_data(names):
+    for path in (ROOT / "cable_sim_ros").rglob("*"):
+        if path.is_file() and "__pycache__" not in path.parts and path.suffix not in (".nbi", ".nbc"):
+            assert path.relative_to(ROOT).as_posix() in names, path
+
+
+def test_wheel_has_all_scenes_and_bags(names):
+    shared = {name.partition("/share/cable_sim_ros/")[2] for name in names if "/share/cable_sim_ros/" in name}
+    assert "package.xml" in shared
+    for folder in ("bags", "config", "launch"):
+        for path in (ROOT / folder).rglob("*"):
+            if path.is_file() and not path.name.startswith("."):
+                assert path.relative_to(ROOT).as_posix() in shared, path
+
+
+def test_wheel_has_nothing_else(names):
+    tops = {name.split("/")[0].partition("-")[0].removesuffix(".data") for name in names}
+    assert tops == {"cable_sim_ros"}
+
+
+def test_metadata_says_what_is_declared(plain, names):
+    (metadata,) = [name for name in names if name.endswith(".dist-info/METADATA")]
+    text = zipfile.ZipFile(plain).read(metadata).decode()
+    for name, bounds in start.declared(start.REQUIREMENTS.read_text("utf-8")):
+        line = next(line for line in text.splitlines() if line.lower().startswith(f"requires-dist: {name}"))
+        assert all(bound in line for bound in filter(None, bounds.split(","))), line
+    for extra in ("ros", "ros-jazzy", "ros-kilted"):
+        assert f"Provides-Extra: {extra}\n" in text
+
+
+def test_scenes_and_bags_are_found_in_a_folder_of_its_own(plain, tmp_path):
+    pip = [sys.executable, "-m", "pip", "install", "-qq", "--no-deps", "--no-compile", "--target", tmp_path, plain]
+    subprocess.run(pip, check=True, timeout=600)
+    there = os.environ | {"PYTHONPATH": str(tmp_path)}
+    done = subprocess.run([sys.executable, "-c", WHERE], cwd=tmp_path, env=there, text=True, capture_output=True)
+    assert done.stdout.startswith(f"{tmp_path}/share/cable_sim_ros "), done.stderr
+    assert {"full_scale", "full_scale_westin", "nbp1406", "lmg1903"} <= set(done.stdout.split())
 
 
 @pytest.fixture(scope="module")
@@ -75,8 +126,7 @@ def call(installed, *command, timeout=600):
 
 
 def test_code_and_data_are_those_of_the_wheel(installed):
-    script = "import cable_sim_ros; from cable_sim_ros.io.scenes.document import *; "
-    script += "print(cable_sim_ros.__file__, share_folder(), *shipped_scenes(), *shipped_bags())"
+    script = f"import cable_sim_ros; print(cable_sim_ros.__file__); {WHERE}"
     code, fraction, *names = call(installed, "python", "-c", script).stdout.split()
     prefix = installed[0].parent
     assert Path(code).is_relative_to(prefix) and Path(fraction) == prefix / "share" / "cable_sim_ros"
@@ -110,22 +160,8 @@ def test_kernels_compiled_here_give_the_same_bits(with_kernels):
 
 
 def test_a_run_with_a_shipped_scene_and_bag(installed):
-    done = call(
-        *(
-            installed,
-            "cable-sim",
-            "run",
-            "full_scale",
-            "--motion",
-            "nbp1406",
-            "--duration",
-            "5",
-            "--out",
-            "a",
-            "--json",
-        ),
-        timeout=1500,  # two minutes of processor time where nothing is compiled yet; other work may share it
-    )
+    line = "cable-sim run full_scale --motion nbp1406 --duration 5 --out a --json".split()
+    done = call(installed, *line, timeout=1500)  # two minutes of processor time where nothing is compiled yet
     assert done.returncode in (0, 4), done.stderr  # 4: doubtful, as five seconds are short
     assert json.loads(done.stdout)["verdict"]
     assert (installed[2] / "a" / "tow" / "metadata.yaml").is_file()
@@ -137,7 +173,7 @@ def test_the_node_starts_and_says_what_it_refuses(installed):
     assert done.returncode == 2 and "parameter 'no_such' = 1" in done.stderr, done.stderr
 
 
-@pytest.fixture(scope="module", params=["3.12", "3.13"])
+@pytest.fixture(scope="module", params=[pytest.param("3.12", marks=pytest.mark.nightly), "3.13"])
 def other(request, tmp_path_factory, plain):
     """The plain wheel with its dependencies in an environment of another Python."""
     beside = Path(sys.base_prefix).parent.glob(f"{request.param}.*/bin/python")

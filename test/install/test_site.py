@@ -8,7 +8,7 @@ import subprocess
 import sysconfig
 
 import pytest
-from standin import ROOT, copied, environment
+from standin import PARTS, ROOT, environment
 
 pytestmark = pytest.mark.install
 COMMAND = re.search(r"^\t\$\(BIN\)/(sphinx-build .+)$", (ROOT / "Makefile").read_text("utf-8"), re.M)[1].split()
@@ -24,12 +24,15 @@ def wanted():
 
 @pytest.fixture(scope="module")
 def source(tmp_path_factory):
-    """A copy of the sources with the pages."""
-    folder = copied(tmp_path_factory.mktemp("site") / "source")
-    for name in ("docs", "test/examples"):
+    """The sources with a copy of the pages."""
+    folder = tmp_path_factory.mktemp("site")
+    for name in ("docs", "bags", "test/examples"):
         shutil.copytree(ROOT / name, folder / name, ignore=shutil.ignore_patterns("__pycache__"))
-    for name in ("CONTRIBUTING.md", "CHANGELOG.rst", "QUALITY_DECLARATION.md"):
-        shutil.copy(ROOT / name, folder)
+    for path in ROOT.iterdir():
+        if path.suffix in (".md", ".rst"):
+            shutil.copy(path, folder)
+        elif path.name in PARTS and not (folder / path.name).exists():
+            (folder / path.name).symlink_to(path)  # modules are compiled there
     return folder
 
 
