@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import json
 import os
 import shutil
@@ -127,6 +128,23 @@ from small.sim.top import result
 value = result()
 print(json.dumps({{"value": value, "compiled": sorted(Compiled.names)}}))
 """
+FORKS = """
+import json, os, sys
+import numba
+sys.dont_write_bytecode = True
+for line in sys.stdin:
+    folder, cache, program = json.loads(line)
+    if child := os.fork():
+        print(os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]), flush=True)
+        continue
+    for number, path in enumerate((os.devnull, folder + "/out", folder + "/err")):
+        os.dup2(os.open(path, os.O_RDWR | os.O_CREAT | os.O_TRUNC), number)
+    os.environ.update(PYTHONPATH=folder, NUMBA_CACHE_DIR=cache, PYTHONDONTWRITEBYTECODE="1")
+    os.chdir(folder)
+    sys.path.insert(0, folder)
+    exec(program)
+    sys.exit()
+"""
 AS_IT_IS = 1000.0 + 200.0 + 10.0 + 9.0
 
 
@@ -135,6 +153,12 @@ class Ran(NamedTuple):
 
     value: float
     compiled: list[str]
+
+
+@functools.cache
+def forks() -> subprocess.Popen:
+    """A process whose forks have numba imported, which is most of a run."""
+    return subprocess.Popen([sys.executable, "-c", FORKS], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
 
 
 class Small:
@@ -178,9 +202,15 @@ class Small:
         process.stdin = None
         return process
 
-    def run(self, setup: str = "", how: str = "-c", **environment: str) -> Ran:
-        """What a process of start() printed."""
-        return self.end(self.start(setup, how, **environment))
+    def run(self, setup: str = "", how: str = "", **environment: str) -> Ran:
+        """What a fork printed, or a process of start() where one is asked for or has variables of its own."""
+        if how or environment:
+            return self.end(self.start(setup, how or "-c", **environment))
+        asked = json.dumps([str(self.folder), str(self.cache), PROGRAM.format(setup=setup)])
+        print(asked, file=forks().stdin, flush=True)
+        code = forks().stdout.readline()
+        assert code == "0\n", (self.folder / "err").read_text()[-3000:]
+        return Ran(**json.loads((self.folder / "out").read_text()))
 
     @staticmethod
     def end(process: subprocess.Popen) -> Ran:

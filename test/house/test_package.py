@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pytest
 import yaml
+from test_floors import read
 
 import cable_sim_ros
 from cable_sim_ros.io.scenes import document
@@ -160,7 +161,7 @@ def test_every_import_is_a_dependency(arguments):
         optional |= {name_of(r).partition(".")[0] for r in arguments["extras_require"][extra]}
     optional |= {"PIL"} if "pillow" in optional else set()
     for path in sorted((ROOT / "cable_sim_ros").rglob("*.py")):
-        for node in ast.walk(ast.parse(path.read_text("utf-8"))):
+        for node in read(path)[1]:
             names = (
                 [a.name for a in node.names]
                 if isinstance(node, ast.Import)

@@ -2,6 +2,7 @@
 
 import ast
 import os
+import re
 import stat
 import sys
 from itertools import islice
@@ -234,6 +235,8 @@ ENDINGS = tuple(name.rpartition(".")[2] for name in OPENING)  # to unparse every
 
 def readers(text):
     """Lines of calls that open a file by another way than files.py; /proc and /sys hold no user's file."""
+    if not re.search(rf"(?:{'|'.join(ENDINGS)})\s*\(", text):
+        return
     for node in ast.walk(ast.parse(text)):
         if not isinstance(node, ast.Call):
             continue
