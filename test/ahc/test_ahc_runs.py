@@ -265,17 +265,17 @@ def test_the_leaderboard_repeats_and_one_that_does_not_is_said_with_code_1(tmp_p
         return kept[0]
 
     monkeypatch.setattr(benchmark, "run", once)
-    options = ("--check", "--only", "lowered/lmg1903/ideal", "--processes", "1", "--board")
+    options = ("--check", "--only", "flume/lmg1903/ideal", "--processes", "1", "--board")
     done = call("hold", "simplified_sheave", *options, BOARD)
     assert done.exit_code == 0 and "2 rows run again, 0 differences above 0.1 %" in done.output
     head, *lines = text.splitlines()
     at = head.split(",").index("tension_std_n")
-    k = next(i for i, line in enumerate(lines) if ",lowered,lmg1903,ideal," in line and line.startswith("hold,"))
+    k = next(i for i, line in enumerate(lines) if ",flume,lmg1903,ideal," in line and line.startswith("hold,"))
     values = lines[k].split(",")
     values[at] = f"{1.01 * float(values[at]):.6g}"
     path = tmp_path / "board.csv"
     path.write_text("\n".join([head, *lines[:k], ",".join(values), *lines[k + 1 :]]) + "\n")
     done = call("hold", "simplified_sheave", *options, path)
-    assert done.exit_code == 1 and "hold lowered/lmg1903/ideal: tension_std_n = " in done.output
+    assert done.exit_code == 1 and "hold flume/lmg1903/ideal: tension_std_n = " in done.output
     done = call("hold", "simplified_sheave", *options, path, "--json")
     assert [one["what"] for one in json.loads(done.stdout)] == ["tension_std_n"]

@@ -162,19 +162,9 @@ def test_the_table_says_heading_course_and_ship(turned):
 
 
 def test_of_a_recording_with_the_winch_at_work_copies_follow_it(tmp_path):
-    line = [
-        "run",
-        "side_scan",
-        "--motion",
-        "none",
-        "--duration",
-        "40",
-        "--winch",
-        "0 hold, 15 rate -0.5",
-        "--every",
-        "0.05",
-    ]
-    assert CliRunner().invoke(commands.main, [*line, "--out", str(tmp_path / "run")]).exit_code == 0
+    line = "run side_scan --motion none --duration 25 --every 0.05 --winch".split()
+    line += ["0 hold, 10 rate -0.5", "--out", str(tmp_path / "run")]
+    assert CliRunner().invoke(commands.main, line).exit_code == 0
     words = [word for key in ("speed", "current") for word in ("--range", f"{key}=0")]
     done = CliRunner().invoke(commands.main, ["layback", str(tmp_path / "run" / "tow"), "--json", *words])
     report = json.loads(done.stdout)

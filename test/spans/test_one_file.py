@@ -253,7 +253,7 @@ def test_the_command_prints_what_was_taken_and_warns():
 def test_sensitivity_is_of_one_case(span, tmp_path):
     result = call("viv", "span_in_wind", "--sensitivity", "--json")
     assert result.exit_code == 2 and "has 4 cases, and --sensitivity is of one" in result.stderr
-    short = changed(span.frequency_domain, response={"segments": 80, "points": 40})
+    short = changed(span.frequency_domain, response={"segments": 50, "points": 25})
     path = tmp_path / "short.yaml"
     path.write_text(json.dumps({"span": json.loads(changed(span, frequency_domain=short).model_dump_json())}))
     result = call("viv", path, "--sensitivity", "--case", "case_1", "--json")
