@@ -40,9 +40,11 @@ def test_live_returns_figures_and_a_bag(own, bag):
 def test_what_fails_is_reported_with_its_last_lines(own, bag, monkeypatch):
     from cable_sim_ros.ros.play.live import LiveError
 
-    with monkeypatch.context() as patched, pytest.raises(LiveError, match="(?s)node.*residual 123 N"):
+    said = "(?s)node ended with code 1 .*residual 123 N"
+    with monkeypatch.context() as patched, pytest.raises(LiveError, match=said) as failed:
         patched.setenv("FAKE_START_FAILS", "1")
         run(own, bag)
+    assert "Traceback" not in str(failed.value)
     with pytest.raises(LiveError, match="(?s)player.*no such bag"):
         run(own, "no_such_bag")
     with pytest.raises(LiveError, match="exists already"):  # what it has recorded

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import os
+import signal
 
 import pytest
-from conftest import ROOT, poll
+from conftest import LONG, ROOT, poll
 
 pytest.importorskip("rclpy")
 
@@ -35,7 +36,9 @@ def test_live_markers_are_those_recorded(world):
         recording__enabled=True, recording__markers=True, recording__root=str(world.folder), recording__path="tow"
     ).until("running")
     poll(lambda: len(live) > 20, "20 messages")
-    assert node.stop() == 0 and "Traceback" not in node.text
+    assert node.stop(((signal.SIGTERM, LONG),)) == 0, "every other node of these tests ends by SIGINT"
+    assert "Traceback" not in node.text and "jitter p99" in node.text and node.state()["state"] == "stopped"
+    assert node.text.rstrip().splitlines()[-1].startswith("verdict: ")
     data = recorded(world.folder / "tow")
     by_stamp = {stamp_of(written): written for written in data[MARKERS]}
     for received in live:
@@ -71,11 +74,3 @@ def test_without_their_package_the_node_says_so_once_and_goes_on(world):
         assert node.text.count(f"{topic} is not published: the package {package} is not installed") == 1
     data = recorded(world.folder / "tow")
     assert data[TF] and MARKERS not in data  # recorded all the same; markers where recording.markers says so
-
-
-def test_switched_off_there_is_nothing_of_them(world):
-    ears = world.ears()
-    node = world.node(publish__marker_rate=0.0).until("waiting")
-    poll(lambda: "/tow_sim/cable/shape" in dict(ears.node.get_topic_names_and_types()), "the topics")
-    assert MARKERS not in dict(ears.node.get_topic_names_and_types())
-    assert node.stop() == 0 and "cable/markers" not in node.text
