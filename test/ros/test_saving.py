@@ -315,7 +315,7 @@ def test_files_of_somebody_who_means_harm_are_refused_and_the_node_lives(make, t
     before = it.step(5)
     assert it.session.restore(path)[0]
     files = {what: made() for what, made in crafted(good)[::16]}
-    files |= {f"bit {bit}": flipped(good, bit) for bit in rng.integers(0, 8 * len(good), 40).tolist()}
+    files |= {f"bit {bit}": flipped(good, bit) for bit in rng.integers(0, 8 * len(good), 20).tolist()}
     os.mkfifo(tmp_path / "pipe")
     for what, data in files.items():
         path.write_bytes(data)
@@ -325,7 +325,7 @@ def test_files_of_somebody_who_means_harm_are_refused_and_the_node_lives(make, t
         assert all((state[name] == array).all() for name, array in it.session.built_sim.snapshot().items()), what
     assert not it.session.restore(tmp_path / "pipe")[0]
     assert it.step(5) == before
-    for _ in range(12):
+    for _ in range(6):
         path.write_bytes(flipped_inside(members, rng))
         if it.session.restore(path)[0]:
             it.step(2)
