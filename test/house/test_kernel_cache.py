@@ -251,7 +251,7 @@ def test_two_processes_at_the_same_time(tmp_path):
 def test_what_another_process_kept_a_moment_ago_is_not_loaded_before_what_it_calls(small):
     """Machine code whose calls by symbol are not published yet would end the process."""
     kept = "import small.compiler.kernel_form as f\nf.KeptCode.lacks = lambda *a: True"
-    no_worker = f"{TWO_WORKERS}\ncompiling._serve = lambda *a: None"
+    no_worker = f"{TWO_WORKERS}\ncompiling._Pool._serve = lambda *a: None"
     assert small.run(f"{no_worker}\n{kept}") == (AS_IT_IS, ["_heavier", "_heavy", "run"])
 
 
