@@ -28,8 +28,8 @@ PYTEST_ARGS ?=
 AGAINST ?= $(shell sed -n 's/^| [0-9.]* | [0-9-]* | \([0-9a-f]\{8\}\) .*/\1/p' docs/releases.md | sed -n 2p)
 # a worker more than cores, as many of the rest wait for processes of their own
 MORE = $(shell n=$$(nproc); echo $$((n < 4 ? n + 1 : n)))
-# a file of tests stays on one worker: its starts are shared
-PYTEST = $(BIN)/python -m pytest -n auto --maxprocesses 4 --dist loadfile
+# a file of tests stays on one worker: its starts are shared; xdist would put files of few tests last
+PYTEST = $(BIN)/python -m pytest -n auto --maxprocesses 4 --dist loadfile --no-loadscope-reorder
 
 help:
 	@sed -n 's/^# //p' Makefile

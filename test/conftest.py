@@ -26,6 +26,7 @@ gc.set_threshold(*GARBAGE)
 HERE = Path(__file__).parent
 TIERS = {"check", "trust", "rest", "realtime", "nightly", "install"}
 WITHOUT_KERNELS = {"install"}  # tiers that run those of other installs
+LONG_FILE = re.compile("/(view|ahc|examples|ensemble|ros)/")  # in these folders
 COMPILE = """
 from cable_sim_ros import Simulator
 from cable_sim_ros.sim.rig.rig import warm_up
@@ -52,7 +53,11 @@ def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool 
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Leave each test the mark of its tier that is nearest to it, or the rest: a file's own may differ from it."""
+    """Leave each test the mark of its tier that is nearest to it, or the rest: a file's own may differ from it.
+
+    Long files first: one of them at the end leaves all workers but its own without work.
+    """
+    items.sort(key=lambda item: not LONG_FILE.search(item.nodeid))
     tiers = [next((mark.name for mark in item.iter_markers() if mark.name in TIERS), "rest") for item in items]
     for node in {node for item in items for node in item.listchain()}:
         node.own_markers[:] = [mark for mark in node.own_markers if mark.name not in TIERS]

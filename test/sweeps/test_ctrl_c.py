@@ -7,6 +7,7 @@ import pytest
 
 CODE = """
 import multiprocessing, os, signal, sys
+from concurrent.futures import wait
 
 STARTS, KIND, WHEN = "__mp_main__" in __name__, *sys.argv[1:]
 
@@ -34,10 +35,13 @@ if __name__ == "__main__":
         if KIND == "forked":
             one = Forked(target=for_ever, daemon=True)
             one.start()
-            one.join()
+            while one.is_alive():
+                one.join(0.2)  # a signal just before a wait without end would be heard after it
         pool = Workers(1, mp_context=server if KIND == "served" else Spawn())
         try:
-            pool.submit(for_ever).result()
+            future = pool.submit(for_ever)
+            while not future.done():
+                wait([future], 0.2)
         finally:
             pool.shutdown(cancel_futures=True)
     except KeyboardInterrupt:
