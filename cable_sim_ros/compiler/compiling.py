@@ -46,7 +46,7 @@ def ahead(needed: Callable[[], tuple]) -> None:
 
     def begin() -> None:
         pool = _Pool()
-        pool.take(missing(_tasks(*needed())[1]))
+        pool.take(missing(tasks_of(*needed())))
         _begun.append(pool)
         atexit.register(pool.stop)
 
@@ -60,23 +60,25 @@ def prepare(linker: Callable[..., None], parts: tuple, entry: Any = None, argume
     """
     if numba.config.DISABLE_JIT:
         return
-    key = entry, fingerprint(arguments)
-    links, tasks = _tasks(linker, parts, entry, arguments)
+    key, links = (entry, fingerprint(arguments)), planned(linker, *parts)
     if not links and key in _prepared:
         return
-    compile_all(missing(tasks))
+    compile_all(missing(_tasks(links, entry, arguments)))
     for link in links:
         publish(link)
     _prepared.add(key)
 
 
-def _tasks(linker: Callable[..., None], parts: tuple, entry: Any, arguments: tuple) -> tuple[list[Link], list[Task]]:
-    """What the linker publishes, and what is to be compiled for that and the entry."""
-    links = planned(linker, *parts)
+def tasks_of(linker: Callable[..., None], parts: tuple, entry: Any, arguments: tuple) -> list[Task]:
+    """What prepare() would compile now."""
+    return _tasks(planned(linker, *parts), entry, arguments)
+
+
+def _tasks(links: list[Link], entry: Any, arguments: tuple) -> list[Task]:
     tasks = [(link.form, link.types) for link in links]
     if entry is not None:
         tasks.append((entry, tuple(numba.typeof(a) for a in arguments)))
-    return links, tasks
+    return tasks
 
 
 def missing(tasks: list[Task]) -> list[Task]:

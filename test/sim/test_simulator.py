@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from cable_sim_ros.compiler import by_symbol
-from cable_sim_ros.compiler.compiling import _tasks
+from cable_sim_ros.compiler.compiling import tasks_of
 from cable_sim_ros.compiler.jit import PLAIN
 from cable_sim_ros.io.scenes.document import is_span
 from cable_sim_ros.io.scenes.load import SceneError, load_scene, override
@@ -264,9 +264,9 @@ def test_what_is_compiled_ahead_is_what_every_scene_needs(monkeypatch):
 
     def tasks(sim: Simulator) -> set:
         arguments = (sim.model, sim.state, sim.inputs, sim.output, 0, 1, sim._control, sim._stats, sim._all)
-        return set(_tasks(*needs(arguments))[1])
+        return set(tasks_of(*needs(arguments)))
 
-    ahead = set(_tasks(*_for_any_scene())[1])
+    ahead = set(tasks_of(*_for_any_scene()))
     assert len(ahead) > 10 and all(ahead <= tasks(Simulator(load_scene(path))) for path in SCENES)
 
 
