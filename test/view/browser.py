@@ -113,13 +113,16 @@ class Browser:
             time.sleep(every)
         raise AssertionError(f"not within {within:g} s; the page says: {self.text()[:600]!r}")
 
-    def click(self, label: str) -> None:
-        """Press the button with this text."""
-        done = self.script(
+    def press(self, label: str) -> bool:
+        """Press the button with this text; False where there is none."""
+        return self.script(
             "(() => { const b = [...document.querySelectorAll('button, label')].find(b => b.innerText.trim() === "
             f"{json.dumps(label)}); if (!b) return false; b.click(); return true; }})()"
         )
-        assert done, f"no button '{label}'; the page says: {self.text()[:600]!r}"
+
+    def click(self, label: str) -> None:
+        """Press the button with this text once it is there."""
+        self.until(lambda: self.press(label))
 
     def close(self) -> None:
         """End the browser and forget its folder."""
