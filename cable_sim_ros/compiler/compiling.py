@@ -12,7 +12,6 @@ import atexit
 import contextlib
 import gc
 import importlib
-import itertools
 import os
 import pickle
 import queue
@@ -82,9 +81,8 @@ def _tasks(links: list[Link], entry: Any, arguments: tuple) -> list[Task]:
 
 
 def missing(tasks: list[Task]) -> list[Task]:
-    """Those of the tasks that could be on disk and are not, nor in memory, the largest first."""
-    left = [(content_of(form)[1], i) for i, (form, types) in enumerate(tasks) if _lacking(form, types)]
-    return [tasks[i] for _, i in sorted(left, key=lambda task: (-task[0], task[1]))]
+    """Those of the tasks that could be on disk and are not, nor in memory."""
+    return [(form, types) for form, types in tasks if _lacking(form, types)]
 
 
 def _lacking(form: Any, types: tuple) -> bool:
@@ -94,7 +92,7 @@ def _lacking(form: Any, types: tuple) -> bool:
 def workers_for(tasks: list[Task]) -> int:
     """Worker processes worth starting beside this one."""
     sizes = [content_of(form)[1] for form, _ in tasks]
-    if sum(sizes[1:]) < SMALL or not _interpreter() or not files.writable():
+    if sum(sizes) - max(sizes, default=0) < SMALL or not _interpreter() or not files.writable():
         return 0
     return max(0, min(cores() - 1, len(tasks) - 1, MAX_WORKERS))
 
@@ -119,14 +117,13 @@ class _Pool:
         self.threads: list[threading.Thread] = []
         self._workers: list[subprocess.Popen] = []
         self._taken: set[tuple[int, tuple]] = set()
-        self._count = itertools.count()
 
     def take(self, tasks: list[Task]) -> None:
         """Let these wait too, and start the workers worth it."""
         new = [(form, types) for form, types in tasks if (id(form), types) not in self._taken]
         for form, types in new:
             self._taken.add((id(form), types))
-            self.waiting.put((-content_of(form)[1], next(self._count), (form, types)))
+            self.waiting.put((-content_of(form)[1], len(self._taken), (form, types)))
         for _ in range(workers_for(new) - sum(thread.is_alive() for thread in self.threads)):
             self.threads.append(threading.Thread(target=self._serve, name="compile", daemon=True))
             self.threads[-1].start()

@@ -171,7 +171,7 @@ class _LinkedCode(JITCodeLibrary):
     """Code to be linked into that of callers; no machine code is made of it."""
 
     def _optimize_final_module(self) -> None:
-        """Nothing: it is optimised with each caller, and so once less; a fifth of the time of compiling."""
+        """Nothing: it is optimised with each caller, and so once less."""
 
     def _finalize_final_module(self) -> None:
         self._finalize_dynamic_globals()

@@ -129,7 +129,7 @@ value = result()
 print(json.dumps({{"value": value, "compiled": sorted(Compiled.names)}}))
 """
 FORKS = """
-import json, os, sys
+import json, os, signal, sys
 import numba
 sys.dont_write_bytecode = True
 for line in sys.stdin:
@@ -137,6 +137,7 @@ for line in sys.stdin:
     if child := os.fork():
         print(os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]), flush=True)
         continue
+    signal.alarm(600)  # s, ends it
     for number, path in enumerate((os.devnull, folder + "/out", folder + "/err")):
         os.dup2(os.open(path, os.O_RDWR | os.O_CREAT | os.O_TRUNC), number)
     os.environ.update(PYTHONPATH=folder, NUMBA_CACHE_DIR=cache, PYTHONDONTWRITEBYTECODE="1")

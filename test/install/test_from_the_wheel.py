@@ -96,7 +96,8 @@ def test_scenes_and_bags_are_found_in_a_folder_of_its_own(plain, tmp_path):
     pip = [sys.executable, "-m", "pip", "install", "-qq", "--no-deps", "--no-compile", "--target", tmp_path, plain]
     subprocess.run(pip, check=True, timeout=600)
     there = os.environ | {"PYTHONPATH": str(tmp_path)}
-    done = subprocess.run([sys.executable, "-c", WHERE], cwd=tmp_path, env=there, text=True, capture_output=True)
+    command = [sys.executable, "-c", WHERE]
+    done = subprocess.run(command, cwd=tmp_path, env=there, text=True, capture_output=True, timeout=600)
     assert done.stdout.startswith(f"{tmp_path}/share/cable_sim_ros "), done.stderr
     assert {"full_scale", "full_scale_westin", "nbp1406", "lmg1903"} <= set(done.stdout.split())
 
