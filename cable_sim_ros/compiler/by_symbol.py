@@ -189,11 +189,11 @@ _planning = threading.local()  # tasks: what link was asked for in this thread, 
 def planned(linker, *parts) -> list[Task]:
     """What ``linker(*parts)`` will publish and has not yet, in its order: to be compiled anywhere, then published."""
     tasks: list[Task] = []
-    _planning.tasks = tasks
+    outer, _planning.tasks = getattr(_planning, "tasks", None), tasks  # a linker may be what compiles first, see ahead()
     try:
         linker(*parts)
     finally:
-        del _planning.tasks
+        _planning.tasks = outer
     return tasks
 
 
