@@ -89,6 +89,6 @@ def _row(row: dict[str, Any]) -> tuple[str, ...]:
     periods = " ".join(f"{one['period_s']:.3g}({one['damping_ratio']:.2f})" for one in row["oscillations"])
     return (
         f"{row['speed_mps']:.3g}",
-        *(f"{row[name]:.3f}" if "deg" in name else f"{row[name]:.4g}" for name in numbers),
+        *(f"{row[name]:z.3f}" if "deg" in name else f"{row[name]:.4g}" for name in numbers),
         periods or "-",
     )
