@@ -189,7 +189,8 @@ _planning = threading.local()  # tasks: what link was asked for in this thread, 
 def planned(linker, *parts) -> list[Task]:
     """What ``linker(*parts)`` will publish and has not yet, in its order: to be compiled anywhere, then published."""
     tasks: list[Task] = []
-    outer, _planning.tasks = getattr(_planning, "tasks", None), tasks  # a linker may be what compiles first, see ahead()
+    outer = getattr(_planning, "tasks", None)  # a linker may be what compiles first, see ahead()
+    _planning.tasks = tasks
     try:
         linker(*parts)
     finally:

@@ -45,9 +45,9 @@ def ahead(needed: Callable[[], tuple]) -> None:
 
     def begin() -> None:
         pool = _Pool()
-        pool.take(missing(tasks_of(*needed())))
         _begun.append(pool)
         atexit.register(pool.stop)
+        pool.take(missing(tasks_of(*needed())))
 
     Kernel.before_first = None if numba.config.DISABLE_JIT else begin
 
@@ -125,8 +125,19 @@ class _Pool:
             self._taken.add((id(form), types))
             self.waiting.put((-content_of(form)[1], len(self._taken), (form, types)))
         for _ in range(workers_for(new) - sum(thread.is_alive() for thread in self.threads)):
-            self.threads.append(threading.Thread(target=self._serve, name="compile", daemon=True))
-            self.threads[-1].start()
+            thread = threading.Thread(target=self._serve, name="compile", daemon=True)
+            try:
+                thread.start()
+            except RuntimeError:  # as many as this process may have
+                break
+            self.threads.append(thread)
+
+    def leave(self, tasks: list[Task]) -> None:
+        """Let none but these wait."""
+        wanted = {(id(form), types) for form, types in tasks}
+        with self.waiting.mutex:  # sorted, so a heap
+            waiting = (one for one in self.waiting.queue if (id(one[2][0]), one[2][1]) in wanted)
+            self.waiting.queue = sorted(waiting, key=lambda one: one[:2])
 
     def finish(self) -> None:
         """Take what waits beside the workers, then wait for them."""
@@ -154,20 +165,23 @@ class _Pool:
 
     def _serve(self) -> None:
         """Give what waits to a worker of its own, one after the other, until it dies or nothing is left."""
-        environment = {**os.environ, "PYTHONPATH": os.pathsep.join(p or os.getcwd() for p in sys.path)}
-        command = [_interpreter(), "-P", "-W", "ignore", "-m", MODULE]
+        optimised = ["-" + "O" * sys.flags.optimize] if sys.flags.optimize else []  # without docstrings other keys
+        command = [_interpreter(), *optimised, "-P", "-W", "ignore", "-m", MODULE]
         pipe = subprocess.PIPE
         try:
+            places = os.pathsep.join(p or os.getcwd() for p in sys.path if isinstance(p, str))
+            environment = {**os.environ, "PYTHONPATH": places}
             worker = subprocess.Popen(command, stdin=pipe, stdout=pipe, stderr=subprocess.DEVNULL, env=environment)
         except OSError:
             return
         self._workers.append(worker)
         assert worker.stdin is not None and worker.stdout is not None
-        with contextlib.suppress(OSError), worker:  # at the end its input is closed, and it ends
+        with contextlib.suppress(OSError), worker:
             while worker.stdout.readline():  # ready for one
                 try:
                     form, types = self.waiting.get_nowait()[2]
-                except queue.Empty:
+                except queue.Empty:  # said: a process forked meanwhile holds the pipe open too
+                    worker.stdin.write(b"\n")
                     return
                 worker.stdin.write(b64encode(pickle.dumps((_name(form), types))) + b"\n")
                 worker.stdin.flush()
@@ -176,10 +190,11 @@ class _Pool:
 def compile_all(tasks: list[Task]) -> None:
     """Compile these kernels, with workers where that is worth it; afterwards all are in memory or on disk."""
     pool = _begun.pop() if _begun else _Pool()
-    atexit.unregister(pool.stop)
+    pool.leave(tasks)
     pool.take(tasks)
     if pool.threads:  # else each is compiled where it is linked or called
         pool.finish()
+    atexit.unregister(pool.stop)
 
 
 def _name(form: Form) -> tuple[str, str, str]:
@@ -194,15 +209,22 @@ def _named(module: str, name: str, kind: str) -> Any:
 def work() -> None:
     """What a worker does: a line for each kernel that it is ready to compile, until its input ends."""
     gc.set_threshold(700, 10, 100)  # GARBAGE of limits.py: searches of all objects took a tenth
+    threading.Thread(target=_end_with, args=(os.getppid(),), daemon=True).start()
     out, sys.stdout = sys.stdout, sys.stderr
     while True:
         out.write("ready\n")
         out.flush()
         line = sys.stdin.buffer.readline()
-        if not line:
+        if not line.strip():
             return
         name, types = pickle.loads(b64decode(line))
         _named(*name).keep(types)
+
+
+def _end_with(caller: int) -> None:
+    while os.getppid() == caller:
+        time.sleep(1.0)
+    os._exit(1)
 
 
 if __name__ == "__main__":

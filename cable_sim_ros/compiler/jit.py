@@ -37,7 +37,8 @@ def plain(function: Callable) -> Callable:
     return getattr(function, "py_func", function)
 
 
-numba.config.CACHE_DIR = str(foreign_folder())
+if PLAIN or numba.config.CACHE_DIR == os.environ.get("NUMBA_CACHE_DIR", ""):  # else a program's own choice
+    numba.config.CACHE_DIR = str(foreign_folder())
 
 if PLAIN:
     from .plain import ahead, by_reference, driver, inline, link, opaque, prepare

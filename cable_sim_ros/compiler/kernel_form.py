@@ -32,8 +32,6 @@ from .kernel_cache import KernelFiles, files
 from .kernel_key import UnknownContent, changed, content_of, type_text
 from .packaged import COMPILED, DISK, PACKAGE, Packaged, origins, packaged
 
-shortcuts.install()
-
 ENTRY, PUBLISHED, CALLED = "entry", "published", "called"
 _in_use: dict[str, Form] = {}  # name of a code: whose it is in this process
 _versions: list[str] = []
@@ -232,12 +230,13 @@ class Form(CPUDispatcher):
 
     def compile(self, sig: Any) -> Any:
         """Compile for these types or load it from disk; returns what Python calls."""
-        super().compile(sig)
+        with global_compiler_lock, shortcuts.shortened():
+            super().compile(sig)
         return self.overloads[_parts(sig)[0]].entry_point
 
     def keep(self, args: tuple) -> None:
         """Compile for these types onto the disk only: nothing that it calls need be there."""
-        with global_compiler_lock:
+        with global_compiler_lock, shortcuts.shortened():
             if args not in self.overloads and self._cache.lacks(args):
                 self.apart = True
                 try:

@@ -3,17 +3,20 @@
 Typing the kernels asks for the type of an operation on scalars or arrays some 30 000 times, 900 of them different, and
 each time numba tries all that it knows; flags are compared through a property an option, the variables of a statement
 listed by a call for each of its parts; the type of a record is made anew for each array of them, and its text and
-the hash of the array from all its fields; which variables live is found after each pass, though only their deletion
-asks; each call of LLVM is told to the timers of all functions being compiled. These answer at once what is known.
+its text from all its fields; which variables live is found after each pass, though only their deletion asks; each call
+of LLVM is told to the timers of all functions being compiled. These answer at once what is known, and only while a
+kernel of ours is compiled: what a user's program compiles in the same process, numba compiles as it is.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from functools import cache
 from typing import Any
 
 from llvmlite.binding import ffi
-from numba.core import analysis, base, ir, transforms, types
+from numba.core import base, ir, transforms, types
 from numba.core.postproc import PostProcessor, VariableLifetime
 from numba.core.targetconfig import TargetConfig
 from numba.core.types.functions import BaseFunction
@@ -27,6 +30,7 @@ _process = PostProcessor.run
 _implementation = base.BaseContext.get_function
 _type_of_record = numpy_support.from_struct_dtype
 _records: dict[tuple, Any] = {}
+_calls: dict[tuple, Any] = {}
 
 
 def type_of_call(self: Any, context: Any, args: Any, kws: Any) -> Any:
@@ -36,14 +40,13 @@ def type_of_call(self: Any, context: Any, args: Any, kws: Any) -> Any:
     """
     if kws or not all(isinstance(kind, KNOWN) for kind in args):
         return _type_of_call(self, context, args, kws)
-    known = self.__dict__.setdefault("_known_calls", {})
-    key = context, tuple(args)
-    if key not in known:
+    key = self, context, tuple(args)
+    if key not in _calls:
         signature = _type_of_call(self, context, args, kws)
         if signature is None or self._impl_keys.get(signature.args) is not self.typing_key:
             return signature
-        known[key] = signature
-    return known[key]
+        _calls[key] = signature
+    return _calls[key]
 
 
 def values_of_flags(self: Any) -> dict:
@@ -91,15 +94,6 @@ def process(self: Any, emit_dels: bool = False, extend_lifetimes: bool = False) 
         self._insert_var_dels(extend_lifetimes=extend_lifetimes)
 
 
-def alive_at(self: Any, block: Any) -> set:
-    """Variables that live at the entry of a block of a function: for code of Python objects, which users compile."""
-    if block not in self.block_entry_vars:
-        life, blocks = VariableLifetime(self.blocks), self.blocks
-        alive = analysis.compute_live_variables(life.cfg, blocks, life.usedefs.defmap, life.deadmaps.combined)
-        self.block_entry_vars = {own: alive[offset] for offset, own in blocks.items()}
-    return self.block_entry_vars[block]
-
-
 def implementation(self: Any, function: Any, signature: Any, _firstcall: bool = True) -> Any:
     """What makes the code of a call; that plain arrays have no `__array__` of their own is asked at each of them."""
     if function == "__array__" and not self._defns[function].versions:
@@ -107,17 +101,40 @@ def implementation(self: Any, function: Any, signature: Any, _firstcall: bool = 
     return _implementation(self, function, signature, _firstcall)
 
 
-def install() -> None:
-    """Put them in place, in this process."""
-    BaseFunction.get_call_type = type_of_call
-    TargetConfig.values = values_of_flags
-    ir.Inst._rec_list_vars = variables
-    numpy_support.from_struct_dtype = type_of_record
-    types.Record.__repr__ = lambda self: self.name
-    types.Array.__hash__ = lambda self: hash(self.name)
-    PostProcessor.run = process
-    ir.FunctionIR.get_block_entry_vars = alive_at
-    base.BaseContext.get_function = implementation
-    base._has_loc = cache(base._has_loc)
-    ffi.lib._lock._cblist.clear()
-    linalg.ensure_blas = lambda: None  # asked for as numba.np is loaded: a fifth of a second for scipy.linalg
+def _nothing() -> None:
+    """In place of a look for BLAS as numba.np is loaded: a fifth of a second for scipy.linalg."""
+
+
+PLACES: tuple[tuple[Any, str, Any], ...] = (
+    (BaseFunction, "get_call_type", type_of_call),
+    (TargetConfig, "values", values_of_flags),
+    (ir.Inst, "_rec_list_vars", variables),
+    (numpy_support, "from_struct_dtype", type_of_record),
+    (types.Record, "__repr__", lambda self: self.name),
+    (PostProcessor, "run", process),
+    (base.BaseContext, "get_function", implementation),
+    (base, "_has_loc", cache(base._has_loc)),
+    (linalg, "ensure_blas", _nothing),
+)
+_within = False
+
+
+@contextmanager
+def shortened() -> Iterator[None]:
+    """numba with the shortcuts, by whoever holds its compiler lock; one within the other is one."""
+    global _within
+    if _within:
+        yield
+        return
+    before, timers = [getattr(where, name) for where, name, _ in PLACES], list(ffi.lib._lock._cblist)
+    _within = True
+    try:
+        for where, name, ours in PLACES:
+            setattr(where, name, ours)
+        ffi.lib._lock._cblist.clear()
+        yield
+    finally:
+        _within = False
+        for (where, name, _), theirs in zip(PLACES, before, strict=True):
+            setattr(where, name, theirs)
+        ffi.lib._lock._cblist[:] = timers

@@ -39,7 +39,9 @@ def test_each_divides_the_deviation_of_the_tension_by_its_factor(tow_sim):
     assert held.std() > 300.0
     for name, factor in FACTORS.items():
         controller = HERE / f"{name}_compensator.py"
-        process = sim.run([sys.executable, controller, "--ros-args", "-p", "use_sim_time:=true"], name=name)
+        process = sim.run(
+            [sys.executable, controller, "--ros-args", "-p", "use_sim_time:=true"], name=name, within=600.0
+        )
         sim.advance(TAKES_OVER)
         frames = sim.advance(COUNTED)
         print(f"{name}: {frames.tension.std():.1f} N of {held.std():.1f}, 1 / {held.std() / frames.tension.std():.1f}")

@@ -18,7 +18,7 @@ TIMEOUT, REST = 0.5, 0.3  # s: winch.command_timeout; until the winch's servo ha
 
 def test_the_winch_holds_when_its_controller_dies(tow_sim):
     sim = tow_sim("full_scale", mode="lockstep", parameters={"setpoint.algorithm": "hold", "lockstep.wait": 60.0})
-    controller = sim.run([sys.executable, CONTROLLER, 50, "--ros-args", *PARAMETERS])
+    controller = sim.run([sys.executable, CONTROLLER, 50, "--ros-args", *PARAMETERS], within=600.0)
     sim.feed(heave=(2.0, 6.0), duration=12.0)
     sim.wait_until(lambda frames: abs(frames.payout_rate[-1]) > 0.2, within=9.0)
 

@@ -60,7 +60,7 @@ def closed_loop(tow_sim, rate, mode, seconds=CALM + GROWS + COUNTED, meanwhile=l
     with tow_sim("full_scale", mode=mode, parameters=parameters, **options) as sim:
         said = ["-p", f"use_sim_time:={mode == 'lockstep'}", "-p", f"ramp:={RAMP}"]
         meanwhile(sim)
-        sim.run([sys.executable, CONTROLLER, rate, "--ros-args", *said])
+        sim.run([sys.executable, CONTROLLER, rate, "--ros-args", *said], within=600.0)
         begin = sim.feed(waves())
         frames = sim.wait_until(lambda frames: frames.time[-1] * 1e-9 > begin + seconds, within=20.0)
         return frames, begin, {} if mode == "realtime" else sim.unmet

@@ -10,13 +10,15 @@ import pytest
 from cable_sim_ros.testing import load_run, replay, tow
 
 SECONDS = 3.0
+WAITS = {"lockstep.wait": 600.0}  # s of wall time for a message, on a machine with other work
 
 
 @pytest.fixture(scope="module")
 def golden(tmp_path_factory):
     """Bag of a short run: motion, tick outputs, and the journal of what every tick saw."""
     pytest.importorskip("rclpy")
-    with tow("full_scale", mode="lockstep", record=True, folder=tmp_path_factory.mktemp("golden")) as sim:
+    folder = tmp_path_factory.mktemp("golden")
+    with tow("full_scale", mode="lockstep", parameters=WAITS, record=True, folder=folder) as sim:
         sim.feed("nbp1406", start=60.0, duration=SECONDS + 1.0)
         sim.advance(SECONDS)
     return sim.recording
@@ -24,7 +26,7 @@ def golden(tmp_path_factory):
 
 def test_the_node_gives_the_recorded_frames_again(tow_sim, golden):
     recorded = load_run(golden).frames
-    sim = tow_sim("full_scale", mode="lockstep")
+    sim = tow_sim("full_scale", mode="lockstep", parameters=WAITS)
     sim.feed(golden)  # its motion; with commands=True its winch commands too
     frames = sim.advance(SECONDS)
     assert np.array_equal(frames.time, recorded.time)

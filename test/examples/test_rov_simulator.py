@@ -37,7 +37,7 @@ def test_an_rov_simulator_of_another_convention_beside_the_node():
             "-p",
             "use_sim_time:=true",
         ]
-        sim.run(command, name="ROV", publishes="vehicle/odom")
+        sim.run(command, name="ROV", publishes="vehicle/odom", within=600.0)
         sim.feed(heave=(0.5, 8.0), duration=40.0)
         frames = sim.advance(20.0)
         assert sim.missing == 0

@@ -4,7 +4,9 @@ To copy: a chain of processes that the tow waits for (docs/lockstep.md). winch_r
 one's own; that a scene can be the same is test/sim/test_relay_and_scene.py.
 """
 
+import signal
 import sys
+import time
 from pathlib import Path
 
 import pytest
@@ -24,10 +26,11 @@ def started(folder, meanwhile, after=lambda sim, controller: None):
     said = ["-p", "use_sim_time:=true", "-p", f"ramp:={RAMP}"]
     with tow("full_scale", mode="lockstep", parameters=parameters, folder=folder) as sim:
         ends = ["winch/command", "mru/odom", "encoder/state"]
-        sim.run([sys.executable, RELAY, "--ros-args", *said[:2]], name="relay", publishes=ends)
+        sim.run([sys.executable, RELAY, "--ros-args", *said[:2]], name="relay", publishes=ends, within=600.0)
         said += [part for link in LINKS.items() for part in ("-r", ":=".join(link))]
         meanwhile(sim)
-        controller = sim.run([sys.executable, CONTROLLER, RATE, "--ros-args", *said], publishes="drive/command")
+        command = [sys.executable, CONTROLLER, RATE, "--ros-args", *said]
+        controller = sim.run(command, publishes="drive/command", within=600.0)
         begin = sim.feed(waves())
         frames, unmet = sim.wait_until(lambda frames: frames.time[-1] * 1e-9 > begin + PART, within=20.0), sim.unmet
         after(sim, controller)
@@ -39,7 +42,11 @@ def unheard(sim, controller):
     for wrong in ("", [], [3], "/"):
         with pytest.raises(TowError, match=r"publishes = .* names no topic: nothing was started; give 'winch/command'"):
             sim.run([sys.executable, RELAY], publishes=wrong)
-    controller.stop()
+    controller.stop(((signal.SIGINT, 600.0),))  # by which it says farewell
+    until = time.monotonic() + 600.0
+    while sim._link.client.node.count_subscribers("/tow_sim/mru/odom"):
+        assert time.monotonic() < until
+        time.sleep(0.02)
     sim.feed(heave=(0.5, 8.0), duration=2.0)
     with pytest.raises(TowError, match="nobody subscribes to /tow_sim/mru/odom, which relay publishes: nothing was"):
         sim.step()

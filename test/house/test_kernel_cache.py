@@ -15,6 +15,7 @@ import numba
 import pytest
 from small_package import AS_IT_IS, FILES, Small
 
+from cable_sim_ros.compiler import compiling
 from cable_sim_ros.io.scenes.document import shipped_scenes
 
 pytestmark = pytest.mark.skipif(bool(numba.config.DISABLE_JIT), reason="needs compilation")
@@ -160,7 +161,7 @@ def linking(rows):  # the process compiles first while it plans: the worker begi
     scaled(1.0)
     link(rows)
     kept = os.environ["NUMBA_CACHE_DIR"] + "/cable_sim_ros/kernels/*."
-    until = time.monotonic() + 120.0
+    until = time.monotonic() + 600.0
     while rows is entered[0] and len(glob.glob(kept + "published") + glob.glob(kept + "entry")) < 4:
         assert time.monotonic() < until
         time.sleep(0.05)
@@ -201,6 +202,29 @@ def test_without_a_worker_the_process_compiles_itself(tmp_path, script):
     program.write_text(f"#!/bin/sh\n{script}\n")
     program.chmod(0o755)
     assert Small(tmp_path).run(f"{TWO_WORKERS}\nsys.executable = {str(program)!r}") == (AS_IT_IS, ALL)
+
+
+def test_where_no_thread_can_be_started_the_process_compiles_itself(tmp_path):
+    setup = 'def start(self): raise RuntimeError("can\'t start new thread")\ncompiling.threading.Thread.start = start'
+    assert Small(tmp_path).run(f"{TWO_WORKERS}\n{setup}") == (AS_IT_IS, ALL)
+
+
+def test_what_was_begun_ahead_and_is_not_asked_for_is_not_waited_for():
+    pool, forms = compiling._Pool(), [object(), object()]
+    for k, form in enumerate(forms):
+        pool.waiting.put((k, k, (form, ())))
+    pool.leave([(forms[1], ())])
+    assert pool.waiting.get_nowait()[2][0] is forms[1] and pool.waiting.empty()
+
+
+def test_a_worker_ends_with_the_process_that_started_it():
+    """Also where another process holds its input open."""
+    work = "[sys.executable, '-m', 'cable_sim_ros.compiler.compiling']"
+    script = f"import subprocess, sys; print(subprocess.Popen({work}, stdout=subprocess.PIPE).stdout.readline())"
+    with subprocess.Popen([sys.executable, "-c", f"{script}; import os; sys.stdout.flush(); os._exit(0)"],
+                          stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as caller:  # fmt: skip
+        assert caller.stdout.readline() == b"b'ready\\n'\n"
+        assert caller.stderr.read() == b"", "the worker's end closes it, as it has it too"
 
 
 def test_an_error_in_the_process_ends_the_workers(tmp_path):

@@ -8,6 +8,7 @@ import textwrap
 import threading
 import time
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -301,7 +302,25 @@ ENDLESS = """
 """
 
 
-def test_killed_recording_loses_at_most_a_second(tmp_path):
+def test_what_is_in_memory_is_a_second_old_at_most(tmp_path, monkeypatch):
+    """By the clock of the recording thread, which stands still but for us."""
+    now, reads, flushes = [0.0], [], []
+
+    def monotonic():
+        reads.append(now[0])
+        return now[0]
+
+    flush = BagWriter.flush
+    monkeypatch.setattr("cable_sim_ros.io.recordings.recorder.time", SimpleNamespace(monotonic=monotonic))
+    monkeypatch.setattr(BagWriter, "flush", lambda self: (flushes.append(now[0]), flush(self)))
+    with Recorder(tmp_path / "run", poll_s=0.001):
+        for now[0] in (100.0, 101.0, 101.5, 102.0):
+            while reads.count(now[0]) < 4:  # two turns at least
+                time.sleep(0.001)
+        assert flushes == [100.0, 101.0, 102.0]
+
+
+def test_killed_recording_loses_its_end_alone(tmp_path):
     child = run_child(ENDLESS, tmp_path / "run", DATA.hex())
     first = last = int(child.stdout.readline())
     written = tmp_path / "run" / "run_0.mcap"

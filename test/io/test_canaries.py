@@ -10,6 +10,7 @@ import pytest
 
 from cable_sim_ros.io.scenes.document import find_scene, shipped_scenes
 from cable_sim_ros.io.scenes.load import SceneError, scene_from_text
+from verification.soak import files
 from verification.soak.files import CANARIES, judge, mutated
 
 pytestmark = pytest.mark.check
@@ -33,6 +34,14 @@ def test_a_canary_is_refused_with_a_text(name):
     with pytest.raises(SceneError) as error:
         scene_from_text(CANARIES[name], "x.yaml")
     assert str(error.value) == TEXTS[name] + "; nothing was started. Correct the YAML"
+
+
+def test_the_stress_row_counts_what_breaks_the_loader(monkeypatch):
+    monkeypatch.setattr(files, "CANARIES", {"one": "x"})
+    monkeypatch.setattr(files, "mutated", lambda text, draw: "x")
+    monkeypatch.setattr(files, "judge", lambda text: ("KeyError", 0.1))
+    found = {metric.name: metric.value for metric in files.files.run(True).metrics}
+    assert found["that broke the loader"] == found["files"] > 1
 
 
 def test_broken_parameter_files_never_break_the_loader():

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import signal
 import sys
 from pathlib import Path
 
@@ -16,6 +17,7 @@ FAKE = [sys.executable, str(Path(__file__).with_name("fake_sim.py")), "cable_sim
 def own(world, monkeypatch):
     for name in ("NUMBA_CACHE_DIR", "PYTHONPATH"):
         monkeypatch.setenv(name, world.environment[name])
+    monkeypatch.setattr("cable_sim_ros.ros.play.live.STOP", ((signal.SIGINT, 600.0),))
     return world
 
 

@@ -29,7 +29,7 @@ class Scene:
     class winch: command_timeout = 0.5; max_rate = 5.0
 
 sim = fake_sim.Simulator(Scene)
-output = fake_sim.make_output(sim.model, 20, 128)
+output = fake_sim.make_output(sim.model, 20, 4096)
 loop = L.Loop(sim.model, sim.state, sim.inputs, output, period_ns=10_000_000, max_catchup=3)
 loop.warm_up()
 target = time.monotonic_ns() - 5_000_000_000

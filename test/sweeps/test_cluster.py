@@ -36,6 +36,13 @@ def plain(rows):
     return [json.dumps({k: v for k, v in row.items() if k not in left_out}, sort_keys=True) for row in rows]
 
 
+def test_a_cluster_of_this_machine_refuses_strangers():
+    before = listening()
+    with executors("local", 1) as (make, _):
+        assert make().submit(divmod, 7, 3).result() == (2, 1)
+        refuses_strangers(listening() - before, 3)  # scheduler, nanny, worker
+
+
 @pytest.mark.nightly
 def test_a_worker_killed_in_the_middle_loses_and_doubles_nothing(monkeypatch):
     monkeypatch.setattr(engine, "simulate", with_pid)
@@ -44,7 +51,7 @@ def test_a_worker_killed_in_the_middle_loses_and_doubles_nothing(monkeypatch):
     before = listening()
     with executors("local", 2) as (make, count):
         make()
-        refuses_strangers(listening() - before)
+        refuses_strangers(listening() - before, 5)  # scheduler, two nannies, two workers
         for case, row in engine.rows_of(cases, make, count):
             rows.append((case.number, row))
             if killed is None:
@@ -64,9 +71,9 @@ def listening():
     return {tuple(one.laddr) for one in places if one.status == psutil.CONN_LISTEN}
 
 
-def refuses_strangers(places):
+def refuses_strangers(places, count):
     """Each place of the cluster wants its certificate: a stranger who speaks TLS hears nothing but that."""
-    assert len(places) == 5, "scheduler, two nannies, two workers"
+    assert len(places) == count
     stranger = ssl.create_default_context()
     stranger.check_hostname, stranger.verify_mode = False, ssl.CERT_NONE
     for place in places:

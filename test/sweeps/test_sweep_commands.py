@@ -348,7 +348,8 @@ def test_ctrl_c_says_what_is_kept(tmp_path, row, name):
         assert "The same command goes on" in told
 
 
-def test_a_table_has_a_row_for_each_scope_and_speed(tmp_path, here):
+def test_a_table_has_a_row_for_each_scope_and_speed(tmp_path):
+    """Cases in a process of their own, as a user's."""
     result = command("table", "flume", "--scope", "0.9,1.0", "--speed", "0.2,0.4", "--out", tmp_path, "--workers", 1)
     rows = [line for line in (tmp_path / "table.csv").read_text().splitlines() if not line.startswith("#")]
     assert len(rows) == 5 and (tmp_path / "table.png").stat().st_size > 5000

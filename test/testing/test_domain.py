@@ -1,5 +1,6 @@
 """Domains of tests: nobody else's, whoever else looks for one and however."""
 
+import os
 import socket
 import subprocess
 import sys
@@ -12,10 +13,11 @@ from cable_sim_ros.testing import domain
 
 @pytest.fixture
 def few(monkeypatch):
-    """Two domains in all, and ports that belong to no other test's domain, so that this one is alone with them."""
+    """Two domains in all, and ports that belong to no other test's domain, so that this one is alone with them,
+    nor of another run: below those that the system hands out."""
     monkeypatch.setattr(domain, "DOMAINS", range(99, 101))
-    monkeypatch.setattr(domain, "PORT", 6000)
-    monkeypatch.setattr(domain, "RTPS", 5000 - 99 * domain.PORTS)
+    monkeypatch.setattr(domain, "PORT", 26_000 + os.getpid() % 3000 * 2 - 99)
+    monkeypatch.setattr(domain, "RTPS", 10_000 + os.getpid() % 30 * 500 - 99 * domain.PORTS)
 
 
 def taken(number):

@@ -13,15 +13,15 @@ from cable_sim_ros.ros import watchdog
 from cable_sim_ros.ros.child import Process
 
 STUBBORN = (
-    "import signal, time; signal.signal(signal.SIGINT, signal.SIG_IGN); print('deaf', flush=True); time.sleep(60)"
+    "import signal, time; signal.signal(signal.SIGINT, signal.SIG_IGN); print('deaf', flush=True); time.sleep(6000)"
 )
 PARENT = (
-    "import subprocess, sys, time; print(subprocess.Popen([sys.executable, '-c', 'import time; time.sleep(60)']).pid,\
- flush=True); time.sleep(60)"
+    "import subprocess, sys, time; print(subprocess.Popen([sys.executable, '-c', 'import time; time.sleep(6000)']).pid,\
+ flush=True); time.sleep(6000)"
 )
 
 
-def poll(condition, within=60.0):
+def poll(condition, within=600.0):
     deadline = time.monotonic() + within
     while not (value := condition()):
         assert time.monotonic() < deadline, "not within the time"
@@ -53,7 +53,7 @@ def test_sigint_ends_it_and_what_it_has_started(tmp_path):
 def test_one_that_is_deaf_is_killed(tmp_path):
     deaf = started(tmp_path, STUBBORN)
     poll(lambda: "deaf" in deaf.text)
-    code = deaf.stop(((signal.SIGINT, 0.2), (signal.SIGKILL, 60.0)))
+    code = deaf.stop(((signal.SIGINT, 0.2), (signal.SIGKILL, 600.0)))
     assert code == -signal.SIGKILL and "deaf" in deaf.tail()
 
 
@@ -79,11 +79,11 @@ import os, sys, time
 from pathlib import Path
 from cable_sim_ros.ros import child, watchdog
 code = "import subprocess, sys; "
-code += "subprocess.run([sys.executable, '-c', 'import time; time.sleep(60)'], start_new_session=True)"
+code += "subprocess.run([sys.executable, '-c', 'import time; time.sleep(6000)'], start_new_session=True)"
 folder = Path({str(tmp_path)!r})
 child.Process("child", [sys.executable, "-c", code], folder / "log", os.environ)
 print(child.MARK, flush=True)
-time.sleep(60)
+time.sleep(6000)
 """
     session = subprocess.Popen([sys.executable, "-c", script], stdout=subprocess.PIPE, text=True)
     try:

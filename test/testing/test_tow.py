@@ -306,7 +306,7 @@ except TowError as error:
 def test_a_tow_that_nobody_closes_ends_with_its_session(tmp_path):
     """After kill -9 of its node, which is said, and not as a service without an answer; nothing aborts."""
     done = subprocess.run(
-        [sys.executable, "-c", KILLED.format(folder=str(tmp_path))], capture_output=True, text=True, timeout=120
+        [sys.executable, "-c", KILLED.format(folder=str(tmp_path))], capture_output=True, text=True, timeout=600
     )
     said = done.stdout.splitlines()
     assert done.returncode == 0 and said[0] == "the node ended with code -9", done.stdout + done.stderr

@@ -22,7 +22,7 @@ OPTIONS = (
     "--disable-background-networking --disable-component-update --disable-sync --disable-dev-shm-usage "
     "--remote-debugging-port=0 --hide-scrollbars"
 ).split()
-START = 60.0  # s
+START = 600.0  # s that only something that hangs takes
 
 
 def found() -> str | None:

@@ -43,7 +43,8 @@ def read_all(module: str, paths: Sequence[Path]) -> list[Log | LogError]:
     with TemporaryDirectory() as folder:
         names = [os.path.abspath(path) for path in paths]
         Path(folder, "paths").write_text(json.dumps(names))
-        command = [sys.executable, "-W", "ignore", "-c", START, json.dumps([p for p in sys.path if p] + [os.getcwd()])]
+        places = [place for place in sys.path if place and isinstance(place, str)]  # import knows no others
+        command = [sys.executable, "-P", "-W", "ignore", "-c", START, json.dumps([*places, os.getcwd()])]
         done = subprocess.run([*command, module, folder], capture_output=True, text=True, errors="replace")
         if done.returncode:
             why = (done.stderr.strip().splitlines() or ["no message"])[-1][:200]
