@@ -18,7 +18,6 @@ PARAMETERS = {
     "instruments.encoder.resolution": 0.002,
     "lockstep.command_period": 0.02,  # s: a reading each tick
     "lockstep.chain_delay": 0.03,  # s: input_delay
-    "lockstep.wait": 600.0,  # s of wall time
 }
 
 
