@@ -132,12 +132,12 @@ class _Pool:
                 break
             self.threads.append(thread)
 
-    def leave(self, tasks: list[Task]) -> None:
+    def keep_only(self, tasks: list[Task]) -> None:
         """Let none but these wait."""
         wanted = {(id(form), types) for form, types in tasks}
-        with self.waiting.mutex:  # sorted, so a heap
+        with self.waiting.mutex:
             waiting = (one for one in self.waiting.queue if (id(one[2][0]), one[2][1]) in wanted)
-            self.waiting.queue = sorted(waiting, key=lambda one: one[:2])
+            self.waiting.queue = sorted(waiting)  # a heap, as the queue wants it
 
     def finish(self) -> None:
         """Take what waits beside the workers, then wait for them."""
@@ -165,8 +165,7 @@ class _Pool:
 
     def _serve(self) -> None:
         """Give what waits to a worker of its own, one after the other, until it dies or nothing is left."""
-        optimised = ["-" + "O" * sys.flags.optimize] if sys.flags.optimize else []  # without docstrings other keys
-        command = [_interpreter(), *optimised, "-P", "-W", "ignore", "-m", MODULE]
+        command = [_interpreter(), "-P", "-W", "ignore", "-m", MODULE]
         pipe = subprocess.PIPE
         try:
             places = os.pathsep.join(p or os.getcwd() for p in sys.path if isinstance(p, str))
@@ -190,7 +189,7 @@ class _Pool:
 def compile_all(tasks: list[Task]) -> None:
     """Compile these kernels, with workers where that is worth it; afterwards all are in memory or on disk."""
     pool = _begun.pop() if _begun else _Pool()
-    pool.leave(tasks)
+    pool.keep_only(tasks)
     pool.take(tasks)
     if pool.threads:  # else each is compiled where it is linked or called
         pool.finish()

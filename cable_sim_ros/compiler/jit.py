@@ -37,7 +37,7 @@ def plain(function: Callable) -> Callable:
     return getattr(function, "py_func", function)
 
 
-if PLAIN or numba.config.CACHE_DIR == os.environ.get("NUMBA_CACHE_DIR", ""):  # else a program's own choice
+if PLAIN or numba.config.CACHE_DIR in ("", os.environ.get("NUMBA_CACHE_DIR")):  # else a program's own choice
     numba.config.CACHE_DIR = str(foreign_folder())
 
 if PLAIN:

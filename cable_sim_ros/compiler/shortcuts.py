@@ -2,8 +2,8 @@
 
 Typing the kernels asks for the type of an operation on scalars or arrays some 30 000 times, 900 of them different, and
 each time numba tries all that it knows; flags are compared through a property an option, the variables of a statement
-listed by a call for each of its parts; the type of a record is made anew for each array of them, and its text and
-its text from all its fields; which variables live is found after each pass, though only their deletion asks; each call
+listed by a call for each of its parts; the type of a record is made anew for each array of them, and its
+text from all its fields; which variables live is found after each pass, though only their deletion asks; each call
 of LLVM is told to the timers of all functions being compiled. These answer at once what is known, and only while a
 kernel of ours is compiled: what a user's program compiles in the same process, numba compiles as it is.
 """

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import os
 import re
+import select
 import subprocess
 import sys
 
@@ -209,22 +210,36 @@ def test_where_no_thread_can_be_started_the_process_compiles_itself(tmp_path):
     assert Small(tmp_path).run(f"{TWO_WORKERS}\n{setup}") == (AS_IT_IS, ALL)
 
 
-def test_what_was_begun_ahead_and_is_not_asked_for_is_not_waited_for():
+def test_what_was_begun_ahead_and_is_not_asked_for_waits_no_more():
     pool, forms = compiling._Pool(), [object(), object()]
     for k, form in enumerate(forms):
         pool.waiting.put((k, k, (form, ())))
-    pool.leave([(forms[1], ())])
+    pool.keep_only([(forms[1], ())])
     assert pool.waiting.get_nowait()[2][0] is forms[1] and pool.waiting.empty()
 
 
-def test_a_worker_ends_with_the_process_that_started_it():
-    """Also where another process holds its input open."""
-    work = "[sys.executable, '-m', 'cable_sim_ros.compiler.compiling']"
-    script = f"import subprocess, sys; print(subprocess.Popen({work}, stdout=subprocess.PIPE).stdout.readline())"
-    with subprocess.Popen([sys.executable, "-c", f"{script}; import os; sys.stdout.flush(); os._exit(0)"],
-                          stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as caller:  # fmt: skip
-        assert caller.stdout.readline() == b"b'ready\\n'\n"
-        assert caller.stderr.read() == b"", "the worker's end closes it, as it has it too"
+WORKER = [sys.executable, "-P", "-W", "ignore", "-m", "cable_sim_ros.compiler.compiling"]
+CALLER = f"import os, subprocess, sys; worker = subprocess.Popen({WORKER}, stdout=subprocess.PIPE)"
+CALLER += "; print(worker.stdout.readline()); sys.stdout.flush(); os._exit(0)"
+
+
+def test_a_worker_ends_when_told_and_with_the_process_that_started_it():
+    """Also where its input stays open, as another process has it too: here this one."""
+    pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
+    with subprocess.Popen(WORKER, **pipes) as told, subprocess.Popen([sys.executable, "-c", CALLER], **pipes) as caller:
+        assert told.stdout.readline() == b"ready\n" and caller.stdout.readline() == b"b'ready\\n'\n"
+        told.stdin.write(b"\n")
+        told.stdin.flush()
+        assert told.wait(600) == 0
+        assert select.select([caller.stderr], [], [], 600)[0], "the worker's end closes it"
+        assert caller.stderr.read() == b""
+
+
+def test_where_a_program_keeps_what_numba_compiles_for_it_is_left_alone(small):
+    chosen = "import numba; numba.config.CACHE_DIR = 'mine'\nimport small.compiler.jit\n"
+    process = small.start(f"{chosen}assert numba.config.CACHE_DIR == 'mine'")
+    out, err = process.communicate(timeout=600)
+    assert f'"value": {AS_IT_IS}' in out, err
 
 
 def test_an_error_in_the_process_ends_the_workers(tmp_path):

@@ -88,9 +88,10 @@ def _looks_like_the_tow(browser: Browser, run: BagRun, folder: Path) -> None:
 
     # its buttons come after its title; a slow machine comes to the end of the recording first
     browser.until(lambda: browser.press("Pause") or "(end)" in browser.text())
+    _goes_to(browser, run, 3.0)
     places = browser.until(there)
     rows, columns = places[:, 0], places[:, 1]
-    assert np.ptp(columns) > 200 and np.ptp(rows) > 40  # 245 and more, by when it was paused
+    assert np.ptp(columns) > 250 and np.ptp(rows) > 40
     left, right = columns < columns.min() + 60, columns > columns.max() - 60
     assert rows[left].mean() > rows[right].mean() + 30  # the towbody is deeper, and aft: at the left
     said = browser.until(lambda: text if "PAUSED" in (text := browser.text()) and "alarms now" in text else None)
@@ -98,6 +99,19 @@ def _looks_like_the_tow(browser: Browser, run: BagRun, folder: Path) -> None:
     for words in ("effective tension", "line load on the groove", "the waves of the scene", "depth of the towbody [m]"):
         assert words in said, words
     browser.until(lambda: browser.script("document.querySelectorAll('.uplot canvas').length") == 4)
+
+
+def _goes_to(browser: Browser, run: BagRun, second: float) -> None:
+    """To a second by the slider's number, until the figures are those of then."""
+    entry = "document.querySelector('input.mantine-NumberInput-input')"
+    browser.script(
+        f"(() => {{ const i = {entry}; const kind = HTMLInputElement.prototype;"
+        f" Object.getOwnPropertyDescriptor(kind, 'value').set.call(i, '{second}');"
+        " i.dispatchEvent(new Event('input', {bubbles: true})); i.blur(); })()"
+    )
+    moment = run.moment(run.index(second))
+    height = f"{float(moment.frame['sheave_position'][2]):+.2f} m"
+    browser.until(lambda: height in browser.text() and f"{second} of" in browser.text())
 
 
 def _cameras(browser: Browser, folder: Path) -> np.ndarray:
@@ -147,16 +161,8 @@ def _settled(browser: Browser, path: Path | None = None, new: Callable[[np.ndarr
 
 
 def _scrubs(browser: Browser, run: BagRun, before: np.ndarray) -> None:
-    """To the 6th second by the slider's number: figures and picture are those of then."""
-    entry = "document.querySelector('input.mantine-NumberInput-input')"
-    browser.script(
-        f"(() => {{ const i = {entry}; const kind = HTMLInputElement.prototype;"
-        " Object.getOwnPropertyDescriptor(kind, 'value').set.call(i, '6.0');"
-        " i.dispatchEvent(new Event('input', {bubbles: true})); i.blur(); })()"
-    )
-    moment = run.moment(run.index(6.0))
-    height = f"{float(moment.frame['sheave_position'][2]):+.2f} m"
-    browser.until(lambda: height in browser.text() and "6.0 of" in browser.text())
+    """Figures and picture of the 6th second."""
+    _goes_to(browser, run, 6.0)
     _settled(browser, new=_unlike(before, 0.002, 20))  # other loads, another place of the ship in the waves
     browser.click("Play")
     browser.until(lambda: any(word in browser.text() for word in ("PLAYING", "(end)")))
