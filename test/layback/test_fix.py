@@ -18,7 +18,7 @@ from cable_sim_ros.tools.ensemble.plan import Ranges  # noqa: E402
 from cable_sim_ros.tools.layback import fixes as fixes_module  # noqa: E402
 from cable_sim_ros.tools.layback.fixes import BandTable  # noqa: E402
 from cable_sim_ros.tools.layback.laid import COVERAGE, Tow, band_of  # noqa: E402
-from cable_sim_ros.tools.layback.node_part import TowbodyFix, fix_problem  # noqa: E402
+from cable_sim_ros.tools.layback.node_part import TowbodyFix  # noqa: E402
 
 ORIGIN = {"fix.latitude": 60.0, "fix.longitude": 5.0}
 QUICK = {"fix.ranges.speed": 0.0, "fix.ranges.current": 0.0}  # the drag alone: two static tows a place
@@ -41,7 +41,7 @@ def test_the_table_is_the_interval_at_its_places_and_nothing_outside(monkeypatch
 
 
 def test_half_an_origin_is_refused():
-    assert fix_problem(NodeBlock().fix) == ""
+    assert TowbodyFix.problem(NodeBlock().fix, load_scene("side_scan")) == ""
     with pytest.raises(ParameterError, match="'fix.latitude' = 60 deg has no fix.longitude beside it.*nothing was st"):
         settle({"scene": "side_scan", "fix.latitude": 60.0})
     with pytest.raises(ParameterError, match="'fix.latitude' = 95 deg is out of range"):

@@ -42,10 +42,6 @@ POINTS = 6  # samples at which the drag is adjusted
 STILL = 0.2  # m/s
 
 
-class NoRun(RunError):
-    """A run that ended before its log."""
-
-
 class Adjusted(NamedTuple):
     """The drag that gives the measured depths best: factor, whether it is at an end of its range, rms of the depths
     [m] at the samples with the scene's drag and with it."""
@@ -197,7 +193,7 @@ def simulated(
     first = int(np.searchsorted(run.frames["time"], round((BEGIN + run_in * STEP) * SECOND)))
     gap = np.abs(run.frames["scope"] - np.interp(run.frames["time"] / SECOND, seconds, cable))[first:]
     if not len(gap):
-        raise NoRun(
+        raise RunError(
             f"{log.path}: the run under the log ended before it began: {run.problem or 'no tick was simulated'}"
         )
     notes.append(f"the simulated winch is up to {gap.max():.2g} m from the cable out of the log")

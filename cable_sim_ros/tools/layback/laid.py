@@ -180,7 +180,6 @@ class Laid:
     course: np.ndarray
     places: dict[str, np.ndarray]
     band: np.ndarray
-    depths: dict[str, np.ndarray]
     notes: list[str] = field(default_factory=list)
     cpu: float = 0.0
     statics: int = 0
@@ -215,8 +214,9 @@ def laid(
     course = courses(one.velocity, one.yaw)
     against = one.yaw if by_heading else course
     straight = ways.pythagoras(one.cable, one.depth, one.height)
-    weight, body, pull = of_scene(scene, np.hypot(*one.velocity.T))
-    plain, drop = ways.catenary(one.cable, weight, body, pull)
+    fast = np.hypot(*one.velocity.T)
+    weight, body, pull = of_scene(scene, fast)
+    plain, _ = ways.catenary(one.cable, weight, body, pull)
     behind = -np.array([np.cos(against[0]), np.sin(against[0])])
     middle, steady, count, notes = static_along(scene, one, ranges, drag, POINTS)
     steady = of_track(one, middle[:, :2], steady, ranges.speed)
@@ -227,7 +227,6 @@ def laid(
     if copied is not None and moves.any():
         band, by_copies, copies = with_copies(one.seconds, band, moves, copied, notes)
     towed = time.process_time() - made
-    fast = np.hypot(*one.velocity.T)
     places = {
         "pythagoras": ways.astern(one.sheave, straight, against),
         "factor": ways.astern(one.sheave, ways.cable_factor(one.cable, factor), against),
@@ -247,17 +246,7 @@ def laid(
             f"{one.height[k]:.4g} m; left empty. Check the zero of the counter (--counter-offset) and the depth"
         )
     return Laid(
-        one,
-        course,
-        places,
-        band,
-        {"catenary": drop - one.height, "static": middle[:, 2]},
-        notes,
-        time.process_time() - begun - towed,
-        count,
-        moves,
-        by_copies,
-        (copies, towed),
+        one, course, places, band, notes, time.process_time() - begun - towed, count, moves, by_copies, (copies, towed)
     )
 
 

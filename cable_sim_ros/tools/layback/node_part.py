@@ -30,18 +30,6 @@ class Fix(Block):
     ranges: Ranges = quantity(Ranges(), "", None, None, "half-widths of 95 % that its covariance comes from")
 
 
-def fix_problem(fix: Fix) -> str:
-    """ "" or why these parameters cannot be used."""
-    given = {"latitude": fix.latitude, "longitude": fix.longitude}
-    if sum(value is not None for value in given.values()) == 1:
-        name, other = ("latitude", "longitude") if fix.longitude is None else ("longitude", "latitude")
-        return (
-            f"parameter 'fix.{name}' = {given[name]:g} deg has no fix.{other} beside it: where odom begins is not "
-            f"known; nothing was started. Give both, or neither for no {TOPIC}"
-        )
-    return ""
-
-
 class TowbodyFix(NodePart):
     """Publishes the fixes where it is said where odom begins."""
 
@@ -59,8 +47,15 @@ class TowbodyFix(NodePart):
 
     @staticmethod
     def problem(block: Fix, scene: Scene) -> str:
-        """As fix_problem."""
-        return fix_problem(block)
+        """ "" or why these parameters cannot be used."""
+        given = {"latitude": block.latitude, "longitude": block.longitude}
+        if sum(value is not None for value in given.values()) == 1:
+            name, other = ("latitude", "longitude") if block.longitude is None else ("longitude", "latitude")
+            return (
+                f"parameter 'fix.{name}' = {given[name]:g} deg has no fix.{other} beside it: where odom begins is not "
+                f"known; nothing was started. Give both, or neither for no {TOPIC}"
+            )
+        return ""
 
     def statuses(self) -> list[Status]:
         """The task fix."""

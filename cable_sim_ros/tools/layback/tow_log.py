@@ -149,7 +149,7 @@ def _even(path: Path, time: np.ndarray, columns: dict[str, np.ndarray], lines: l
         return np.interp(at, moved, values)
 
     cable = columns["payout_m"]
-    _no_reset(path, time, cable, lines)
+    _no_reset(time, cable, lines)
     heading = columns.get("heading_deg")
     yaw = None if heading is None else _smooth(even(np.unwrap(np.radians(90.0 - heading))))
     speed, origin = columns.get("speed_mps"), None
@@ -160,13 +160,13 @@ def _even(path: Path, time: np.ndarray, columns: dict[str, np.ndarray], lines: l
         if "latitude" in columns:
             latitude, longitude = columns["latitude"], columns["longitude"]
             middle = float(np.median(latitude)), float(np.median(longitude))
-            kept = _without_jumps(path, moved, on_plane(middle, latitude, longitude), lines, notes)
+            kept = _without_jumps(moved, on_plane(middle, latitude, longitude), lines, notes)
             latitude, longitude = latitude[kept], longitude[kept]
             origin = float(latitude[0]), float((longitude[0] + 180.0) % 360.0 - 180.0)
             places = on_plane(origin, latitude, longitude)
         else:
             places = np.column_stack([columns["x_m"], columns["y_m"]])
-            kept = _without_jumps(path, moved, places, lines, notes)
+            kept = _without_jumps(moved, places, lines, notes)
             places = places[kept]
         raw = np.column_stack([np.interp(at, moved[kept], places[:, k]) for k in (0, 1)])
         track = np.column_stack([_smooth(raw[:, k]) for k in (0, 1)])
@@ -194,7 +194,7 @@ def _even(path: Path, time: np.ndarray, columns: dict[str, np.ndarray], lines: l
         assumed.append("assumed: the ship points along its track (no heading_deg was logged)")
     depth = columns.get("depth_m")
     if depth is not None:
-        depth = even(_down(path, depth, lines, assumed))
+        depth = even(_down(depth, lines, assumed))
     still = float(np.mean(np.hypot(*np.gradient(track, STEP, axis=0).T) < MOVING))
     if still > 0.0:
         notes.append(f"the ship lies still (below {MOVING:g} m/s) in {100.0 * still:.3g} % of the log: no course there")
@@ -233,7 +233,7 @@ def _gaps(path: Path, time: np.ndarray) -> list[str]:
     return [f"{gaps} gaps bridged by straight lines, the longest of {steps[k]:g} s"] if gaps else []
 
 
-def _no_reset(path: Path, time: np.ndarray, cable: np.ndarray, lines: list[str]) -> None:
+def _no_reset(time: np.ndarray, cable: np.ndarray, lines: list[str]) -> None:
     steps, jumps = np.diff(time), np.diff(cable)
     bad = (np.abs(jumps) > RESET) & (np.abs(jumps) > FASTEST * steps)
     if bad.any():
@@ -245,7 +245,7 @@ def _no_reset(path: Path, time: np.ndarray, cable: np.ndarray, lines: list[str])
         )
 
 
-def _without_jumps(path: Path, time: np.ndarray, places: np.ndarray, lines: list[str], notes: list[str]) -> np.ndarray:
+def _without_jumps(time: np.ndarray, places: np.ndarray, lines: list[str], notes: list[str]) -> np.ndarray:
     """Which positions are kept: one that no ship could have come to since the one before is left out."""
     slack = 5.0  # m, noise of positions
     begin = np.hypot(*(places[:FEWEST] - np.median(places[:FEWEST], axis=0)).T)
@@ -269,7 +269,7 @@ def _without_jumps(path: Path, time: np.ndarray, places: np.ndarray, lines: list
     return kept
 
 
-def _down(path: Path, depth: np.ndarray, lines: list[str], assumed: list[str]) -> np.ndarray:
+def _down(depth: np.ndarray, lines: list[str], assumed: list[str]) -> np.ndarray:
     """Depth positive down."""
     if depth.min() >= -2.0:
         return depth
