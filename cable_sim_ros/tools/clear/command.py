@@ -28,7 +28,7 @@ from ...terminal import print_table, say
 from .options import Wanted
 
 if TYPE_CHECKING:
-    from .advice import Allowances, Passage
+    from .advice import Allowances
     from .towed import Tow
 
 
@@ -114,6 +114,7 @@ def _of_files(
     found: tuple[Tow, float | None], file: Path, wanted: Wanted, known: Allowances, lines: list[str], out: Path | None
 ) -> Answer:
     from .advice import Passage, actions_of, advise, deeper_than_the_wire, told
+    from .picture import plot
     from .profile import read_profile
     from .towed import ClearError, copies_of
 
@@ -137,16 +138,10 @@ def _of_files(
         passage = Passage(copies, ground, wanted.margin, known, wanted.deeper(copies, depth))
         report = advise(passage)
     report = {"scene": tow.scene.name, "profile": str(file), "answer": told(report), **report, "assumed": lines}
-    files = drawn(lambda: _draw(passage, report, out / "clear.png")) if out is not None and passage is not None else []
+    files = drawn(lambda: plot(passage, report, out / "clear.png")) if out is not None and passage is not None else []
     open_ends = report["state"] == "unknown" or bool(report["notes"])
     code = CODE_FAILED if report["state"] in ("act", "cannot") else CODE_DOUBTFUL if open_ends else CODE_OK
     return Answer(report, lambda: _tell(report), out and out / "clear.json", files, code=code)
-
-
-def _draw(passage: Passage, report: dict[str, Any], path: Path) -> Path:
-    from .picture import plot
-
-    return plot(passage, report, path)
 
 
 def _tell(report: dict[str, Any]) -> None:

@@ -40,5 +40,6 @@ class Wanted(NamedTuple):
 
     def deeper(self, copies: dict[str, Copy], depth: float | None) -> float:
         """How far a towbody at ``depth`` [m] is below that of its steady tow; one above it sinks."""
-        same = depth is not None and self.scope is None and self.speed is None
-        return max(depth - copies["itself"].depth, 0.0) if same and depth is not None else 0.0
+        if depth is None or self.scope is not None or self.speed is not None:
+            return 0.0
+        return max(depth - copies["itself"].depth, 0.0)

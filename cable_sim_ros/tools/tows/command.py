@@ -50,7 +50,7 @@ def tows(table, scene, map_, free, group, folds, design, settings, out, workers)
     from ...runs.settings import apply_to_scene, settings_of
     from ..calibrate.free import free_of
     from ..sweeps.sweep import computed
-    from .figures import figures_of
+    from .figures import draw, figures_of
     from .simulated import OWN, Setting, height_of, speeds_around
     from .table import TowsError, load_map, read_tows
     from .tows import judge
@@ -83,7 +83,7 @@ def tows(table, scene, map_, free, group, folds, design, settings, out, workers)
     files = []
     if out is not None:
         write_csv(out / "tows.csv", figures["rows"][0], map(dict.values, figures["rows"]))
-        files = [("table", out / "tows.csv"), *drawn(lambda: _draw(judged, out / "tows.png"))]
+        files = [("table", out / "tows.csv"), *drawn(lambda: draw(judged, out / "tows.png"))]
     verdict = judged.verdict.lines(what={"doubtful": "its depths cannot be taken as they are"}, page="docs/tows.md")
     return Answer(
         figures,
@@ -128,9 +128,3 @@ def tell(judged: Judged, figures: dict[str, Any]) -> None:
             f"{between['series']} tows over time have designs of their own, between which depths are off by "
             f"{100 * between['series_rms_share']:.2g} % rms, {100 * between['series_max_share']:.2g} % at most"
         )
-
-
-def _draw(judged: Judged, path: Path) -> Path:
-    from .figures import draw
-
-    return draw(judged, path)
