@@ -19,8 +19,7 @@ from ...files import read_text
 from ...io.recordings.recorded_run import RecordedRun, load_run
 from ...io.scenes.document import find_bag
 from ...io.scenes.load import scene_from_text
-from ...physics.tick_output import CONTACT_COLUMNS, FIELDS, SHAPE_COLUMNS, STRUM_COLUMNS, Flag
-from ...runs.field_manual import MEANING
+from ...physics.tick_output import CONTACT_COLUMNS, FIELDS, SHAPE_COLUMNS, STRUM_COLUMNS
 from ...runs.summary import tick_length
 from ...runs.verdict import judge
 from ...sim.scene import Scene
@@ -135,17 +134,6 @@ def provenance(recorded: RecordedRun, path: Path, every: float | None) -> dict[s
     if every is not None:
         said["thinned"] = f"one tick output each {every:g} s was kept, without a filter"
     return said
-
-
-def flag_masks() -> tuple[list[int], list[str]]:
-    """Bits of the status and their names."""
-    named = [(int(flag), str(flag.name)) for flag in Flag if flag]
-    return [bit for bit, _ in named], [name for _, name in named]
-
-
-def table_meaning(name: str) -> str:
-    """Meaning of a column of a table."""
-    return MEANING[name]
 
 
 def _chosen(names: Sequence[str]) -> set[str]:

@@ -16,7 +16,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ...files import open_file, whole
-from .content import AXES, TABLE_MEANING, TABLES, Content, ExportError, Field, Table, flag_masks, gather, table_meaning
+from ...physics.tick_output import Flag
+from ...runs.field_manual import MEANING
+from .content import AXES, TABLE_MEANING, TABLES, Content, ExportError, Field, Table, gather
 
 CF = "CF-1.11"
 SINCE = "nanoseconds since 1970-01-01T00:00:00Z"
@@ -79,9 +81,9 @@ def write_netcdf(content: Content, path: Path) -> None:
     for field in content.fields:
         axes = ("".join(field.axes),) if field.axes else ()
         values[field.name] = (("time", *axes), field.values, _cf(field.name, field.unit, field.meaning))
-    masks, names = flag_masks()
     if "status" in values:
-        values["status"][2].update(flag_masks=np.array(masks, np.int64), flag_meanings=" ".join(names))
+        masks = np.array([int(flag) for flag in Flag if flag], np.int64)
+        values["status"][2].update(flag_masks=masks, flag_meanings=" ".join(str(flag.name) for flag in Flag if flag))
     for components in AXES.values():
         name = "".join(components)
         if any(name in dims for dims, _, _ in values.values()):
@@ -176,7 +178,7 @@ def _long(table: Table) -> Iterable[tuple[str, str, np.ndarray, str]]:
     yield "time", "ns", times, "simulation time"
     yield "point", "1", points, "number of the row within its instant"
     for k, (name, unit) in enumerate(table.columns):
-        yield name, unit, table.rows[:, k], table_meaning(name)
+        yield name, unit, table.rows[:, k], MEANING[name]
 
 
 def _cf(name: str, unit: str, meaning: str) -> dict[str, Any]:
@@ -192,7 +194,7 @@ def _cf_table(table: Table) -> dict[str, Any]:
     count = {"units": "1", "long_name": f"rows that are filled: {TABLE_MEANING[table.name]}"}
     said[f"{table.name}_points"] = ((when,), np.diff(table.begin), count)
     for k, (name, unit) in enumerate(table.columns):
-        said[f"{table.name}_{name}"] = ((when, point), padded[:, :, k], _cf("", unit, table_meaning(name)))
+        said[f"{table.name}_{name}"] = ((when, point), padded[:, :, k], _cf("", unit, MEANING[name]))
     return said
 
 
