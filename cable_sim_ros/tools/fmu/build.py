@@ -11,6 +11,7 @@ import shutil
 import sys
 import tempfile
 import zipfile
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from contextlib import contextmanager
 from importlib import import_module
@@ -22,8 +23,8 @@ from ...io.scenes.load import dump_scene, load_scene
 from ...physics.towbody import BodyModel
 from ...runs.settings import apply_to_scene, refuse_without_bag
 from ...version import __version__
+from .slave import rows
 from .tow import ABOUT_FILE, SCENE_FILE, FmuError, number_of
-from .variables import INPUTS, OUTPUTS, PARAMETERS, VEHICLE_INPUTS, VEHICLE_OUTPUTS
 
 SCRIPTS = Path(__file__).with_name("scripts")
 EXPORTERS = {2: "pythonfmu", 3: "pythonfmu3"}
@@ -76,10 +77,8 @@ def build(
     about: dict[str, Any] = {"name": name if name[:1].isalpha() else f"tow_{name}", "version": __version__}
     numbers = {key: number_of(tow, key) for key in dict.fromkeys(parameters)}
     about |= {"parameters": numbers, "scene_sha256": hashlib.sha256(text.encode()).hexdigest()}
-    inputs, outputs = len(INPUTS), len(OUTPUTS)
     if tow.towbody.model is BodyModel.VEHICLE:
         about |= {"vehicle": True}
-        inputs, outputs = inputs + len(VEHICLE_INPUTS), outputs + len(VEHICLE_OUTPUTS)
     try:
         with tempfile.TemporaryDirectory(prefix="cable_sim_fmu_") as folder:
             work = Path(folder)
@@ -100,7 +99,8 @@ def build(
             f"--out {out}: cannot be written ({error.strerror or error}); what was there before is as it was. Give "
             f"a file in a folder that is there, on a disk with room"
         ) from None
-    return Built(out, fmi, about["name"], tow.solver.tick, inputs, outputs, len(PARAMETERS) + len(numbers))
+    roles = Counter(row.role for row in rows(about))
+    return Built(out, fmi, about["name"], tow.solver.tick, roles["input"], roles["output"], roles["parameter"])
 
 
 def _exporter(fmi: int) -> Any:

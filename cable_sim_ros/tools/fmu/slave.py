@@ -58,11 +58,6 @@ def limits_of(tow: Tow, name: str) -> dict[str, str]:
     return {key: f"{value:.16g}" for key, value in pairs if value is not None}
 
 
-def guid_of(about: dict[str, Any], fmi: int) -> UUID:
-    """Token of the FMU: the same for the same scene, version and parameters."""
-    return uuid5(NAMESPACE, json.dumps([about, fmi], sort_keys=True))
-
-
 def described(tow: Tow) -> str:
     """One sentence for the importing tool."""
     return (
@@ -84,7 +79,9 @@ class TowSlave:
         super().__init__(**kwargs)
         self.tow = Tow(self.resources)
         about = self.tow.about
-        self.modelName, self.version, self.guid = about["name"], about["version"], guid_of(about, self.FMI)
+        self.modelName, self.version = about["name"], about["version"]
+        # the same for the same scene, version and parameters
+        self.guid = uuid5(NAMESPACE, json.dumps([about, self.FMI], sort_keys=True))
         self.description, self.license, self.author = described(self.tow), "MIT", "cable_sim_ros"
         self.default_experiment = self.DefaultExperiment(start_time=0.0, step_size=self.tow.scene.solver.tick)
 

@@ -132,8 +132,7 @@ class Tow:
         if self.problem:
             raise FmuError(f"the simulation had ended: {self.problem}")
         ticks, end = self._ticks(sim, t, h)
-        now = int(sim.frame.time)
-        command = self._command(now)
+        command = self._command()
         if command is not None and h > self.scene.winch.command_timeout and self.values["winch.mode"] == RATE:
             raise FmuError(
                 f"communication step of {h:g} s is longer than winch.command_timeout = "
@@ -250,7 +249,7 @@ class Tow:
             rate=vector("rate"),  # type: ignore[arg-type]
         )
 
-    def _command(self, now: int) -> WinchCommand | None:
+    def _command(self) -> WinchCommand | None:
         mode = self.values["winch.mode"]
         if mode == NO_COMMAND:
             return None
