@@ -211,13 +211,10 @@ def _compared(comparison: Mapping[str, Any], subject: Subject) -> Iterator[Table
         yield Text(["No quantity could be scored."], note=True)
     said = [f"{one['quantity']}: {note}" for one in comparison["scores"] for note in one["notes"]]
     said += (comparison.get("verdict") or {}).get("notes", [])
-    said += [f"Only in {one}, not compared: {', '.join(names)}" for one, names in _alone(comparison) if names]
+    alone = ("what was measured", comparison["only_a"]), ("what was simulated", comparison["only_b"])
+    said += [f"Only in {one}, not compared: {', '.join(names)}" for one, names in alone if names]
     if said:
         yield Text([without_paths(text, subject) for text in said], note=True)
-
-
-def _alone(comparison: Mapping[str, Any]) -> tuple[tuple[str, list[str]], ...]:
-    return (("what was measured", comparison["only_a"]), ("what was simulated", comparison["only_b"]))
 
 
 def _score(one: Mapping[str, Any], name: str) -> str:

@@ -89,38 +89,22 @@ def write_report(
     """
     check_tools()
     check_place(path)
-    return write_page(path, **_about(subject_of(result, command, plan, scores), title))
-
-
-def write_page(path: str | os.PathLike, **about: Any) -> Path:
-    """Write a page of the house, arguments as of `page`, and return its path. Raises ReportError."""
-    check_tools()
-    check_place(path)
-    try:
-        write_text(path, page(**about))
-    except OSError as error:
-        raise ReportError(
-            f"report = {path}: cannot be written ({error.strerror}); what it is about is not touched"
-        ) from None
-    return Path(path)
-
-
-def _about(subject: Subject, title: str | None) -> dict[str, Any]:
-    """Arguments of `page` for a run."""
-    name = title or str(subject.metrics.get("scene") or subject.recorded.custom_data.get("scene", "Cable tow"))
+    subject = subject_of(result, command, plan, scores)
     missed = compared.violated(subject)
-    return {
-        "title": name,
-        "line": what(subject),
-        "state": FAILED if missed else subject.result.verdict.state,
-        "sentence": verdict.sentence(subject, missed),
-        "beside": verdict.beside(subject),
-        "cards": verdict.cards(subject),
-        "sections": sections(subject),
-    }
+    return write_page(
+        path,
+        title=title or str(subject.metrics.get("scene") or subject.recorded.custom_data.get("scene", "Cable tow")),
+        line=what(subject),
+        state=FAILED if missed else subject.result.verdict.state,
+        sentence=verdict.sentence(subject, missed),
+        beside=verdict.beside(subject),
+        cards=verdict.cards(subject),
+        sections=sections(subject),
+    )
 
 
-def page(
+def write_page(
+    path: str | os.PathLike,
     *,
     title: str,
     line: str,
@@ -129,9 +113,10 @@ def page(
     beside: Sequence[str],
     cards: Sequence[Card],
     sections: Sequence[Section],
-) -> str:
-    """Any report on the page of the house; every text is escaped."""
+) -> Path:
+    """Write any report on the page of the house, every text escaped, and return its path. Raises ReportError."""
     check_tools()
+    check_place(path)
     import jinja2
 
     environment = jinja2.Environment(
@@ -142,7 +127,7 @@ def page(
         lstrip_blocks=True,
     )
     environment.filters["soft"] = soft
-    return environment.get_template(PAGE).render(
+    text = environment.get_template(PAGE).render(
         title=title,
         line=line,
         state=state,
@@ -152,6 +137,13 @@ def page(
         sections=sections,
         words=WORDS,
     )
+    try:
+        write_text(path, text)
+    except OSError as error:
+        raise ReportError(
+            f"report = {path}: cannot be written ({error.strerror}); what it is about is not touched"
+        ) from None
+    return Path(path)
 
 
 def soft(text: str) -> str:
