@@ -92,20 +92,20 @@ def address_of(text: str) -> IPv4Address | IPv6Address | None:
     return found if found.is_loopback and plain else None
 
 
-def telegram_problem(block: Telegrams, tick: float, done: str = "started") -> str:
-    """ "" or why these telegrams cannot be sent; tick: s; done: what was not done, for the text."""
+def telegram_problem(block: Telegrams, tick: float) -> str:
+    """ "" or why these telegrams cannot be sent; tick: s."""
     parts = asked(block)
     if parts and address_of(block.address) is None:
         return (
             f"parameter 'telegrams.address' = {block.address!r} is no loopback address: simulated instruments must not "
-            f"be heard outside of this host; nothing was {done}. Give 127.0.0.1, another 127.x.x.x or ::1"
+            f"be heard outside of this host; nothing was started. Give 127.0.0.1, another 127.x.x.x or ::1"
         )
     domain = int(text) if (text := os.environ.get("ROS_DOMAIN_ID", "0").strip()).isdecimal() else 0
     first = RTPS + PORTS * domain
     taken: dict[int, str] = {}
     for name, part in parts.items():
         key = f"parameter 'telegrams.{name}.port' = {part.port}"
-        free = f"nothing was {done}. Give a port from {PRIVILEGED} to 65535 of its own, or 0 for no telegram"
+        free = f"nothing was started. Give a port from {PRIVILEGED} to 65535 of its own, or 0 for no telegram"
         if part.port < PRIVILEGED:
             return f"{key}: ports below {PRIVILEGED} belong to services of this machine; {free}"
         if first <= part.port < first + PORTS:
@@ -116,8 +116,10 @@ def telegram_problem(block: Telegrams, tick: float, done: str = "started") -> st
         if part.rate * tick > 1.0 + 1e-9:
             return (
                 f"parameter 'telegrams.{name}.rate' = {part.rate:g} Hz is more than one telegram a tick of {tick:g} s; "
-                f"nothing was {done}. Give at most {1.0 / tick:g} Hz, or a smaller solver.tick"
+                f"nothing was started. Give at most {1.0 / tick:g} Hz, or a smaller solver.tick"
             )
     if block.lci90i.port and (why := name_problem(block.lci90i.name)):
-        return f"parameter 'telegrams.lci90i.name' = {block.lci90i.name!r} does not fit: nothing was {done}. Give {why}"
+        return (
+            f"parameter 'telegrams.lci90i.name' = {block.lci90i.name!r} does not fit: nothing was started. Give {why}"
+        )
     return ""

@@ -7,7 +7,7 @@ without a display. What stands still is drawn once; a picture draws what moves o
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -347,7 +347,6 @@ def make_film(
     fps: float,
     size: tuple[int, int],
     top: float | None,
-    progress: Callable[[int, int], None] = lambda *_: None,
 ) -> Film:
     """Draw a part of a bag, ``speed`` seconds of it in a second of film."""
     check_start(run, start)
@@ -370,7 +369,6 @@ def make_film(
             k = run.index(start + n * speed / fps)
             if k != before or drawn is None:
                 drawn, before = frame.picture(run.moment(k)), k
-            progress(n + 1, count)
             yield drawn
 
     try:
