@@ -182,6 +182,17 @@ def test_command_of_a_scene_and_of_a_state(at_once, copies, tmp_path):
         assert refused.exit_code != 0 and said in refused.output + str(refused.exception)
 
 
+FRAME = {  # of a tick output, what a lookout takes
+    "time": 10**9,
+    "ship_position": np.zeros(3),
+    "scope": 60.0,
+    "payout_rate": 0.0,
+    "ship_velocity": np.array([2.06, 0.0, 0.0]),
+    "ship_quaternion": np.array([0.0, 0.0, 0.0, 1.0]),
+    "body_position": np.array([0.0, 0.0, -50.0]),
+}
+
+
 def test_a_course_is_no_moment_of_a_ship_that_sways():
     """Begun at the largest sway: over a wave it is the mean track, where an exponential would keep two thirds."""
     pytest.importorskip("rclpy")
@@ -189,15 +200,8 @@ def test_a_course_is_no_moment_of_a_ship_that_sways():
 
     here = None
     for k in range(1, 3201):
-        frame = {
-            "time": k * 10**7,
-            "ship_position": np.zeros(3),
-            "scope": 60.0,
-            "payout_rate": 0.0,
-            "ship_velocity": np.array([2.0, 0.5 * np.cos(2.0 * np.pi * (k - 1) / 800.0), 0.0]),
-            "ship_quaternion": np.array([0.0, 0.0, 0.0, 1.0]),
-            "body_position": np.array([0.0, 0.0, -50.0]),
-        }
+        velocity = np.array([2.0, 0.5 * np.cos(2.0 * np.pi * (k - 1) / 800.0), 0.0])
+        frame = FRAME | {"time": k * 10**7, "ship_velocity": velocity}
         here = here_of(frame) if here is None else here.then(frame)
         if k % 800 == 0:  # whole waves
             assert abs(here.velocity[1]) < (0.002 if k <= 1600 else 0.05) and here.depth == pytest.approx(50.0), k
@@ -213,15 +217,8 @@ def test_lookout_beside_a_node(tow, copies):
     from cable_sim_ros.tools.clear.beside import Lookout, status_of
 
     one = Lookout(tow.scene, WANTED, KNOWN)
-    frame = {
-        "time": 10**9,
-        "ship_position": np.array([1000.0, 0.0, 0.0]),
-        "scope": 60.0,
-        "payout_rate": 0.0,
-        "ship_velocity": np.array([2.06, 0.0, 0.0]),
-        "ship_quaternion": np.array([0.0, 0.0, 0.0, 1.0]),
-        "body_position": np.array([900.0, 0.0, -copies["itself"].depth]),
-    }
+    body = np.array([900.0, 0.0, -copies["itself"].depth])
+    frame = FRAME | {"ship_position": np.array([1000.0, 0.0, 0.0]), "body_position": body}
 
     def profile(frame_id, depth, data=None, sec=1):
         points = np.column_stack([1000.0 + ground(0.0)[0], 0.0 * depth, -depth]).astype("<f4")

@@ -43,13 +43,10 @@ class Instance:
         if self.fmi == 2:
             self.fmu.setupExperiment(startTime=t)
         for name, value in parameters.items():
-            self.string(name, value)
+            self.fmu.setString([self.places[name]], [value])
         self.fmu.enterInitializationMode(**({} if self.fmi == 2 else {"startTime": t}))
         self.ship(t)
         self.fmu.exitInitializationMode()
-
-    def string(self, name, value):
-        (self.fmu.setString)([self.places[name]], [value])
 
     def ship(self, t):
         self.real(dict(zip(NAMES, numbers(t))))

@@ -20,13 +20,16 @@ TICK, STEP = 0.02, 0.1
 SCENE = {"solver.tick": TICK}
 
 
+def packed(folder, name, **about):
+    """What an FMU of a shipped scene holds."""
+    (folder / module.SCENE_FILE).write_text(dump_scene(override(load_scene(name), SCENE)))
+    (folder / module.ABOUT_FILE).write_text(json.dumps({"name": name, "version": module.__version__, **about}))
+    return folder
+
+
 @pytest.fixture
 def resources(tmp_path):
-    scene = override(load_scene("side_scan"), SCENE)
-    (tmp_path / module.SCENE_FILE).write_text(dump_scene(scene))
-    about = {"name": "side_scan", "version": module.__version__, "parameters": {"water.density": scene.water.density}}
-    (tmp_path / module.ABOUT_FILE).write_text(json.dumps(about))
-    return tmp_path
+    return packed(tmp_path, "side_scan", parameters={"water.density": load_scene("side_scan").water.density})
 
 
 def begun(resources, t=0.0, **values):
@@ -297,17 +300,9 @@ def test_a_missing_extra_is_one_line(tmp_path, monkeypatch, fmi, module):
     assert "pip install 'cable_sim_ros[fmu]'" in done.stderr and not list(tmp_path.iterdir())
 
 
-@pytest.fixture
-def tethered(tmp_path):
-    scene = override(load_scene("rov_tether"), SCENE)
-    (tmp_path / module.SCENE_FILE).write_text(dump_scene(scene))
-    about = {"name": "rov_tether", "version": module.__version__, "parameters": {}, "vehicle": True}
-    (tmp_path / module.ABOUT_FILE).write_text(json.dumps(about))
-    return tmp_path
-
-
-def test_a_vehicle_is_moved_by_the_master_and_feels_its_cable(tethered):
-    tow, sim = Tow(tethered), Simulator(override(load_scene("rov_tether"), SCENE))
+def test_a_vehicle_is_moved_by_the_master_and_feels_its_cable(tmp_path):
+    tow = Tow(packed(tmp_path, "rov_tether", parameters={}, vehicle=True))
+    sim = Simulator(override(load_scene("rov_tether"), SCENE))
     assert {row.name for row in rows(tow.about)} == {
         row.name for row in (*INPUTS, *OUTPUTS, *PARAMETERS, *VEHICLE_INPUTS, *VEHICLE_OUTPUTS)
     }

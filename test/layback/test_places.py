@@ -2,6 +2,7 @@
 
 import csv
 import json
+import re
 from math import hypot, sqrt
 
 import numpy as np
@@ -168,8 +169,6 @@ def test_options_that_cannot_be_used(tmp_path, words, text):
     log = written(tmp_path / "log.csv", **GOOD)
     done = call(*(word.format(log=log) for word in words))
     assert done.exit_code == 2
-    import re
-
     assert re.search(text, " ".join(done.output.split())), done.output
 
 

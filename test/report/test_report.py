@@ -15,7 +15,8 @@ from cable_sim_ros.io.scenes.load import load_scene, scene_from_dict
 from cable_sim_ros.physics.tick_output import TICK_OUTPUT
 from cable_sim_ros.plots.run import thinned
 from cable_sim_ros.runs import offline
-from cable_sim_ros.runs.summary import Run, format_value
+from cable_sim_ros.runs.metrics import METRICS
+from cable_sim_ros.runs.summary import SUMMARY, Run, format_value
 from cable_sim_ros.sim.verdict import check, verdict_of
 from cable_sim_ros.tools.plan.plan import plan_of
 from cable_sim_ros.tools.report.simulated import keys
@@ -111,7 +112,7 @@ def test_the_verdict_stands_first_in_one_sentence(run, page):
 
 def test_every_figure_is_that_of_the_json(run, page):
     shown = {name: cells for name, rows in page.named.items() for cells in rows if len(cells) == 4 and cells[3] == name}
-    wanted = {name for name, value in run.metrics.items() if name in dict.fromkeys(names()) and value is not None}
+    wanted = {name for name, *_ in (*SUMMARY, *METRICS[:2]) if run.metrics.get(name) is not None}
     assert set(shown) == wanted - WALL_CLOCK and len(shown) > 40
     for name, cells in shown.items():
         assert cells[1] == format_value(run.metrics[name]), name
@@ -120,13 +121,6 @@ def test_every_figure_is_that_of_the_json(run, page):
     needs = {row["need"]: row["needed"] for row in plan_of(run.frames, run.scene, run.metrics)["plan"]}
     for name, text in cards.items():
         assert text.split()[0] == number(needs[name] if name in needs else run.metrics[name], 4), name
-
-
-def names():
-    from cable_sim_ros.runs.metrics import METRICS
-    from cable_sim_ros.runs.summary import SUMMARY
-
-    return [name for name, *_ in (*SUMMARY, *METRICS[:2])]
 
 
 def test_the_sections_are_there(run, page):

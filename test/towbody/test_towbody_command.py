@@ -102,14 +102,10 @@ def test_the_command_gives_its_figures(monkeypatch, tmp_path):
     assert page.stat().st_size > 20_000
 
 
-def test_a_level_body_is_refused():
-    answer = CliRunner().invoke(towbody, ["side_scan"])
-    assert "Give towbody.model: rigid" in str(answer.exception)
-
-
 @pytest.mark.parametrize(
     ("arguments", "parts"),
     [
+        (["side_scan"], ("Give towbody.model: rigid",)),
         (["depressor", "--body", "pod"], ("no body 'pod'", "nothing was computed", "Give --body towbody")),
         (["depressor", "--speeds", "1:2"], ("'1:2' is not FROM:TO:STEP", "nothing was computed")),
         (["depressor", "--speeds", "0:2:0.1"], ("0 < FROM <= TO <= 15 m/s", "nothing was computed")),

@@ -38,6 +38,14 @@ MAP = {
     "angle": {"field": "angle", "unit": "deg"},
     "depth": {"field": "depth", "unit": "m"},
 }
+SERIES = MAP | {
+    "series": {
+        "field": "file",
+        "wire": {"field": "wire", "unit": "m"},
+        "speed": {"field": "speed", "unit": "kn"},
+        "depth": {"field": "depth", "unit": "m"},
+    }
+}
 HEAD = "tow,cruise,wire,rate,speed,angle,depth\n"
 ROW = "a,one,100,30,1.8,40,75\n"
 
@@ -260,6 +268,11 @@ def test_a_scene_that_cannot_be_towed_so_is_refused_with_its_reason(tmp_path):
         ({"depth": {"field": "", "unit": "m"}}, "depth.field"),
         ({"hold": {"field": "hold", "unit": "m"}}, "hold.unit"),
         ({"hold": {"field": "hold", "unit": "s"}, "stays": 3.0}, "stays"),
+        ({"series": SERIES["series"] | {"field": ""}}, "series.field"),
+        ({"series": SERIES["series"] | {"wire": {"field": "wire", "unit": "kn"}}}, "series.wire.unit"),
+        ({"series": SERIES["series"] | {"wire": {"field": ["a", "b"], "unit": "m"}}}, "series.wire.field"),
+        ({"series": SERIES["series"] | {"depth": {"field": "d", "unit": "m", "scaled": True}}}, "series.depth.scaled"),
+        ({"wire": None}, "wire"),
     ],
 )
 def test_a_map_that_does_not_fit_is_refused_by_its_key(change, key):
@@ -366,14 +379,6 @@ def test_a_table_without_tows_is_refused(tmp_path, rows, why):
         read_tows(table_of(tmp_path, rows), MAPS.check(MAP, "map"), 6.0)
 
 
-SERIES = MAP | {
-    "series": {
-        "field": "file",
-        "wire": {"field": "wire", "unit": "m"},
-        "speed": {"field": "speed", "unit": "kn"},
-        "depth": {"field": "depth", "unit": "m"},
-    }
-}
 LEGS = np.array([0.0, 10.0, 200.0, 205.0, 400.0]), np.array([0.0, 0.0, 95.0, 95.0, -2.5])  # s, m: deck, out, hold, in
 
 
@@ -492,23 +497,6 @@ def test_a_file_that_is_not_there_or_too_large_is_left_out_and_one_elsewhere_ref
             over_time(tmp_path / "in", name)
     monkeypatch.setattr(series, "MOST_BYTES", 100)
     assert "beyond 0 MB" in over_time(tmp_path).left[0]
-
-
-@pytest.mark.parametrize(
-    ("change", "key"),
-    [
-        ({"series": SERIES["series"] | {"field": ""}}, "series.field"),
-        ({"series": SERIES["series"] | {"wire": {"field": "wire", "unit": "kn"}}}, "series.wire.unit"),
-        ({"series": SERIES["series"] | {"wire": {"field": ["a", "b"], "unit": "m"}}}, "series.wire.field"),
-        ({"series": SERIES["series"] | {"depth": {"field": "d", "unit": "m", "scaled": True}}}, "series.depth.scaled"),
-        ({"wire": None}, "wire"),
-    ],
-)
-def test_a_map_of_series_that_does_not_fit_is_refused_by_its_key(change, key):
-    base = SERIES if "series" in change else MAP
-    with pytest.raises(TowsMapError) as caught:
-        MAPS.check(base | change, "map")
-    assert any(key in text for text in caught.value.problems)
 
 
 def test_a_tow_over_time_has_the_depth_and_interval_of_its_row(tmp_path):

@@ -1,6 +1,7 @@
 """The page hears itself alone: no other site, no other name, on a real server."""
 
 import socket
+from contextlib import nullcontext
 from string import ascii_lowercase
 
 import pytest
@@ -80,14 +81,6 @@ def test_the_server_asks(server, host, origin, answer):
 
 
 def test_a_viser_that_serves_otherwise_is_refused(monkeypatch):
-    monkeypatch.setattr("cable_sim_ros.tools.view.page.guarded", lambda host: _unasked())
+    monkeypatch.setattr("cable_sim_ros.tools.view.page.guarded", lambda host: nullcontext(lambda: False))
     with pytest.raises(page.PageError, match="serves its page in a way that is not known here"):
         page.serve("127.0.0.1", 0, "a page")
-
-
-class _unasked:
-    def __enter__(self):
-        return lambda: False
-
-    def __exit__(self, *_):
-        return None

@@ -8,7 +8,10 @@ import pytest
 
 from cable_sim_ros.errors import CODE_FAILED, CODE_INPUT
 
-rclpy = pytest.importorskip("rclpy")
+pytest.importorskip("rclpy")
+from rclpy.serialization import deserialize_message
+from sensor_msgs.msg import JointState, PointCloud2
+from std_msgs.msg import String
 
 
 @pytest.fixture
@@ -50,28 +53,19 @@ def test_no_node_is_said(domain):
     assert code == CODE_FAILED
 
 
-def test_a_node_in_another_namespace_is_named(neighbour):
-    from sensor_msgs.msg import JointState
-
-    neighbour.publisher(JointState, "/other/sim/health")
-    words = "There is one in /other: give --namespace /other"
-    assert words in refused(words)[0]
-
-
-def test_a_node_that_says_nothing_is_said(neighbour):
-    from sensor_msgs.msg import JointState
-
-    neighbour.publisher(JointState, "/tow_sim/sim/health")
-    text, _ = refused("no message came within")
-    assert "no message came within" in text and "waits for motion" in text
-
-
-def test_another_type_is_said(neighbour):
-    from std_msgs.msg import String
-
-    neighbour.publisher(String, "/tow_sim/sim/health")
-    text, _ = refused("std_msgs/msg/String")
-    assert "std_msgs/msg/String" in text and "not sensor_msgs/msg/JointState" in text
+@pytest.mark.parametrize(
+    "kind, topic, words, more",
+    [
+        (JointState, "/other/sim/health", "There is one in /other: give --namespace /other", ""),
+        (JointState, "/tow_sim/sim/health", "no message came within", "waits for motion"),
+        (String, "/tow_sim/sim/health", "std_msgs/msg/String", "not sensor_msgs/msg/JointState"),
+    ],
+    ids=["another namespace", "says nothing", "another type"],
+)
+def test_what_another_node_publishes_is_said(neighbour, kind, topic, words, more):
+    neighbour.publisher(kind, topic)
+    text, _ = refused(words)
+    assert words in text and more in text
 
 
 @pytest.mark.parametrize("text", ["-1", "233", "abc"])
@@ -86,9 +80,6 @@ def test_a_domain_that_is_none_is_refused(monkeypatch, text):
 
 def test_what_is_watched_is_what_was_sent(neighbour, bag, run):
     """Messages of a recording, sent again; damaged ones among them are said and the rest goes on."""
-    from rclpy.serialization import deserialize_message
-    from sensor_msgs.msg import JointState, PointCloud2
-
     from cable_sim_ros.io.bags.bag import BagReader
     from cable_sim_ros.ros.watcher import watching
 
