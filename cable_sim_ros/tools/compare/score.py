@@ -340,11 +340,10 @@ def _in_band(out: Score, pair: Pair, band: tuple[float, float]) -> None:
     if part[1] < band[1]:
         out.notes.append(f"the wave band ends at {part[1]:.3g} Hz: sampled at {1.0 / pair.step:.3g} Hz")
     given = spectra(pair, part)
-    sums = given.sums() if given is not None else None
-    if given is None or sums is None:
+    if given is None:
         out.notes.append("no figures of waves: no segment without a gap is long enough")
         return
-    out.band_hz = part
+    out.band_hz, sums = part, given.sums()
     size = max(float(np.nanmax(np.abs(pair.a))), float(np.nanmax(np.abs(pair.b))))
     floor = (SMALL * size) ** 2 * given.segment
     power_a, power_b = float(sums[0].sum()), float(sums[1].sum())

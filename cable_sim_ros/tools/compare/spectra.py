@@ -5,7 +5,6 @@ How well a figure of correlated samples is known: independent samples, blocks, t
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -49,11 +48,6 @@ def correlation_time(x: np.ndarray) -> float:
     return float(min(n, max(1.0, 2.0 * both[:end].sum() - 1.0)))
 
 
-def independent(x: np.ndarray) -> float:
-    """Independent samples that x is worth."""
-    return float(np.isfinite(x).sum()) / correlation_time(x)
-
-
 def blocks(n: int, correlated: float) -> np.ndarray | None:
     """Number of the block of each of n samples; None where they are too few for an interval."""
     count = min(MANY, int(n / (BLOCK * correlated)))
@@ -71,11 +65,6 @@ def left_out(terms: np.ndarray, block: np.ndarray) -> tuple[np.ndarray, np.ndarr
     """Sums of terms [n, ...] over all, and [blocks, ...] with one block left out."""
     each = np.stack([terms[block == k].sum(axis=0) for k in range(block[-1] + 1)])
     return each.sum(axis=0), each.sum(axis=0) - each
-
-
-def about(value: float, half: float, to: Callable[[float], float] = float) -> Interval:
-    """The interval, mapped by a function that goes up."""
-    return to(value - half), to(value + half)
 
 
 @dataclass
