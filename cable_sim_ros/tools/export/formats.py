@@ -18,7 +18,7 @@ import numpy as np
 from ...files import open_file, whole
 from ...physics.tick_output import Flag
 from ...runs.field_manual import MEANING
-from .content import AXES, TABLE_MEANING, TABLES, Content, ExportError, Field, Table, gather
+from .content import AXES, TABLE_MEANING, TABLES, Content, ExportError, Table, gather
 
 CF = "CF-1.11"
 SINCE = "nanoseconds since 1970-01-01T00:00:00Z"
@@ -208,9 +208,6 @@ def _name(key: str) -> str:
     return (plain if plain[:1].isalpha() else f"k_{plain}")[:MATLAB_NAME]
 
 
-__all__ = ["MATLAB_BYTES", "STANDARD_NAME", "WRITERS", "Field", "need"]
-
-
 class Exported(NamedTuple):
     """What was written: files, tick outputs, columns of one number, verdict of the run."""
 
@@ -257,11 +254,7 @@ def export(
         for table in content.tables:
             _whole(beside[table.name], partial(write_table, content, table))
     columns = sum(len(field.axes) or 1 for field in content.fields)
-    return Exported((out, *beside.values()), content.ticks, columns, _state(content))
-
-
-def _state(content: Content) -> str:
-    return content.provenance["verdict"]
+    return Exported((out, *beside.values()), content.ticks, columns, content.provenance["verdict"])
 
 
 def _free(path: Path, force: bool) -> None:

@@ -223,10 +223,8 @@ class Tow:
             said = json.loads(head)
             last = said["last"]
             motion = None if last is None else ShipMotion(**last)
-            own = {
-                key: said["own"][key] for key in ("values", "used", "begin", "problem", "statuses", "peaks", "largest")
-            }
-            return {"own": own | {"misfit": said["own"]["misfit"]}, "last": motion, "file": file}
+            names = ("values", "used", "begin", "problem", "statuses", "peaks", "largest", "misfit")
+            return {"own": {name: said["own"][name] for name in names}, "last": motion, "file": file}
         except (ValueError, KeyError, TypeError, RecursionError) as error:
             raise FmuError(
                 f"serialized state: is none of this FMU ({type(error).__name__}); nothing was taken"
