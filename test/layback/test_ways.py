@@ -1,6 +1,6 @@
 """The four ways of the trade against closed forms, and places on the earth against known lengths of WGS 84."""
 
-from math import asinh, cosh, hypot, log, pi, radians, sin, sqrt, tanh
+from math import asinh, cosh, hypot, log, pi, radians, sin, tanh
 
 import numpy as np
 import pytest
@@ -26,7 +26,6 @@ def test_pythagoras_is_the_other_leg_and_nothing_where_the_cable_is_too_short():
     found = pythagoras(np.array([50.0, 50.0, 39.0, -50.0]), np.array([24.0, 44.0, 34.0, 24.0]), 6.0)
     assert found[0] == pytest.approx(40.0) and found[1] == 0.0
     assert np.isnan(found[2:]).all()
-    assert pythagoras(50.0, 34.0, 6.0, factor=0.9) == pytest.approx(sqrt(45.0**2 - 40.0**2))
 
 
 def test_the_factor_shortens_the_cable():

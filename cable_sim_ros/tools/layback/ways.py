@@ -27,9 +27,9 @@ FACTOR = 0.9  # of the cable out; HYPACK's towfish driver explains its factor wi
 STILL = 1e-9  # m
 
 
-def pythagoras(cable: np.ndarray, depth: np.ndarray, height: np.ndarray | float, factor: float = 1.0) -> np.ndarray:
-    """sqrt((factor cable)^2 - (depth + height)^2): a straight cable; NaN where it is shorter than the fish is deep."""
-    length, down = factor * np.asarray(cable, float), np.asarray(depth, float) + height
+def pythagoras(cable: np.ndarray, depth: np.ndarray, height: np.ndarray | float) -> np.ndarray:
+    """sqrt(cable^2 - (depth + height)^2): a straight cable; NaN where it is shorter than the fish is deep."""
+    length, down = np.asarray(cable, float), np.asarray(depth, float) + height
     square = length * length - down * down
     return np.where((square >= 0.0) & (length >= 0.0), np.sqrt(np.maximum(square, 0.0)), np.nan)
 
