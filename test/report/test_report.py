@@ -1,8 +1,8 @@
 """The report of a run: what it says is what the run says, it is whole by itself, and it is the same every time."""
 
-import builtins
 import json
 import re
+import sys
 import xml.etree.ElementTree as ElementTree
 from html.parser import HTMLParser
 
@@ -225,14 +225,7 @@ def test_a_place_that_is_none_is_refused_before_anything_runs(tmp_path, place, w
 
 
 def test_a_missing_extra_is_one_line(tmp_path, monkeypatch):
-    real = builtins.__import__
-
-    def without(name, *rest):
-        if name == "jinja2":
-            raise ImportError(name)
-        return real(name, *rest)
-
-    monkeypatch.setattr(builtins, "__import__", without)
+    monkeypatch.setitem(sys.modules, "jinja2", None)
     result = CliRunner().invoke(commands.main, ["run", "full_scale", "--report", str(tmp_path / "a.html")])
     assert result.exit_code == 2 and result.output.count("\n") == 1
     assert "jinja2 is not installed" in result.output and "pip install 'cable_sim_ros[report]'" in result.output

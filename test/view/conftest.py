@@ -1,17 +1,23 @@
 """One recorded run for all tests of view and film."""
 
+import warnings
 from pathlib import Path
 
 import pytest
-from recorded import tow_in_waves
+from recorded import scene_with
 
+from cable_sim_ros.runs import offline
 from cable_sim_ros.tools.view.moment import BagRun
 
 
 @pytest.fixture(scope="session")
 def bag(tmp_path_factory) -> Path:
     """The side-scan tow in waves over a seabed, 8 s."""
-    return tow_in_waves(tmp_path_factory.mktemp("view"))
+    waves = {"kind": "jonswap", "height": 1.5, "period": 6.0, "towards_deg": 200.0, "components": 20}
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # waves beside a ship that is moved
+        scene = scene_with("side_scan", water={"waves": waves, "ramp": 2.0}, seabed={"depth": 120.0})
+        return Path(offline.run(scene, rao="simple", duration=8.0, out=tmp_path_factory.mktemp("view")).bag)
 
 
 @pytest.fixture(scope="session")
