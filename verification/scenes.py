@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
+from scipy.interpolate import make_interp_spline
 
 FOLDER = Path(__file__).parent / "reference"
 FILES = {"P1": "p1", "P2": "p2", "P3": "p3_dynamic", "P4": "p4_motion", "P5": "p5", "P6": "p5"}
@@ -52,11 +53,14 @@ def static_shape() -> np.ndarray:
 def errors(scene: str, history: np.ndarray) -> tuple[float, float]:
     """(error of tension, error of position), fractions, by the measures in WHAT; nan where a scene has none.
 
-    history: columns as in the reference file; compared at the reference's own instants.
+    history: columns as in the reference file; compared at the reference's own instants, on cubic splines: straight
+    lines would cut the crests off, 0.5 % of a deviation at 25 samples a period. nan where the history is not finite.
     """
+    if not np.isfinite(history).all():
+        return float("nan"), float("nan")
     ref = reference(scene)
     p, want = ref.params, ref.history
-    got = np.column_stack([np.interp(want[:, 0], history[:, 0], c) for c in history.T])
+    got = make_interp_spline(history[:, 0], history, k=3)(want[:, 0])
     if scene == "P1":
         ends = abs(got[0, 3] / want[0, 3] - 1.0)
         return ends, float(np.hypot(got[:, 1] - want[:, 1], got[:, 2] - want[:, 2]).max() / p["L"])

@@ -26,6 +26,12 @@ def test_every_code_has_a_run_or_a_reason_on_every_scene():
     assert set(RUNS) | set(CANNOT) >= everything and not set(RUNS) & set(CANNOT)
 
 
+def test_a_history_with_few_samples_keeps_its_crests():
+    exact = reference("P5").history
+    assert max(errors("P5", exact[::4])) < max(errors("P5", exact)) + 1e-5
+    assert np.isnan(errors("P5", np.where(exact == exact[7, 3], np.nan, exact))).all()
+
+
 def test_arc_of_a_graded_mesh():
     arc = Setting(GRADED, 0.1).arc(450.0)
     assert len(arc) == 18 and arc[-1] == pytest.approx(450.0)
