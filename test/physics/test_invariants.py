@@ -12,7 +12,14 @@ from scipy.spatial.transform import Rotation
 
 from cable_sim_ros.physics import contact_surface, tick_output
 from cable_sim_ros.physics.ancf import ROWS
-from cable_sim_ros.physics.block_tridiagonal import FACTOR_COLUMNS, solve, solve_again
+from cable_sim_ros.physics.block_tridiagonal import (
+    FACTOR_COLUMNS,
+    apply,
+    eliminate_with_exchange,
+    factorise,
+    solve,
+    solve_again,
+)
 from cable_sim_ros.physics.contact import press, touch
 from cable_sim_ros.physics.drag_laws import LAWS, DragLaw, choo_casarella, loading
 from cable_sim_ros.physics.tick_output import Flag
@@ -242,6 +249,21 @@ def test_solver_against_dense():
     band[5] = 0.0
     lower[5] = 0.0
     assert not solve(band, lower, factor, x), "a singular block is told"
+
+
+@given(st.integers(0, 2**32 - 1), st.floats(0.0, 20.0))
+def test_a_block_has_the_same_bits_by_numbers_and_by_rows(seed, dominance):
+    rng = np.random.default_rng(seed)
+    one = np.zeros((6, 16))
+    one[:, :13] = rng.normal(size=(6, 13))
+    one[:, :6] += dominance * np.eye(6)
+    other, by_one, by_other = one.copy(), *np.zeros((2, 6, FACTOR_COLUMNS))
+    assert eliminate_with_exchange(other, 0, by_other)
+    exchanged = (by_other[:, -1] != np.arange(6)).any()
+    assert factorise(one, 0, by_one) != exchanged
+    if not exchanged:
+        apply(one, 0, by_one)
+        assert (by_one == by_other).all() and (one[:, 6:] == other[:, 6:]).all()
 
 
 def test_flags_of_the_kernels_are_those_of_the_frame():
