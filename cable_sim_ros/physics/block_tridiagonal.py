@@ -19,15 +19,9 @@ less_1, less_2, less_4 = row_update(1), row_update(2), row_update(4)
 
 
 @inline
-def behind(a):
-    """A row of six without its first column."""
-    return a[1], a[2], a[3], a[4], a[5], 0.0
-
-
-@inline
 def less(a, f, p):
-    """a - f p of two rows of six, without the first column."""
-    return behind((a[0], a[1] - f * p[1], a[2] - f * p[2], a[3] - f * p[3], a[4] - f * p[4], a[5] - f * p[5]))
+    """a - f p of two rows of six; its first column, which is done with, makes way for the second."""
+    return a[1] - f * p[1], a[2] - f * p[2], a[3] - f * p[3], a[4] - f * p[4], a[5] - f * p[5], 0.0
 
 
 @inline
@@ -36,7 +30,7 @@ def eliminate(p, a, b, c, d, e):
     s = 1.0 / p[0]
     f = (a[0] * s, b[0] * s, c[0] * s, d[0] * s, e[0] * s)
     others = less(a, f[0], p), less(b, f[1], p), less(c, f[2], p), less(d, f[3], p), less(e, f[4], p)
-    return s, f, behind((s, p[1] * s, p[2] * s, p[3] * s, p[4] * s, p[5] * s)), others
+    return s, f, (p[1] * s, p[2] * s, p[3] * s, p[4] * s, p[5] * s, 0.0), others
 
 
 @inline

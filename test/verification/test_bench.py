@@ -113,6 +113,18 @@ def test_a_scene_gives_table_json_and_plot(tmp_path):
     assert max(r["error_position"] for r in own if r["scene"] == "P3") < 5e-3
 
 
+def test_a_history_that_cannot_be_compared_fails_its_row_alone(monkeypatch):
+    solve, settings = bench.SWEEPS["P3"]
+
+    def cut(setting):
+        run = solve(setting)
+        return run._replace(history=run.history[:2]) if setting == settings[0] else run
+
+    monkeypatch.setitem(bench.SWEEPS, "P3", (cut, settings[:2]))
+    short, whole = bench.bench(("P3",), repeats=1)
+    assert short.note.startswith("failed: ") and whole.note == "" and whole.error_position > 0.0
+
+
 @given(st.lists(st.tuples(st.floats(1e-6, 1.0), st.floats(1e-9, 1.0)), min_size=1, max_size=20))
 def test_the_line_joins_what_nothing_cheaper_undercuts(points):
     points = sorted(points)

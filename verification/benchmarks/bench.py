@@ -125,18 +125,18 @@ def _scene(scene: str, with_peers: bool, repeats: int) -> list[Row]:
             return float("nan"), None
         try:
             done = jobs[k][2](jobs[k][1])
+            found = errors(scene, done.history)
         except Exception as error:  # another code's failure is a result of the table, not the end of it
             problem[k] = f"failed: {str(error).splitlines()[0][:160]}"
             return float("nan"), None
-        return done.cpu_s / done.simulated_s, done
+        return done.cpu_s / done.simulated_s, (done, found)
 
     times, last = in_turn([partial(attempt, k) for k in range(len(jobs))], repeats)
     for k, (code, setting, _) in enumerate(jobs):
         if problem[k]:
             rows.append(unrun(scene, code, str(setting), problem[k]))
             continue
-        run, cpu = last[k], statistics.median(times[k])
-        tension, position = errors(scene, run.history)
+        (run, (tension, position)), cpu = last[k], statistics.median(times[k])
         iterations, steps = getattr(run, "iterations", None), getattr(run, "steps", None)
         each = 1e6 * cpu * run.simulated_s / (run.elements * iterations) if iterations else None
         per_step, note = iterations / steps if iterations and steps else None, getattr(jobs[k][1], "note", "")

@@ -134,12 +134,12 @@ def test_an_imu_is_found_again_behind_damage(read):
 
 @pytest.mark.parametrize("block", [43, 100, 997, 5000])
 def test_blocks_of_a_file_make_no_difference(read, monkeypatch, block):
-    from cable_sim_ros.tools.logs.devices import lines as binary
+    from cable_sim_ros.tools.logs.devices import lines
 
     data = logs.gx3(60)
     data = data[:500] + b"\x00" * 30 + data[500:]
     whole = read(data)
-    monkeypatch.setattr(binary, "BLOCK", block)
+    monkeypatch.setattr(lines, "RECORDS", block)
     log = read(data)
     assert log.losses == whole.losses and log.records == whole.records == 59
     assert log.sources["3dm-gx3"].device.tolist() == whole.sources["3dm-gx3"].device.tolist()
