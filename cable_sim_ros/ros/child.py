@@ -62,6 +62,12 @@ def _release(process: subprocess.Popen) -> None:
         process.kill()
 
 
+def failure(figures: Mapping[str, Any]) -> str:
+    """ "" or that a node failed or halted and why, by what it wrote of itself in ``statistics_file``."""
+    state = figures.get("last", figures.get("state"))  # last: of one that has ended
+    return f"is {state}: {figures.get('problem', '')}" if state in ("failed", "halted") else ""
+
+
 class Process:
     """A child in a process group of its own, so that what it starts ends with it.
 

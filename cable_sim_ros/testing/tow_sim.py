@@ -25,7 +25,7 @@ import numpy as np
 
 from ..errors import TowError
 from ..ros import watchdog
-from ..ros.child import MARK, Process, opened
+from ..ros.child import MARK, Process, failure, opened
 from ..sim.flag_rules import DOUBTFUL, OK
 from .arguments import COMMAND, SENT_AGAIN, agree, as_text, number, process_of, scene_text, too_late, unmet, with_motion
 from .domain import reserve
@@ -340,11 +340,11 @@ class Tow:
 
     def check(self) -> None:
         """TowError when the node or a process beside it has ended or failed."""
-        code, metrics = self.node.code, self.metrics
+        code, metrics = self.node.code, self.metrics  # in this order: what a node says last it writes before it ends
+        if why := failure(metrics):
+            raise TowError(f"the node {why}\n{self.node.tail()}")
         if code is not None:
             raise TowError(f"the node ended with code {code}\n{self.node.tail()}")
-        if metrics.get("state") in ("failed", "halted"):
-            raise TowError(f"the node is {metrics['state']}: {metrics.get('problem')}\n{self.node.tail()}")
         for process in self.processes:
             if process.watched and process.code not in (None, 0):
                 raise TowError(f"{process.name} ended with code {process.code}\n{process.tail()}")

@@ -39,14 +39,22 @@ def test_live_returns_figures_and_a_bag(own, bag):
     assert phases[-1] == "running in real time"
 
 
-def test_what_fails_is_reported_with_its_last_lines(own, bag, monkeypatch):
+@pytest.mark.parametrize("poll", [0.0, 2.0], ids=["sees it fail", "finds it ended"])
+def test_what_fails_is_reported_with_its_last_lines(own, bag, monkeypatch, poll):
+    """The same words whether the node is seen before it has ended or after."""
     from cable_sim_ros.ros.play.live import LiveError
 
-    said = "(?s)node ended with code 1 .*residual 123 N"
+    said = "(?s)node is failed: not configured: no static equilibrium: residual 123 N .*last lines:.*residual 123 N"
     with monkeypatch.context() as patched, pytest.raises(LiveError, match=said) as failed:
         patched.setenv("FAKE_START_FAILS", "1")
+        patched.setattr("cable_sim_ros.ros.play.live.POLL", poll)
         run(own, bag)
     assert "Traceback" not in str(failed.value)
+
+
+def test_a_player_that_fails_is_reported_and_no_recording_overwritten(own, bag):
+    from cable_sim_ros.ros.play.live import LiveError
+
     with pytest.raises(LiveError, match="(?s)player.*no such bag"):
         run(own, "no_such_bag")
     with pytest.raises(LiveError, match="exists already"):  # what it has recorded

@@ -18,7 +18,7 @@ from ...compiler.packaged import packaged
 from ...errors import CODE_INPUT, RunError
 from ...io.scenes.document import RUN_BAG
 from ...terminal import plain_console, say
-from ..child import Process
+from ..child import Process, failure
 
 READY_WITHIN = 300.0  # s; compiling everything from nothing takes up to a minute on a slow machine
 START_WITHIN = 60.0  # s from the first message to the first tick
@@ -140,21 +140,28 @@ def read_state(path: Path) -> dict:
         return {}
 
 
+def _state(node: Process, metrics: Path, when: str) -> str:
+    """What the node wrote of its state last. Raises LiveError where it failed, halted or ended ``when``."""
+    code = node.code  # first: what a node says last it writes before it ends
+    last = read_state(metrics)
+    if why := failure(last):
+        raise failed(node, why)
+    if code is not None:
+        raise failed(node, f"ended with code {code} {when}")
+    return last.get("state", "unknown")
+
+
 def _await(
     node: Process, metrics: Path, states: tuple[str, ...], within: float, report: Callable[[float], None]
 ) -> None:
     begun = time.monotonic()
     while True:
         waited = time.monotonic() - begun
-        state = read_state(metrics)
-        if state.get("state") in states:
+        state = _state(node, metrics, "before it was ready")
+        if state in states:
             return
-        if node.code is not None:
-            raise failed(node, f"ended with code {node.code} before it was ready")
-        if state.get("state") in ("failed", "halted"):
-            raise failed(node, f"is {state['state']}: {state.get('problem', '')}")
         if waited > within:
-            raise failed(node, f"was not ready within {within:g} s (state {state.get('state', 'unknown')})")
+            raise failed(node, f"was not ready within {within:g} s (state {state})")
         report(waited)
         time.sleep(POLL)
 
@@ -164,13 +171,9 @@ def _follow(node: Process, player: Process, metrics: Path, duration: float, repo
     running = None
     begun = time.monotonic()
     while player.code is None:
-        state = read_state(metrics).get("state")
+        state = _state(node, metrics, "while the motion was playing")
         if state in ("running", "overloaded") and running is None:
             running = time.monotonic()
-        if node.code is not None:
-            raise failed(node, f"ended with code {node.code} while the motion was playing")
-        if state in ("failed", "halted"):
-            raise failed(node, f"is {state}: {read_state(metrics).get('problem', '')}")
         if running is None and time.monotonic() - begun > START_WITHIN:
             raise failed(node, f"did not start within {START_WITHIN:g} s of the first motion message")
         report("running in real time", 0.0 if running is None else min(duration, time.monotonic() - running), duration)
