@@ -40,7 +40,8 @@ DISPLACED = 37  # kg/m of water that it displaces
 CN_FIT, CT_FIXED, CT_OF_RE = range(38, 41)
 EXTRA_ALONG = 41  # EXTRA_DRAG is the drag factor less 1 of the part across the cable, this that of the part along it
 EXTRA_NOW = 42  # EXTRA_DRAG and what strumming adds to it: as the lengths and FLOW written anew at each gather
-ROWS = 43
+IDLE = 43  # column 0: how many lanes at the end hold no element of their own, in whole vectors of 8; see used()
+ROWS = 44
 
 # rows of the 9x9 tangent's blocks; numpy integers, for a literal compiles a version of its own
 ROW_HH, ROW_HA, ROW_HB, ROW_AH, ROW_AA, ROW_AB, ROW_BH, ROW_BA, ROW_BB = np.arange(0, 81, 9)
@@ -283,6 +284,12 @@ def elastic_tangent(k9, e, c1, flow, length, per_length, ea, ei, ca, tau, compre
 
 
 @inline
+def used(p):
+    """How many lanes of a group the costly kernels work on; what is in the others is of no element."""
+    return LANES - int(p[IDLE, 0])
+
+
+@inline
 def inertia_row(i, t, w, sigma, x, e):
     """Force i of inertia and weight: t mass of the element [kg], w its weight [N]."""
     m0, m1, m2, m3 = t * MASS[i, 0], t * MASS[i, 1], t * MASS[i, 2], t * MASS[i, 3]
@@ -335,7 +342,8 @@ def elastic_lanes(x, p, f, tension, energy, lost):
     if x.shape[1] != LANES or p.shape[1] != LANES or f.shape[1] != LANES or (
             tension.shape[0] != LANES or energy.shape[0] != LANES or lost.shape[0] != LANES):
         raise ValueError("lanes")
-    for e in range(LANES):
+    width = used(p)
+    for e in range(width):
         fh, fa, fb, t, u, w = elastic(
             p[LENGTH, e], p[PER_LENGTH, e], p[EA, e], p[EI, e], p[AXIAL_DAMPING, e], p[BENDING_TIME, e],
             p[COMPRESSION, e], sub(get3(x, 6, e), get3(x, 0, e)), get3(x, 3, e), get3(x, 9, e),
@@ -355,7 +363,8 @@ def elastic_tangent_lanes(x, p, c1, f, tension, energy, lost, k9, k):
     if x.shape[1] != LANES or p.shape[1] != LANES or f.shape[1] != LANES or k9.shape[1] != LANES or (
             k.shape[1] != LANES or tension.shape[0] != LANES or energy.shape[0] != LANES or lost.shape[0] != LANES):
         raise ValueError("lanes")
-    for e in range(LANES):
+    width = used(p)
+    for e in range(width):
         fh, fa, fb, t, u, w = elastic_tangent(
             k9, e, c1, (p[FLOW_0, e], p[FLOW_1, e]), p[LENGTH, e], p[PER_LENGTH, e], p[EA, e], p[EI, e],
             p[AXIAL_DAMPING, e], p[BENDING_TIME, e],
@@ -368,12 +377,12 @@ def elastic_tangent_lanes(x, p, c1, f, tension, energy, lost, k9, k):
         k9[ROW_FORCE + 10, e] = u
         k9[ROW_FORCE + 11, e] = w
     for c in range(3):   # one array written above: with more, the overlap tests outgrow the vectoriser's limit
-        for e in range(LANES):
+        for e in range(width):
             f[c, e] -= k9[ROW_FORCE + c, e]
             f[3 + c, e] += k9[ROW_FORCE + 3 + c, e]
             f[6 + c, e] += k9[ROW_FORCE + c, e]
             f[9 + c, e] += k9[ROW_FORCE + 6 + c, e]
-    for e in range(LANES):
+    for e in range(width):
         tension[e] = k9[ROW_FORCE + 9, e]
         energy[e] = k9[ROW_FORCE + 10, e]
         lost[e] = k9[ROW_FORCE + 11, e]

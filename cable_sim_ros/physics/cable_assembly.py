@@ -18,6 +18,7 @@ from .ancf import (
     FLOW_1,
     FLOW_RATE_0,
     FLOW_RATE_1,
+    IDLE,
     LENGTH,
     PER_LENGTH,
     elastic_lanes,
@@ -68,6 +69,7 @@ def gather(group, elements, state):
     x, p = state.work.lanes[0].x, elements[group]
     count = arc.shape[0] - 1
     flows = False
+    p[IDLE, 0] = max(LANES * (group + 1) - count, 0) // 8 * 8
     for lane in range(LANES):
         e = min(LANES * group + lane, count - 1)
         length = arc[e + 1, 0] - arc[e, 0]

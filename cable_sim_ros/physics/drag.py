@@ -31,6 +31,7 @@ from .ancf import (
     FLOW_1,
     HALF_RHO_D,
     RE_FACTOR,
+    used,
 )
 from .drag_laws import (
     CHOO_CASARELLA,
@@ -102,7 +103,8 @@ def point_lanes(x, p, n, d, current, t):
     """
     if x.shape[1] != LANES or n.shape[1] != LANES or d.shape[1] != LANES or t.shape[1] != LANES:
         raise ValueError("lanes")
-    for e in range(LANES):
+    width = used(p)
+    for e in range(width):
         n0, n1, n2, n3 = n[0, e], n[1, e], n[2, e], n[3, e]
         z = n0 * x[2, e] + n1 * x[5, e] + n2 * x[8, e] + n3 * x[11, e]
         v = axpy(n0, get3(x, 12, e), axpy(n1, get3(x, 15, e), axpy(n2, get3(x, 18, e), scale(n3, get3(x, 21, e)))))
@@ -136,7 +138,8 @@ def grazing_lanes(p, t, row):
     """C_D of f_t where the water goes along the cable in any lane: rows CDT."""
     if p.shape[1] != LANES or t.shape[1] != LANES:
         raise ValueError("lanes")
-    for e in range(LANES):
+    width = used(p)
+    for e in range(width):
         vt, vn = dot(get3(t, row, e), get3(t, POINT_U, e)), t[POINT_VN, e]
         at = sqrt(vt * vt + SPEED_FLOOR * SPEED_FLOOR)
         re = min(p[RE_FACTOR, e] * sqrt(vn * vn + at * at), MAX_RE)
@@ -153,7 +156,8 @@ def coefficient_lanes(p, t, row):
     """V_n, C_D and dC_D/dRe of Choo-Casarella's top branch for the velocity in ``row``; POINT_X: the other lanes."""
     if p.shape[1] != LANES or t.shape[1] != LANES:
         raise ValueError("lanes")
-    for e in range(LANES):
+    width = used(p)
+    for e in range(width):
         u, v = get3(t, POINT_U, e), get3(t, row, e)
         w = axpy(-dot(v, u), u, v)
         vn = sqrt(dot(w, w) + SPEED_FLOOR * SPEED_FLOOR)
@@ -169,7 +173,7 @@ def coefficient_lanes(p, t, row):
         off = 1.0 if fixed < 0.0 and (re < RE_TOP or re > MAX_RE) else 0.0
         other = off + p[CN_FIT, e] + p[CT_FIXED, e] + p[CT_OF_RE, e]
         t[POINT_X, e] = other if other > 0.0 else -grazes
-    for e in range(LANES):   # a loop of its own: with the one above it is not vectorised
+    for e in range(width):   # a loop of its own: with the one above it is not vectorised
         t[POINT_ALONG, e] = 0.0
         t[POINT_DALONG, e] = 0.0
         t[POINT_CDT, e] = t[POINT_CD, e]
@@ -245,7 +249,8 @@ def load_lanes(t, p, weight, f):
     """f[3, LANES] = weight * line load less the extra rest drag; weight [m] of the point of each lane."""
     if t.shape[1] != LANES or p.shape[1] != LANES or weight.shape[0] != LANES or f.shape[1] != LANES:
         raise ValueError("lanes")
-    for e in range(LANES):
+    width = used(p)
+    for e in range(width):
         u, a, m, s = get3(t, POINT_U, e), get3(t, POINT_A, e), p[ADDED_MASS, e], weight[e]
         al, be, w, _, _, _, _, _ = drag_of(t, POINT_V, p, e)
         o = axpy(-m, a, axpy(al, w, scale(be + m * dot(u, a), u)))
@@ -258,7 +263,8 @@ def load_tangent_lanes(t, p, c1, c2, weight, f, ka, kb):
     if t.shape[1] != LANES or p.shape[1] != LANES or weight.shape[0] != LANES or (
             f.shape[1] != LANES or ka.shape[1] != LANES or kb.shape[1] != LANES):
         raise ValueError("lanes")
-    for e in range(LANES):
+    width = used(p)
+    for e in range(width):
         u, a = get3(t, POINT_U, e), get3(t, POINT_A, e)
         al, be, w, vt, a1, a2, b1, b2 = drag_of(t, POINT_V, p, e)
         m = p[ADDED_MASS, e]

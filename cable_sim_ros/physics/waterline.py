@@ -8,7 +8,7 @@ In waves z counts from the surface over the element, which is taken as linear be
 from __future__ import annotations
 
 from ..compiler.jit import LANES, driver, inline
-from .ancf import HALF_RHO_D, LENGTH
+from .ancf import HALF_RHO_D, IDLE, LENGTH
 from .drag import amplified, mean_lanes, point_lanes, water_load, water_tangent
 from .hermite import W4, X4, shape, slope
 from .sea import ELEVATION
@@ -16,6 +16,7 @@ from .water_kinematics import push_cut, stream_cut
 from .workspace import RISE
 
 THIRD = 1.0 / 3.0
+ROUND_OFF = 4e-16  # of a place in [0, 1]
 
 
 @inline
@@ -60,13 +61,19 @@ def wet_intervals(z, bounds):
         zl, zh = height(z, lo), height(z, hi)
         if (zl < 0.0) == (zh < 0.0):
             continue
-        for _ in range(60):  # bisection to the last bit: monotone piece, robust at tangency
-            mid = 0.5 * (lo + hi)
-            if (height(z, mid) < 0.0) == (zl < 0.0):
-                lo = mid
+        x = lo + (hi - lo) * zl / (zl - zh)
+        for _ in range(60):  # Newton on a monotone piece, halved where it would leave it: at a tangency
+            there = height(z, x)
+            if (there < 0.0) == (zl < 0.0):
+                lo = x
             else:
-                hi = mid
-        x = 0.5 * (lo + hi)
+                hi = x
+            rate, last = height_slope(z, x), x
+            x = x - there / rate if rate != 0.0 else lo
+            if not lo < x < hi:
+                x = 0.5 * (lo + hi)
+            if abs(x - last) <= ROUND_OFF:
+                break
         if wet:
             bounds[2 * count], bounds[2 * count + 1] = start, x
             count += 1
@@ -110,6 +117,15 @@ def immersion(x, p, rise, wet):
 
 
 @driver
+def repeat(table, e, out):
+    """Column e of a table in every lane of ``out``."""
+    for row in range(out.shape[0]):
+        value = table[row, e]
+        for lane in range(LANES):
+            out[row, lane] = value
+
+
+@driver
 def waterline(e, work, rows, current, streams, change, tangent):
     """Load of the partly wet element in lane e of a group, subtracted from force[12, e] and k[144, e] of the work.
 
@@ -124,13 +140,13 @@ def waterline(e, work, rows, current, streams, change, tangent):
     count = wet_intervals(z, bounds)
     if count == 0:
         return
+    repeat(work.x, e, x)
+    repeat(rows, e, p)
+    p[IDLE, 0] = 0.0
+    second = amplified(p)
+    if second:
+        repeat(work.mean_v, e, work.cut_mean)
     for lane in range(LANES):
-        for row in range(x.shape[0]):
-            x[row, lane] = work.x[row, e]
-        for row in range(p.shape[0]):
-            p[row, lane] = rows[row, e]
-        for row in range(work.mean_v.shape[0]):
-            work.cut_mean[row, lane] = work.mean_v[row, e]
         weight[lane] = 0.0
         at[lane] = 0.0
         ends[lane] = 0.0
@@ -158,7 +174,6 @@ def waterline(e, work, rows, current, streams, change, tangent):
     point_lanes(x, p, n, d, current, t)
     if streams.shape[0] > 0:
         stream_cut(streams, e, work)
-    second = amplified(p)
     if second:
         mean_lanes(work.cut_mean, n, t)
     load, ka, kb = work.load[0], work.by_place[0], work.by_slope[0]
