@@ -26,7 +26,7 @@ from .rigid_body import (
     head_bodies,
     rest_attitudes,
 )
-from .state import AT_REST, FLOW, GAIN, MEAN, NOW, STEP, A, Change, Q, V, X, checkpoint
+from .state import AT_REST, FLOW, GAIN, MEAN, NOW, STEP, A, Change, Q, V, X, checkpoint, forget_tangent
 from .towbody import face_flow
 from .wake_oscillator import no_wake_load
 from .water_kinematics import STILL, link_stir
@@ -35,6 +35,7 @@ from .wind import link_wind, wash
 # a step halved so often takes a correction that does not make the residual less back by halves: from which one on, how
 # often, and how much less it is to be. Longer steps are better halved first: that resolves what makes them hard
 SEARCHED, PATIENCE, BACKTRACKS, FALL = 5, 8, 4, 0.9
+KEPT_SERVES, LONGEST_WAIT = 2, 8  # corrections with a tangent of a step before, and 2^8 steps without after misses
 
 
 TOLERANCE = 1e-7  # of the working tension, where the scene does not say
@@ -169,24 +170,57 @@ def correct(state, change, part):
 
 
 @driver
+def correct_by_kept(line, state, change, r):
+    """Correct the prediction, of residual ``r`` [N], with the tangent of a step before. Returns how often; negative
+    where that does not solve the step, from where Newton goes on.
+
+    A second time only where that would meet the tolerance by as much as the first gained: a new tangent costs as much.
+    """
+    work, plan, health, tolerance = state.work, state.plan[0], state.memory[NOW].health, line.settings[0].tolerance
+    for used in range(1, KEPT_SERVES + 1):
+        solve_again(work.band, work.lower, work.factor, work.step)
+        correct(state, change, 1.0)
+        before, r = r, residual(line, state, change, NO)
+        if r <= tolerance:
+            health.residual, plan.missed = r, 0
+            if used == KEPT_SERVES:
+                plan.kept = 0.0  # it grows old
+            return used
+        if not r < before:
+            correct(state, change, -1.0)
+        if not r * r <= tolerance * before:
+            break
+    plan.missed = min(plan.missed + 1, LONGEST_WAIT)
+    plan.wait = 2**plan.missed - 2  # at once after the first
+    return -used
+
+
+@driver
 def _newton(line, state, change) -> int:
     """Solve the step for q; v and a follow by change. Returns the corrections used, or -1 where it does not converge.
 
     Where slack elements fold, the stiffness jumps at no tension, and whole corrections may lead from one side of it to
     the other and back for ever: in a step that has been halved SEARCHED times, after PATIENCE of them each is shortened
     until it makes the residual less.
-    A tangent serves again where one more correction as good as its last meets the tolerance. health.tangents, those
-    that the step before needed, tells from which correction on the residual is looked at without one: after a step
-    that needed none the prediction itself.
+    A tangent serves again where one more correction as good as its last meets the tolerance, in later steps of the same
+    length too: those of a tick differ little. health.tangents, those that the step before needed, tells from which
+    correction on the residual is looked at without one: after a step that needed none the prediction itself. Chosen
+    steps need a tangent of their own for their error, and bodies with an attitude one that is their own.
     """
     work, x, health, tolerance = state.work, state.work.step, state.memory[NOW].health, line.settings[0].tolerance
     plan = state.plan[0]
-    wanted, enough = health.tangents, 0
-    if wanted == 0 and line.settings[0].step_tension <= 0.0:  # chosen steps need a tangent for their error
+    wanted, enough, chosen = health.tangents, 0, line.settings[0].step_tension > 0.0
+    keeps, spent = not chosen and state.attitude.shape[1] == 0, 0
+    serves = keeps and plan.kept == change.acceleration and plan.wait == 0
+    plan.wait = max(plan.wait - 1, 0)
+    if serves or (wanted == 0 and not chosen):
         r = residual(line, state, change, NO)
         if r <= tolerance:
             health.residual = r
             return 0
+        spent = correct_by_kept(line, state, change, r) if serves else 0
+        if spent > 0:
+            return spent
     tangents, r, again = 0, np.inf, False
     for i in range(line.settings[0].max_iterations):
         before = r
@@ -196,10 +230,10 @@ def _newton(line, state, change) -> int:
             r, plan.factored = residual(line, state, change, YES), 0
             if r <= tolerance:
                 health.residual, health.tangents = r, tangents
-                return i
+                return i - spent
             if not r < 1e200 or not solve(work.band, work.lower, work.factor, x):
                 return -1
-            plan.factored = 1
+            plan.factored, plan.kept = 1, change.acceleration if keeps else 0.0
             if enough == 0 and tangents > 0 and r * r <= tolerance * before:
                 enough = tangents
             before = r
@@ -221,7 +255,7 @@ def _newton(line, state, change) -> int:
                 r = residual(line, state, change, NO)
         if r <= tolerance:
             health.residual, health.tangents = r, enough if enough > 0 else tangents
-            return i + 1
+            return i + 1 - spent
         again = r * r <= tolerance * before
     return -1
 
@@ -314,6 +348,7 @@ def _settle(line, state, sigma, max_steps, max_step) -> tuple[int, int, float]:
             begin_still(state, h)
         wash(line, state, STILL)
         used = newton(line, state, Change(1.0 / h, 1.0 / (h * h), sigma, 0.0))
+        forget_tangent(state)
         count += 1
         if used < 0:
             copy(old_q, q)

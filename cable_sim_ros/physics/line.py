@@ -134,6 +134,8 @@ def _residual(line, state, change, tangent) -> float:
     band, lower, q, v = state.work.band, state.work.lower, state.nodes[NOW, Q], state.nodes[NOW, V]
     arc = state.nodes[NOW, ARC]
     links = is_links(arc)
+    if tangent:
+        state.plan[0].kept = 0.0  # the one in the work space is written over
     if links:
         align(line.elements, state)
     state.memory[NOW].health.strain = assemble(line, state, change, tangent)

@@ -212,6 +212,11 @@ PLAN = np.dtype(
         ("used", "i8"),
         ("factored", "i8"),
         ("taken", "i8"),  # 1: the piece that was begun last has been taken
+        # of the tangent that the work space keeps, factorised, for later steps: its change of acceleration, 1/s^2 (0:
+        # there is none), steps until it is tried again, and how often in turn it was of no use
+        ("kept", "f8"),
+        ("wait", "i8"),
+        ("missed", "i8"),
     ]
 )
 
@@ -389,6 +394,13 @@ def copy_slot(state, source, target):
     state.memory[target] = state.memory[source]
     if state.attitude.shape[1] > 0:
         copy_attitudes(state.attitude, source, target)
+
+
+@inline
+def forget_tangent(state):
+    """What comes begins anew: no tangent of a step before, and nothing known of how such ones serve."""
+    plan = state.plan[0]
+    plan.kept, plan.wait, plan.missed = 0.0, 0, 0
 
 
 @inline

@@ -13,6 +13,7 @@ import numpy as np
 from ..compiler.jit import ahead
 from ..compiler.packaged import packaged
 from ..errors import RunError
+from ..physics.block_tridiagonal import RHS
 from ..physics.flaps import clear_attitudes
 from ..physics.heave_compensation import CONSTANT_TENSION, LAWS, SetpointLaw
 from ..physics.inputs import Inputs, make_inputs
@@ -274,18 +275,27 @@ class Simulator:
         """Everything that changes, as copies; restore() takes it back."""
         saved = {n: getattr(self.state, n)[NOW].copy() for n in CARRIED}
         saved.update({f"step_{n}": getattr(self.state, n)[STEP].copy() for n in CARRIED})
-        saved["delayed"] = self.state.delayed.copy()
+        saved["delayed"], saved["plan"] = self.state.delayed.copy(), self.state.plan.copy()
+        kept = self.state.plan.kept[0] != 0.0
+        saved.update({f"tangent_{n}": a.copy() if kept else np.zeros_like(a) for n, a in self._tangent().items()})
         saved.update({f"sensors_{n}": a.copy() for n, a in self.state.sensors._asdict().items()})
         saved.update({f"frame_{n}": a[0].copy() for n, a in self.output._asdict().items()})
         saved.update({f"inputs_{n}": a.copy() for n, a in self.inputs._asdict().items()})
         return saved
+
+    def _tangent(self) -> dict[str, np.ndarray]:
+        """The tangent that is kept for later steps, factorised: what `solve_again` needs of it."""
+        work = self.state.work
+        return {"next": work.band[:, :, 6:RHS], "lower": work.lower, "factor": work.factor}
 
     def restore(self, saved: dict[str, np.ndarray]) -> None:
         """Take back a snapshot() of a simulator of the same scene."""
         for name in CARRIED:
             getattr(self.state, name)[NOW] = saved[name]
             getattr(self.state, name)[STEP] = saved[f"step_{name}"]
-        self.state.delayed[...] = saved["delayed"]
+        self.state.delayed[...], self.state.plan[...] = saved["delayed"], saved["plan"]
+        for name, array in self._tangent().items():
+            array[...] = saved[f"tangent_{name}"]
         for name, array in self.state.sensors._asdict().items():
             array[...] = saved[f"sensors_{name}"]
         for name, array in self.output._asdict().items():

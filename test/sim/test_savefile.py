@@ -20,6 +20,7 @@ from state_files import rewritten
 import cable_sim_ros
 from cable_sim_ros import ShipMotion, WinchCommand
 from cable_sim_ros.io.scenes.load import load_scene, override
+from cable_sim_ros.physics.block_tridiagonal import SWAP
 from cable_sim_ros.physics.state import NODE_ROWS
 from cable_sim_ros.sim.saved import savefile
 from cable_sim_ros.sim.simulator import SaveError, Simulator
@@ -61,6 +62,7 @@ def saved(underway, tmp_path_factory) -> Path:
 
 def test_a_run_from_a_file_is_the_run_that_was_not_interrupted(underway, saved):
     begun = underway.snapshot()
+    assert underway.state.plan.kept[0] > 0.0 and begun["tangent_factor"].any(), "of a tick before, for later ones"
     whole = underway.run(40)
     underway.restore(begun)
     for face in (Simulator, cable_sim_ros.Simulator):
@@ -128,6 +130,13 @@ def test_another_layout_of_the_state_is_refused(saved, tmp_path):
 def test_a_member_that_does_not_fit_is_refused(saved, tmp_path, members, text):
     with pytest.raises(SaveError, match=rf"tow.npz: is damaged \({text}\); nothing was loaded. Take another copy, or"):
         Simulator.load(rewritten(saved, tmp_path / "tow.npz", **members))
+
+
+def test_a_tangent_that_names_a_row_outside_its_block_is_refused(underway, saved, tmp_path):
+    factor = underway.snapshot()["tangent_factor"]
+    factor[3, 2, SWAP] = 6.0
+    with pytest.raises(SaveError, match="is damaged .tangent_factor: a row that no block has.; nothing was loaded"):
+        Simulator.load(rewritten(saved, tmp_path / "tow.npz", tangent_factor=factor))
 
 
 @pytest.mark.parametrize("fraction", [0.1, 0.5, 0.999])

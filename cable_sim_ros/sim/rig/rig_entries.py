@@ -12,7 +12,7 @@ from ...physics.contact_detection import detect_contact
 from ...physics.integrate import advance, settle
 from ...physics.line import residual
 from ...physics.rigid_body import follow_nodes
-from ...physics.state import AT_REST, NOW, A, Change, Q, V, X
+from ...physics.state import AT_REST, NOW, A, Change, Q, V, X, forget_tangent
 from ...physics.substeps import begin, finish, start, unfinished
 from ...physics.wind import wash
 
@@ -43,6 +43,7 @@ def accelerate(line, state):
     line, state = by_reference(line), by_reference(state)
     a, x, tolerance = state.nodes[NOW, A], state.nodes[NOW, X], line.settings[0].tolerance
     wash(line, state, 0.0)
+    forget_tangent(state)
     worst = residual(line, state, AT_REST, NO)
     for _ in range(6):
         if worst <= tolerance:

@@ -25,7 +25,7 @@ from ...physics.inputs import Inputs
 from ...physics.output import Output
 from ...physics.parameter import Block
 from ...physics.sensor_models import SENSED, SENSING, Sensors
-from ...physics.state import CARRIED, MEMORY, NODE_ROWS
+from ...physics.state import CARRIED, MEMORY, NODE_ROWS, PLAN
 from ...physics.tick_output import CONTACT_COLUMNS, SHAPE_COLUMNS, SLOPE_COLUMNS, TICK_OUTPUT
 from ...version import __version__
 from ..checks import checks
@@ -57,6 +57,7 @@ LAYOUT = hashlib.sha256(
         (
             MEMORY.descr,
             NODE_ROWS,
+            PLAN.descr,
             ATTITUDE.descr,
             SENSED.descr,
             SENSING.descr,
@@ -72,6 +73,8 @@ ARRAYS = (  # of a snapshot
     *CARRIED,
     *(f"step_{name}" for name in CARRIED),
     "delayed",
+    "plan",
+    *(f"tangent_{name}" for name in ("next", "lower", "factor")),
     *(f"sensors_{name}" for name in Sensors._fields),
     *(f"frame_{name}" for name in Output._fields),
     *RINGS,

@@ -10,6 +10,7 @@ from collections.abc import Iterator, Mapping
 
 import numpy as np
 
+from ...physics.block_tridiagonal import SWAP
 from ...physics.heave_compensation import LAWS
 from ...physics.inputs import COMMAND_ROWS, FLAP_ROWS, MOTION_ROWS
 from ...physics.setpoint_prediction import SAMPLES
@@ -18,7 +19,7 @@ from ..inputs import MAX_POSITION
 
 MAX = 1e12  # of any number; its square and cube are still numbers
 MAX_ENERGY = 1e18  # J, W: sums since the start
-MAX_STIFFNESS = 1e24  # N m: the largest inertia over the square of the shortest step
+MAX_STIFFNESS = 1e24  # N m: the largest inertia over the square of the shortest step; and in a tangent
 NO_PEAK = 1e300  # of a step before the first: physics/output.no_peaks; each tick begins with it
 UNIT = 1e-6  # of the square of a quaternion, off 1
 MAX_TIME = 2**62  # ns; the difference of two still is an int64
@@ -72,6 +73,8 @@ def _problems(arrays: Mapping[str, np.ndarray]) -> Iterator[str]:
     for name in ("attitude", "step_attitude"):
         sizes = (arrays[name]["quaternion"] ** 2).sum(axis=-1)
         yield "" if (np.abs(sizes - 1.0) < UNIT).all() else f"{name}: a quaternion is no unit quaternion"
+    rows = arrays["tangent_factor"][:, :, SWAP]
+    yield "" if np.isin(rows, range(6)).all() else "tangent_factor: a row that no block has"
     yield _mesh(arrays["nodes"])  # before the first tick there has been no step
     yield rings_problem(arrays)
 
@@ -97,7 +100,7 @@ def _out_of_bounds(name: str, field: str, values: np.ndarray) -> str:
     if not np.isfinite(values).all():
         return f"{where} is not finite"
     largest, max_is = float(np.abs(values).max()), MAX_ENERGY if field.startswith("account.") else MAX
-    if name.endswith("attitude") and field == "stiffness":
+    if (name.endswith("attitude") and field == "stiffness") or name.startswith("tangent_"):
         max_is = MAX_STIFFNESS
     if field.startswith("health.") and field.endswith(("_min", "_max")) and (np.abs(values) == NO_PEAK).all():
         return ""
