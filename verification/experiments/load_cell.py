@@ -1,7 +1,7 @@
 """The load cell of the idle trawl winch of RVIB Nathaniel B. Palmer against the motion of the ship, NBP1406.
 
 The same ten minutes, two computers. What hangs on the cell is not logged, neither is where. The model of
-tools/calibrate/load_cell.py is fitted on one half of the record and judged on the other, both ways round. The force is
+verification/load_cell.py is fitted on one half of the record and judged on the other, both ways round. The force is
 the mean of four samples (5 Hz); 1 Hz of motion holds nothing above 0.4 Hz, the force hardly anything.
 """
 
@@ -16,8 +16,8 @@ from cable_sim_ros.io.scenes.document import share_folder
 from cable_sim_ros.io.sources.motion_curves import Curve, Given, through
 from cable_sim_ros.plots.run import canvas
 from cable_sim_ros.runs.make_bags import read_csv
-from cable_sim_ros.tools.calibrate.load_cell import MAX_LAG, LoadCell, Moved, fit, judge
 
+from ..load_cell import MAX_LAG, LoadCell, Moved, fit, judge
 from . import Comparison, Result
 
 MOTION, FORCE = "nbp1406_seapath330_1hz.csv", "nbp1406_winch_trawl_20hz.csv"

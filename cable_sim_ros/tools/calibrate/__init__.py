@@ -1,1 +1,1 @@
-"""What a recording tells of the instrument that made it."""
+"""Numbers of a scene fitted to a recording, with intervals, judged on what was held out."""

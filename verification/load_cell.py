@@ -17,8 +17,8 @@ from typing import NamedTuple
 import numpy as np
 from scipy.optimize import minimize_scalar
 
-from ...errors import CableSimError
-from ..compare.spectra import jackknife
+from cable_sim_ros.errors import CableSimError
+from cable_sim_ros.tools.compare.spectra import jackknife
 
 MAX_LAG = 5.0  # s, either way
 COARSE = 0.1  # s between the lags that are tried first
