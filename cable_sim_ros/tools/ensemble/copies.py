@@ -14,7 +14,6 @@ import math
 import time
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
@@ -155,14 +154,13 @@ class Ensemble:
         scene: Scene,
         plan: EnsemblePlan,
         *,
-        threads: int = 1,
         draws: Sequence[Draw] | None = None,
         alive: Callable[[], bool] = lambda: True,
     ) -> None:
-        """threads: that advance copies side by side; draws: in place of the plan's, the first is copy 0; alive: asked
-        before each static start, which takes a second."""
+        """draws: in place of the plan's, the first is copy 0; alive: asked before each static start, which takes a
+        second."""
         self.alive = alive
-        self.scene, self.plan, self.threads = scene, plan, threads
+        self.scene, self.plan = scene, plan
         self.draws = [draw_of(plan, number) for number in range(plan.copies + 1)] if draws is None else list(draws)
         self.lost: list[Lost] = []
         self.seen: dict[int, Seen] = {}  # of each copy, over all starts
@@ -226,13 +224,8 @@ class Ensemble:
 
         Raises EnsembleEnded where the solver gives up in too many.
         """
-
         seen = {number: Seen(sim.scene) for number, sim in self._sims.items()}
-        if self.threads > 1:
-            with ThreadPoolExecutor(self.threads) as pool:
-                ran = dict(pool.map(lambda number: (number, self._one(number, count, every, seen[number])), seen))
-        else:
-            ran = {number: self._one(number, count, every, seen[number]) for number in seen}
+        ran = {number: self._one(number, count, every, one) for number, one in seen.items()}
         self.newest = seen
         for number, one in seen.items() if judged else ():
             self.seen.setdefault(number, Seen(one.scene)).add(one)

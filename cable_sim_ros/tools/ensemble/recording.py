@@ -136,19 +136,16 @@ def follow_recording(
         raise EnsembleEnded(f"bag '{path}': the recording is shorter than one band, {plan.every:g} s; nothing is told")
     flags = follower.ensemble.flagged()
     count = min(band.members for band in bands)
-    times = np.concatenate([band.time for band in bands])
-    parts = {name: np.concatenate([getattr(band, name) for band in bands]) for name in ("low", "median", "high")}
-    nominal = np.concatenate([band.nominal for band in bands])
-    values = np.concatenate([band.values[:count] for band in bands], axis=1)
-    seconds = (times - begins[0]) * 1e-9
+    joined = (np.concatenate([getattr(band, name) for band in bands]) for name in Band._fields[:-1])
+    times, low, median, high, nominal = joined
     return Followed(
-        seconds,
-        parts["low"],
-        parts["median"],
-        parts["high"],
+        (times - begins[0]) * 1e-9,
+        low,
+        median,
+        high,
         nominal,
         np.concatenate(tows),
-        values,
+        np.concatenate([band.values[:count] for band in bands], axis=1),
         np.array(settled),
         lost,
         list(follower.notes),
