@@ -113,8 +113,7 @@ def _tow_of(source: str, settings: tuple[str, ...], wanted: Wanted) -> tuple[Tow
 def _of_files(
     found: tuple[Tow, float | None], file: Path, wanted: Wanted, known: Allowances, lines: list[str], out: Path | None
 ) -> Answer:
-    from .advice import Passage, actions_of, advise, deeper_than_the_wire, told
-    from .picture import plot
+    from .advice import Passage, actions_of, advise, deeper_than_the_wire, plot, told
     from .profile import read_profile
     from .towed import ClearError, copies_of
 
