@@ -36,14 +36,7 @@ def envelope(file, out, workers, cluster, report) -> Answer:
         swept = sweep(plan, folder, **how)
     cells = cells_of.envelope(swept)
     figures = {
-        "sweep": plan.sweep,
-        "runs": len(swept.rows),
-        "computed": swept.computed,
-        "workers": swept.workers,
-        "wall_s": swept.wall,
-        "cpu_s": sum(row["cpu_s"] for row in swept.rows),
-        "simulated_s": sum(row["simulated_s"] for row in swept.rows),
-        **_rows(summary(swept)),
+        **_of_rows(swept, "workers", "wall_s", "cpu_s", "simulated_s"),
         "notes": cells_of.notes_of(cells),
         "doubts": cells_of.doubts_of(cells),
         "replaced": replaced_by(plan, folder / "envelope.json"),
@@ -70,11 +63,7 @@ def sensitivity(file, out, workers, cluster, report) -> Answer:
         found = indices.sensitivity(plan, folder, **how)
     assert plan.samples is not None
     figures = {
-        "sweep": plan.sweep,
-        "runs": len(found.swept.rows),
-        "computed": found.swept.computed,
-        "cpu_s": sum(row["cpu_s"] for row in found.swept.rows),
-        **_rows(summary(found.swept)),
+        **_of_rows(found.swept, "cpu_s"),
         "doubts": found.doubts,
         "replaced": replaced_by(plan, folder / "sensitivity.json"),
         "ranges": {key: [one.low, one.high] for key, one in plan.samples.ranges.items()},
@@ -113,6 +102,8 @@ def _answer(
     return Answer(figures, told, folder / f"{kind}.json", code=code)
 
 
-def _rows(told: dict[str, Any]) -> dict[str, Any]:
-    """What the JSON of an analysis has of the summary of its rows."""
-    return {name: told[name] for name in ("verdicts", "errors", "reasons", "warnings")}
+def _of_rows(swept: Swept, *costs: str) -> dict[str, Any]:
+    """What the JSON of an analysis has of the summary of its rows, with these costs."""
+    told = summary(swept)
+    names = ("computed", *costs, "verdicts", "errors", "reasons", "warnings")
+    return {"sweep": told["sweep"], "runs": told["cases"], **{name: told[name] for name in names}}

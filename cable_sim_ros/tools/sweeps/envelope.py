@@ -164,12 +164,7 @@ def _cell(varied: dict[str, Any], rows: list[dict[str, Any]], rules: list[str]) 
 def as_dict(cell: Cell) -> dict[str, Any]:
     """For JSON."""
     return {
-        "varied": cell.varied,
-        "runs": cell.runs,
-        "failed": cell.failed,
-        "doubtful": cell.doubtful,
-        "allowed": cell.allowed,
-        "within": cell.within,
+        **{name: getattr(cell, name) for name in ("varied", "runs", "failed", "doubtful", "allowed", "within")},
         "unread": list(cell.unread),
         "alike": cell.alike,
         "extremes": {

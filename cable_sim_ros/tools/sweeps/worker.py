@@ -16,7 +16,6 @@ import numpy as np
 from ...errors import CableSimError
 from ...io.scenes.document import SceneError
 from ...io.scenes.ship_plan import ShipPlan
-from ...runs.summary import Run
 from ...sim.flag_rules import FAILED
 from .cases import Case, contents
 from .figures import DEEPEST, OWN, RULE, numbers_of, unwatched
@@ -108,7 +107,8 @@ def _run(case: Case) -> dict[str, Any]:
         numbers[DEEPEST[1][0]] = float(np.degrees(deepest["departure_angle"]))
         numbers[OWN[0]] = float(after_start(result.frames, result.metrics["skip_s"])[0]["contact_resultant"].min())
     lasted = float(result.metrics.get("duration_s") or 0.0)
-    if case.duration and not result.problem and case.duration - lasted > CUT * _tick(result):
+    tick = 0.0 if result.scene is None else result.scene.solver.tick
+    if case.duration and not result.problem and case.duration - lasted > CUT * tick:
         warnings.warn(
             f"duration = {case.duration:g} s is longer than the motion: {lasted:.4g} s were simulated, and the figures "
             "are of these",
@@ -128,10 +128,6 @@ def _run(case: Case) -> dict[str, Any]:
         "error": result.problem,
         "simulated_s": lasted,
     }
-
-
-def _tick(result: Run) -> float:
-    return 0.0 if result.scene is None else result.scene.solver.tick
 
 
 @lru_cache(maxsize=8)
