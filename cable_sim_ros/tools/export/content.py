@@ -54,12 +54,12 @@ class Field(NamedTuple):
         """Names of the components; of a number none."""
         return AXES.get(self.values.shape[1:], ())
 
-    def columns(self) -> Iterable[tuple[str, np.ndarray]]:
-        """The field as columns of one number: itself, or name.x and so on."""
+    def columns(self) -> Iterable[tuple[str, str, np.ndarray, str]]:
+        """The field as columns of one number, itself, or name.x and so on: name, unit, values, meaning."""
         if not self.axes:
-            yield self.name, self.values
+            yield self.name, self.unit, self.values, self.meaning
         for k, axis in enumerate(self.axes):
-            yield f"{self.name}.{axis}", self.values[:, k]
+            yield f"{self.name}.{axis}", self.unit, self.values[:, k], self.meaning
 
 
 class Table(NamedTuple):

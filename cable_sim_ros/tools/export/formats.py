@@ -48,9 +48,7 @@ NEEDS = {"nc": ("xarray", "h5netcdf"), "parquet": ("pyarrow",)}
 
 def write_csv(content: Content, path: Path) -> None:
     """Comment lines with #, one header line `name [unit]`, then numbers that read back to the same bits."""
-    columns = [
-        (name, field.unit, values, field.meaning) for field in content.fields for name, values in field.columns()
-    ]
+    columns = [column for field in content.fields for column in field.columns()]
     notes = [f"{key}: {line}" for key, text in content.provenance.items() for line in text.splitlines() or [""]]
     _csv(path, columns, notes)
 
@@ -62,9 +60,7 @@ def write_csv_table(content: Content, table: Table, path: Path) -> None:
 
 def write_parquet(content: Content, path: Path) -> None:
     """One column a number, with unit and meaning in its metadata, provenance in that of the file."""
-    columns = [
-        (name, field.unit, values, field.meaning) for field in content.fields for name, values in field.columns()
-    ]
+    columns = [column for field in content.fields for column in field.columns()]
     _parquet(path, columns, content.provenance)
 
 
