@@ -47,21 +47,16 @@ class SpanDragLaw(str, Enum):
     CAPOZUCCA = DragLaw.CAPOZUCCA.value
 
 
-def _of_fluid(name: str) -> Any:
-    """The declaration of a number of Fluid."""
-    return Fluid.model_fields[name]
-
-
-def _of_lift(name: str) -> Any:
-    """The declaration of a number of LiftBlock."""
-    return LiftBlock.model_fields[name]
+def _as_of(block: type[Block], name: str) -> Any:
+    """The declaration of a number of another Block."""
+    return block.model_fields[name]
 
 
 class SpanFluid(Block):
     """What blows past a span: a Fluid whose velocity is the wind of the case."""
 
-    density: float = _of_fluid("density")
-    viscosity: float = _of_fluid("viscosity")
+    density: float = _as_of(Fluid, "density")
+    viscosity: float = _as_of(Fluid, "viscosity")
 
     @model_validator(mode="before")
     @classmethod
@@ -102,10 +97,10 @@ class SpanSheave(Block):
 class SpanLift(Block):
     """Lift spectrum of the frequency domain, as in a file for `cable-sim viv`."""
 
-    reading: Reading = _of_lift("reading")
+    reading: Reading = _as_of(LiftBlock, "reading")
     mean_squares: tuple[float, ...] | None = again(LiftBlock, "mean_squares", "that of the wake behind a held cable")
-    correlation: Correlation = _of_lift("correlation")
-    correlation_length: float | None = _of_lift("correlation_length")
+    correlation: Correlation = _as_of(LiftBlock, "correlation")
+    correlation_length: float | None = _as_of(LiftBlock, "correlation_length")
 
 
 class FrequencyDomain(Block):

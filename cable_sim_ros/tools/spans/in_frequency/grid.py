@@ -92,7 +92,6 @@ def patterns(block: LiftBlock, length: float, x: np.ndarray) -> np.ndarray:
 class Grid(NamedTuple):
     frequency: np.ndarray  # Hz
     width: np.ndarray  # Hz, of the step that each stands for
-    even: bool
 
 
 class Lift(NamedTuple):
@@ -124,7 +123,7 @@ def grid(span: Span, line: Line, f: np.ndarray, ratios: np.ndarray) -> Grid:
     """Frequencies of the spectra; f [Hz], ratios: of the modes. More than MAX_STEPS are refused by checks.py."""
     step, number = even_steps(span, line, f, ratios)
     if span.response.frequency_step or span.response.frequencies or number <= EQUAL:
-        return Grid(step * np.arange(1, number + 1), np.full(number, step), True)
+        return Grid(step * np.arange(1, number + 1), np.full(number, step))
     return uneven(span, line, f, ratios)
 
 
@@ -143,7 +142,7 @@ def uneven(span: Span, line: Line, f: np.ndarray, ratios: np.ndarray) -> Grid:
     count = np.concatenate(((0.0,), np.cumsum(0.5 * np.diff(mesh) * (1.0 / step[1:] + 1.0 / step[:-1]))))
     at = PchipInterpolator(count, mesh)
     middles = np.arange(max(1, int(count[-1]))) + 0.5
-    return Grid(at(middles), at(middles, 1), False)
+    return Grid(at(middles), at(middles, 1))
 
 
 def _step(f, place, half, spread):

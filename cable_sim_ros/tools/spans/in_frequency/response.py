@@ -205,7 +205,7 @@ def vibration(span: Span, progress: Callable[[str, int, int], object] = lambda *
     length = correlation_length(span, line)
     damped = damping.damping(line, span.damping, count, length)
     ratios = np.array(span.damping.ratios) if span.damping.ratios else damped.ratios
-    frequency, width, _even = grid.grid(span, line, f_n, ratios)
+    frequency, width = grid.grid(span, line, f_n, ratios)
 
     arc = np.linspace(0.0, line.length, span.response.points + 1)
     place = span.response.place
