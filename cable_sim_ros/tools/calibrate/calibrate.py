@@ -70,7 +70,7 @@ def calibrate(
     model(tuple(one.start for one in numbers))
     nuisances = _instruments(used, options)
     origin, window = _window(used, model, options, bool(options.lag))
-    parts = observed(used, options.signals, origin, window, options.hold_out, _tick(model), options.steady)
+    parts = observed(used, options.signals, origin, window, options.hold_out, model.scene.solver.tick, options.steady)
     problem = Problem(model, numbers, parts, nuisances)
     problem.check_effect()
     found = fit(problem, first_lags(problem, problem.start()))
@@ -88,10 +88,6 @@ def calibrate(
     out.notes += [f"{q}: {text.removeprefix(f'{q}: ')}" for q, signal in used.items() for text in signal.assumed]
     out.runs, out.cpu_s = model.runs, clock.process_time() - begun
     return out
-
-
-def _tick(model: TowModel) -> float:
-    return model.scene.solver.tick
 
 
 def _measured(used: Mapping[str, Signal], tow: RecordedTow | None, lag: float, least: float) -> float | None:

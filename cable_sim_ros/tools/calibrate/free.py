@@ -9,6 +9,8 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Mapping, Sequence
+from functools import reduce
+from operator import getitem
 from typing import Any, NamedTuple
 
 from ...errors import CableSimError
@@ -176,9 +178,7 @@ def value_of(scene: Scene, key: str) -> float:
 def _get(scene: Scene, key: str) -> Any:
     plain, place = split(key)
     check_key(scene, plain, "--free")
-    data: Any = scene.model_dump(mode="json")
-    for part in plain.split("."):
-        data = data[part]
+    data: Any = reduce(getitem, plain.split("."), scene.model_dump(mode="json"))
     if place is None:
         return data
     if not isinstance(data, list) or not 0 <= place < len(data):
@@ -194,9 +194,7 @@ def data_with(scene: Scene, values: Mapping[str, float]) -> dict[str, Any]:
         for one in keys_of(scene, key):
             plain, place = split(one)
             *way, last = plain.split(".")
-            block: Any = data
-            for part in way:
-                block = block[part]
+            block: Any = reduce(getitem, way, data)
             if place is None:
                 block[last] = value
             else:
@@ -210,8 +208,5 @@ def flat(scene: Scene, values: Mapping[str, float]) -> dict[str, Any]:
     for key in values:
         for one in keys_of(scene, key):
             plain = split(one)[0]
-            block: Any = data
-            for part in plain.split("."):
-                block = block[part]
-            out[plain] = block
+            out[plain] = reduce(getitem, plain.split("."), data)
     return out

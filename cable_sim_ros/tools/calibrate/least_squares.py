@@ -81,7 +81,6 @@ class Fit(NamedTuple):
     slope: np.ndarray
     converged: bool
     said: str
-    passes: int
 
 
 class Problem:
@@ -262,9 +261,7 @@ def fit(problem: Problem, begin: np.ndarray | None = None) -> Fit:
     x = np.clip(x, problem.low, problem.high)
     first = not problem.free  # of instruments alone
     scale = {one.quantity: one.noise or max(float(np.std(one.value)), FLOOR) for one in problem.signals}
-    solved, passes = None, 0
-    while passes < PASSES:
-        passes += 1
+    for _ in range(PASSES):
         given = dict(scale)
         solved = _solve(problem, x, given)
         x = np.clip(solved.x, problem.low, problem.high)
@@ -274,7 +271,6 @@ def fit(problem: Problem, begin: np.ndarray | None = None) -> Fit:
         alone = len(problem.signals) == 1 and not len(problem.priors(x)[0])
         if not solved.status > 0 or change < SAME or alone or first:  # the weight of one signal alone changes nothing
             break
-    assert solved is not None
     return Fit(
         x,
         noise,
@@ -283,7 +279,6 @@ def fit(problem: Problem, begin: np.ndarray | None = None) -> Fit:
         problem.weighted_slope(x, scale),
         bool(solved.status > 0),
         str(solved.message),
-        passes,
     )
 
 

@@ -31,6 +31,7 @@ from .free import CalibrateError
 from .observed import Observed
 
 DIGITS = 7  # of a number that was fitted
+OF_SIGNAL = ("quantity", "unit", "noise", "noise_stated", "samples", "independent")  # as the JSON has it
 
 
 def rounded(value: Any) -> Any:
@@ -190,12 +191,7 @@ class Calibration:
             "not_apart": [list(group) for group in self.apart],
             "signals": [
                 {
-                    "quantity": one.quantity,
-                    "unit": one.unit,
-                    "noise": one.noise,
-                    "noise_stated": one.noise_stated,
-                    "samples": one.samples,
-                    "independent": one.independent,
+                    **{name: getattr(one, name) for name in OF_SIGNAL},
                     "as_given": one.given.as_dict(),
                     "instrument_alone": None if one.instrument is None else one.instrument.as_dict(),
                     "calibrated": one.calibrated.as_dict(),

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...sim.verdict import Reason
+from ..compare.comparison import reason
 from .confidence import QUANTILE, Confidence
 from .least_squares import KINDS, Fit, Problem, lasting, scales
 from .result import Calibration
@@ -79,8 +79,8 @@ def systematic(out: Calibration, problem: Problem, found: Fit, known: Confidence
     def matters(shift: np.ndarray) -> bool:
         return bool((np.abs(shift[: len(half)]) > MOVES * half).any())
 
-    def tell(flag: str, text: str, name: str = "") -> None:
-        out.reasons.append(Reason(flag, 0.0, 0.0, (name,) if name else (), text))
+    def tell(flag: str, text: str, *names: str) -> None:
+        out.reasons.append(reason(flag, text, *names))
 
     curves, tick = problem.simulate(problem.values(found.x)), model.scene.solver.tick
     freed = {one.quantity for one in problem.nuisances if one.kind == "bias"}

@@ -6,7 +6,6 @@ two runs are those of the physics, not of two meshes.
 
 from __future__ import annotations
 
-import time as clock
 import warnings
 from collections.abc import Callable, Mapping
 from typing import NamedTuple
@@ -50,7 +49,7 @@ Curves = Mapping[str, Curve]
 
 
 class TowModel:
-    """A scene under a motion. `runs`, `cpu_s`: what was simulated; `window`: s from `origin` [ns] that count."""
+    """A scene under a motion. `runs`: simulated so far; `window`: s from `origin` [ns] that count."""
 
     def __init__(
         self,
@@ -65,8 +64,7 @@ class TowModel:
         self.scene, self.free, self.tow, self.duration = scene, free, tow, duration
         self.plan, self.steady, self.progress = plan, steady, progress
         self.mesh = layout_of(scene).mesh
-        self.runs, self.cpu_s = 0, 0.0
-        self.origin, self.window = 0, (0.0, 0.0)
+        self.runs, self.origin, self.window = 0, 0, (0.0, 0.0)
         self._kept: dict[tuple[float, ...], tuple[dict[str, Curve], Verdict, list[str]]] = {}
 
     def scene_at(self, values: tuple[float, ...]) -> Scene:
@@ -95,7 +93,6 @@ class TowModel:
         if values in self._kept:
             self._kept[values] = self._kept.pop(values)  # the newest again
             return self._kept[values][0]
-        begun = clock.process_time()
         scene = self.scene_at(values)
         try:
             with warnings.catch_warnings(record=True) as warned:
@@ -103,7 +100,7 @@ class TowModel:
                 frames, problem, doubts = self._frames(scene)
         except CableSimError as error:
             raise TrialError(f"{self._told(values)}: {error}; narrow the ranges of --free") from None
-        self.runs, self.cpu_s = self.runs + 1, self.cpu_s + clock.process_time() - begun
+        self.runs += 1
         self.progress(self.runs)
         if problem:
             raise TrialError(f"{self._told(values)}: the run ended early ({problem}); narrow the ranges of --free")
@@ -139,7 +136,7 @@ class TowModel:
             other = TowModel(scene, self.free, self.tow, self.duration, self.plan, self.steady)
             other.origin = self.origin
             curves = other(values)
-        self.runs, self.cpu_s = self.runs + 1, self.cpu_s + other.cpu_s
+        self.runs += 1
         return curves
 
     def _frames(self, scene: Scene) -> tuple[np.recarray, str, list[Reason]]:
