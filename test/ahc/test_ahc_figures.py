@@ -9,6 +9,7 @@ import pytest
 from cable_sim_ros.physics.tick_output import TICK_OUTPUT, Flag
 from cable_sim_ros.runs.summary import CHI_SQUARE, FRACTION, ellipsoid_volume
 from cable_sim_ros.tools.ahc import figures as f
+from cable_sim_ros.tools.ahc.tables import against_twin
 
 TICK, SECONDS = 0.01, 120.0
 T = np.arange(round(SECONDS / TICK)) * TICK
@@ -157,8 +158,7 @@ def test_every_figure_is_declared_and_fits_into_json():
     json.dumps(found)
 
 
-def test_change_against_the_twin():
-    of = f.change("tension_std_n")
-    assert of({"tension_std_n": 9.0}, {"tension_std_n": 100.0}) == pytest.approx(-0.91)
-    assert of({"tension_std_n": 9.0}, {"tension_std_n": 0.0}) is None
-    assert of({"tension_std_n": None}, {"tension_std_n": 1.0}) is None
+@pytest.mark.parametrize("run, twin, change", [(9.0, 100.0, -0.91), (9.0, 0.0, None), (None, 1.0, None)])
+def test_change_against_the_twin(run, twin, change):
+    row = {"figures": {"tension_std_n": run}, "twin": {"tension_std_n": twin}}
+    assert against_twin("tension_std_n")(row) == (change and pytest.approx(change))

@@ -122,14 +122,6 @@ def test_a_controller_hears_what_instruments_show():
     assert np.ptp(heard[310:]) == 0.0 and np.ptp(heard[:300]) > 10.0
 
 
-def test_a_class_of_keys_that_this_version_does_not_have_is_skipped(with_class):
-    cell = with_class(Class("strange", "", {"no_such_block.key": 1.0}))
-    assert benchmark.row_of(SHEAVE, cell, SHORT)["reason"] == "this version has no key no_such_block.key"
-    cell = with_class(Class("later", "", changes=((5.0, "no_such_block.kind", "frozen"),)))
-    row = benchmark.row_of(SHEAVE, cell, SHORT)
-    assert (row["state"], row["reason"]) == ("skipped", "this version has no key no_such_block.kind")
-
-
 def test_a_wrong_key_of_a_block_that_there_is_fails_and_is_no_skip(with_class):
     row = benchmark.row_of(SHEAVE, with_class(Class("typo", "", {"drive.ded_time": 0.1})), SHORT)
     assert row["state"] == "failed" and "drive.ded_time" in row["reason"] and "drive.dead_time" in row["reason"]

@@ -47,7 +47,7 @@ def external(name: str | None, controller: str | None, command: str | None) -> E
     if controller is not None:
         Remote(controller).close()
         return Entrant(_named(name or Path(controller.rpartition(":")[0]).stem), CALLABLE, controller)
-    words = _words(command or "")
+    words = words_of(command or "")
     scripts = [word for word in words if word.endswith(".py")]
     return Entrant(_named(name or Path((scripts or words)[0]).stem), PROGRAM, command or "")
 
@@ -62,7 +62,8 @@ def _named(name: str, where: str = "--name") -> str:
     return name
 
 
-def _words(command: str) -> list[str]:
+def words_of(command: str) -> list[str]:
+    """Program and arguments of a command line. Raises AhcError."""
     try:
         words = shlex.split(command)
     except ValueError as error:
@@ -70,11 +71,6 @@ def _words(command: str) -> list[str]:
     if not words:
         raise AhcError("--command is empty; nothing was run. Give for example --command 'python3 my_node.py'")
     return words
-
-
-def words_of(entrant: Entrant) -> list[str]:
-    """Program and arguments of an entrant that is one."""
-    return _words(entrant.what)
 
 
 def entries(folder: Path) -> list[Entrant]:

@@ -6,7 +6,6 @@ out by numpy's Fourier transform, which another machine repeats to round-off.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -182,15 +181,6 @@ def figures(frames: np.recarray, rules: Rules, twin: Twin, motor: bool) -> dict[
         found["overshoot_n"] = overshoot(time, low, high, begin)
         found["time_to_safe_s"] = time_to_safe(time, outside, begin)
     return found
-
-
-def change(name: str) -> Callable[[dict, dict], float | None]:
-    """A figure of a run over that of its twin, less 1; None where the twin has none."""
-
-    def of(run: dict, twin: dict) -> float | None:
-        return run[name] / twin[name] - 1.0 if twin.get(name) and run.get(name) is not None else None
-
-    return of
 
 
 def _extremes(frames: np.recarray) -> tuple[np.ndarray, np.ndarray]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -68,16 +69,12 @@ def drawn(rows: Sequence[Row]) -> tuple[list[Row], dict[str, tuple[str, str]]]:
 
 
 def key(axes: Axes, rows: Sequence[Row], looks: Mapping[str, tuple[str, str]]) -> list[Line2D]:
-    """A mark for each entrant, for a legend."""
+    """A mark for each entrant, for a legend, with its runs: means over fewer scenes are not those over all."""
+    runs = Counter(row["entrant"] for row in rows)
     return [
-        axes.plot([], [], mark, color=colour, ms=9, label=f"{name}, {count(rows, name)} runs")[0]
+        axes.plot([], [], mark, color=colour, ms=9, label=f"{name}, {runs[name]} runs")[0]
         for name, (colour, mark) in looks.items()
     ]
-
-
-def count(rows: Sequence[Row], name: str) -> int:
-    """Runs of an entrant: means over fewer scenes are not those over all."""
-    return sum(row["entrant"] == name for row in rows)
 
 
 def share(name: str) -> Callable[[Row], float | None]:
@@ -121,7 +118,9 @@ def by_scene(axes: Axes, rows: Sequence[Row], looks: Mapping[str, tuple[str, str
         for what, style in (("deviation", "-"), ("volume", "--")):
             axes.plot([at - 0.42, at + 0.42], [THESIS[what]] * 2, style, color=FAINT, lw=1.6, zorder=1)
         axes.annotate("Westin (2018), other motion", (at - 0.42, 5.6), size=11, color=FAINT)
-    _percent(axes)
+    axes.set_yscale("log")
+    axes.axhline(100.0, color=INK, lw=1.2, ls=(0, (6, 4)))
+    axes.yaxis.set_major_formatter("{x:g}")
     axes.set_xlim(-0.6, max(len(scenes), 1) - 0.4)
     axes.set_xticks(range(len(scenes)), scenes)
     axes.set_ylabel("% of the twin's, mean over motions")
@@ -195,9 +194,3 @@ def by_class(
 
 def _of(rows: Sequence[Row], one: str) -> list[Row]:
     return [row for row in rows if row["class"] == one]
-
-
-def _percent(axes: Axes) -> None:
-    axes.set_yscale("log")
-    axes.axhline(100.0, color=INK, lw=1.2, ls=(0, (6, 4)))
-    axes.yaxis.set_major_formatter("{x:g}")

@@ -37,21 +37,7 @@ from ...sim.tables.attitude import angle_rates, to_world
 from ...sim.tables.rigid_tables import flaps_of
 from ...sim.verdict import FAILED, OK, Verdict, verdict_of
 from . import definition
-from .definition import (
-    CONTROL,
-    HULL,
-    TWIN,
-    Cell,
-    Class,
-    Motion,
-    Place,
-    bag_of,
-    condition,
-    motion,
-    place,
-    scaled,
-    scene_file,
-)
+from .definition import CONTROL, HULL, TWIN, Cell, Motion, Place, bag_of, condition, motion, place, scaled, scene_file
 from .entrants import LAW, PROGRAM, Entrant, words_of
 from .remote import AhcError, Remote
 
@@ -117,14 +103,6 @@ def recorded(moved: Motion, at: Place, scene: Scene, seconds: float) -> Recorded
     return tow
 
 
-def motion_for(moved: Motion, at: Place, scene: Scene, seconds: float) -> RecordedTow:
-    """The motion of a cell without gaps. Raises MotionError, BagError."""
-    if moved.bag:
-        return recorded(moved, at, scene, seconds)
-    hull = ",".join(f"{key}={at.scale * value:g}" for key, value in HULL.items())
-    return sea_motion(f"simple:{hull}", scene, seconds)
-
-
 def with_gaps(tow: RecordedTow, gaps: tuple[tuple[float, float], ...]) -> RecordedTow:
     """The motion without the messages between these seconds since its first."""
     first = tow.events[0].time
@@ -170,12 +148,6 @@ class Scheduled:
         return None if self.inner is None else self.inner(row)
 
 
-def missing_keys(one: Class) -> list[str]:
-    """Keys of a class whose block this version of the product does not have."""
-    keys = [*one.values, *(key for _, key, _ in one.changes)]
-    return [key for key in keys if key.partition(".")[0] not in Scene.model_fields]
-
-
 def values_of(cell: Cell, algorithm: str) -> dict[str, Any]:
     """Values of the scene of a cell by dotted key, at its scale."""
     at, one = place(cell.scene), condition(cell.condition)
@@ -196,11 +168,14 @@ def scene_of(cell: Cell, algorithm: str) -> Scene:
 
 @lru_cache(maxsize=2)
 def _motion(scene_name: str, motion_name: str, duration: float) -> RecordedTow:
-    """Motion of all classes of a scene."""
-    at, cell = place(scene_name), Cell(scene_name, motion_name, "ideal")
+    """Motion of all classes of a scene, without gaps. Raises MotionError, BagError."""
+    at, moved, cell = place(scene_name), motion(motion_name), Cell(scene_name, motion_name, "ideal")
     with _quiet():
         scene = override(scene_of(cell, "hold"), _sea(cell))
-    return motion_for(motion(motion_name), at, scene, duration)
+    if moved.bag:
+        return recorded(moved, at, scene, duration)
+    hull = ",".join(f"{key}={at.scale * value:g}" for key, value in HULL.items())
+    return sea_motion(f"simple:{hull}", scene, duration)
 
 
 def motion_of_cell(cell: Cell, duration: float) -> RecordedTow:
@@ -218,8 +193,6 @@ def run_cell(entrant: Entrant, cell: Cell, span: Span) -> Done:
     heard = version == definition.MRU
     if heard and entrant.kind == PROGRAM:
         return Done(None, SKIPPED, f"a program of rclpy hears every topic; {version} takes FILE.py:NAME")
-    if missing := missing_keys(one):
-        return Done(None, SKIPPED, f"this version has no key {missing[0]}")
     pace = at.scale**0.5
     duration = pace * span.duration
     if any(begin >= span.duration for begin, _, _ in one.changes) or any(a >= span.duration for a, _ in one.gaps):
@@ -333,7 +306,7 @@ def through_topics(
             environment={SCENE: str(at / "scene.yaml"), PERIOD: f"{period:.9g}"},
             may_be_doubtful=True,
         ) as sim:
-            sim.run(words_of(entrant), name=entrant.name)
+            sim.run(words_of(entrant.what), name=entrant.name)
             sim.feed(at / "motion")
             done = 0.0
             for when, key, value in changes:

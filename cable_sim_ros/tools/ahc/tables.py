@@ -9,7 +9,7 @@ from ...terminal import markdown_table
 from . import definition
 from .benchmark import Row
 from .board import cell_of
-from .figures import FIGURES, NAMES, change
+from .figures import FIGURES, NAMES
 from .remote import AhcError
 from .score import METRICS, RULES, score_of
 
@@ -35,9 +35,13 @@ def figure(name: str) -> Callable[[Row], float | None]:
 
 
 def against_twin(name: str) -> Callable[[Row], float | None]:
-    """A figure of a row over that of its twin, less 1."""
-    of = change(name)
-    return lambda row: None if row["figures"] is None or row["twin"] is None else of(row["figures"], row["twin"])
+    """A figure of a row over that of its twin, less 1; None where either has none."""
+
+    def of(row: Row) -> float | None:
+        run, twin = (row["figures"] or {}).get(name), (row["twin"] or {}).get(name)
+        return None if run is None or not twin else run / twin - 1.0
+
+    return of
 
 
 def overshoot(row: Row) -> float | None:
@@ -186,10 +190,9 @@ def cells_markdown(rows: Sequence[Row]) -> str:
     """Every figure of every run, with that of its twin in brackets, for ahc.md of --out."""
     lines: list[tuple[str, ...]] = [("entrant", "cell", "state", *(f"{name}" for name in NAMES))]
     for row in rows:
-        cell = f"{row['scene']}/{row['motion']}/{row['class']}"
         found, twin = row["figures"] or {}, row["twin"] or {}
         values = (_beside(found.get(name), twin.get(name)) for name in NAMES)
-        lines.append((row["entrant"], cell, row["state"], *values))
+        lines.append((row["entrant"], str(cell_of(row)), row["state"], *values))
     return markdown_table(lines)
 
 
