@@ -4,12 +4,12 @@ import json
 import re
 import shutil
 import warnings
+from functools import partial
 
 import numpy as np
 import pytest
-from click.testing import CliRunner
+from calling import cable_sim
 
-from cable_sim_ros.cli import commands
 from cable_sim_ros.io.scenes.load import load_scene, override
 from cable_sim_ros.runs import offline
 from cable_sim_ros.runs.sources import motion_of
@@ -23,6 +23,7 @@ from cable_sim_ros.tools.calibrate.result import text_with
 from cable_sim_ros.tools.calibrate.tow_model import TowModel
 from cable_sim_ros.tools.logs.own_signals import Signal, signals_of_frames
 
+call = partial(cable_sim, "calibrate")
 DRAG = "cable.sections.armoured.drag_amplification"
 TRUE = 2.0
 PLAN = "0 hold, 22 rate -0.1, 32 hold"
@@ -38,10 +39,6 @@ ENTRIES = {
 def quiet(monkeypatch):
     monkeypatch.setattr(warnings, "showwarning", warnings.showwarning)  # main() replaces it
     monkeypatch.setattr(warnings, "filters", [("ignore", None, Warning, None, 0)])
-
-
-def call(*arguments):
-    return CliRunner().invoke(commands.main, ["calibrate", *map(str, arguments)])
 
 
 def write(folder, time, **columns):

@@ -5,14 +5,15 @@ import itertools
 import json
 import re
 import shutil
+from functools import partial
 
 import numpy as np
 import pytest
-from click.testing import CliRunner
+from calling import cable_sim
 from towed import SECONDS, TICK, WINCH
 
-from cable_sim_ros.cli.commands import main
 from cable_sim_ros.io.scenes.load import override
+from cable_sim_ros.physics.tick_output import TICK_OUTPUT
 from cable_sim_ros.sim.inputs import WinchCommand
 from cable_sim_ros.tools.ensemble import coverage, recording
 from cable_sim_ros.tools.ensemble.copies import FIGURES, EnsembleEnded, figures_of
@@ -20,6 +21,7 @@ from cable_sim_ros.tools.ensemble.follow import Follower, Heard
 from cable_sim_ros.tools.ensemble.plan import EnsemblePlan
 from cable_sim_ros.tools.ensemble.recording import doubts_of, figures, follow_recording, heard_of, scene_kept
 
+call = partial(cable_sim, "ensemble")
 PLAN = EnsemblePlan(copies=5)
 NAMES = list(FIGURES)
 BANDS = round(SECONDS)
@@ -171,10 +173,6 @@ def test_a_damaged_recording_is_followed_as_far_as_it_goes_and_said(bag, tmp_pat
     assert str(tmp_path / "cut") in told["notes"][-1]
 
 
-def call(*arguments):
-    return CliRunner().invoke(main, ["ensemble", *map(str, arguments)])
-
-
 def test_copies_that_leave_what_the_model_can_do_are_told_and_code_4(bag, tmp_path, monkeypatch):
     """A towbody lighter than water in most of them: it would rise to the surface, within 15 s."""
     monkeypatch.setattr(recording, "heard_of", lambda path, damage: itertools.islice(heard_of(path), 310))
@@ -238,13 +236,7 @@ def test_a_recording_shorter_than_a_band_is_said(bag, scene, monkeypatch):
     monkeypatch.setattr(recording, "heard_of", lambda path, damage: iter(list(heard_of(path))[:15]))
     with pytest.raises(EnsembleEnded, match="shorter than one band, 1 s; nothing is told"):
         follow_recording(bag, scene, PLAN)
-    assert figures_of(np.zeros(0, heard_dtype())).shape == (0, len(FIGURES))
-
-
-def heard_dtype():
-    from cable_sim_ros.physics.tick_output import TICK_OUTPUT
-
-    return TICK_OUTPUT
+    assert figures_of(np.zeros(0, TICK_OUTPUT)).shape == (0, len(FIGURES))
 
 
 def test_copies_that_do_not_follow_and_seconds_in_no_band_are_doubts(followed):

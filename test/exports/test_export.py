@@ -5,14 +5,14 @@ import json
 import re
 import runpy
 import sys
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 import pytest
-from click.testing import CliRunner
+from calling import cable_sim
 
 from cable_sim_ros import run
-from cable_sim_ros.cli import commands
 from cable_sim_ros.io.recordings.recorded_run import load_run
 from cable_sim_ros.physics.tick_output import CONTACT_COLUMNS, FIELDS, SHAPE_COLUMNS, TICK_OUTPUT, Flag
 from cable_sim_ros.tools.export import content, formats
@@ -20,6 +20,7 @@ from cable_sim_ros.tools.export import formats as export
 from cable_sim_ros.tools.export.content import ExportError, Table
 from cable_sim_ros.version import __version__
 
+call = partial(cable_sim, "export")
 UNIT = {name: unit for name, _, _, unit, _ in FIELDS}
 AXES = {(): [""], (3,): [".x", ".y", ".z"], (4,): [".x", ".y", ".z", ".w"]}
 EXAMPLES = Path(__file__).resolve().parents[2] / "docs" / "examples" / "plot"
@@ -149,10 +150,6 @@ def test_provenance_says_what_the_run_was(folder, recorded, tmp_path):
     assert content.gather(tmp_path / "tow").provenance["verdict_text"] == "of the tick outputs alone"
     (tmp_path / "summary.json").write_text(json.dumps({"ticks": 7, "verdict": {"state": "failed"}}))
     assert content.gather(tmp_path / "tow").provenance["verdict"] == "ok"  # a summary of another run
-
-
-def call(*words):
-    return CliRunner().invoke(commands.main, ["export", *map(str, words)])
 
 
 def test_the_command_writes_and_says_so(folder, tmp_path):

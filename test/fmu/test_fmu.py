@@ -4,11 +4,10 @@ import sys
 
 import numpy as np
 import pytest
-from click.testing import CliRunner
+from calling import cable_sim
 from heaving_ship import NAMES, numbers, pushed
 
 from cable_sim_ros import Simulator, WinchCommand
-from cable_sim_ros.cli import commands
 from cable_sim_ros.io.scenes.load import load_scene, override
 from cable_sim_ros.tools.fmu.variables import INPUTS, OUTPUTS, PARAMETERS
 
@@ -75,9 +74,8 @@ class Instance:
 @pytest.fixture(scope="module", params=[2, 3])
 def built(request, tmp_path_factory):
     folder = tmp_path_factory.mktemp(f"fmu{request.param}")
-    words = ["fmu", "side_scan", "--out", str(folder / "tow.fmu"), "--fmi", str(request.param)]
-    done = CliRunner().invoke(commands.main, [*words, "--set", "solver.tick=0.02", "--parameter", "water.density"])
-    assert done.exit_code == 0, done.output
+    words = "fmu", "side_scan", "--out", folder / "tow.fmu", "--fmi", request.param
+    done = cable_sim(*words, "--set", "solver.tick=0.02", "--parameter", "water.density", code=0)
     assert f"FMI {request.param}, model side_scan, tick 0.02 s, {len(INPUTS)} inputs" in done.stdout
     return str(folder / "tow.fmu"), request.param, folder
 

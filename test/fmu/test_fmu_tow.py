@@ -5,11 +5,10 @@ import sys
 
 import numpy as np
 import pytest
-from click.testing import CliRunner
+from calling import cable_sim
 from heaving_ship import NAMES, numbers, pushed
 
 from cable_sim_ros import CableSimError, Simulator, VehicleMotion, WinchCommand
-from cable_sim_ros.cli import commands
 from cable_sim_ros.io.scenes.load import dump_scene, load_scene, override
 from cable_sim_ros.tools.fmu import tow as module
 from cable_sim_ros.tools.fmu.slave import rows
@@ -287,7 +286,7 @@ def test_a_mistake_of_the_command_is_told_in_one_line(tmp_path, monkeypatch, wor
     (tmp_path / "there.fmu").write_text("mine")
     (tmp_path / "folder.fmu").mkdir()
     had = sorted(tmp_path.rglob("*"))
-    done = CliRunner().invoke(commands.main, ["fmu", *words])
+    done = cable_sim("fmu", *words)
     assert done.exit_code == 2 and text in done.stderr and "Traceback" not in done.stderr
     assert sorted(tmp_path.rglob("*")) == had and (tmp_path / "there.fmu").read_text() == "mine"
 
@@ -295,7 +294,7 @@ def test_a_mistake_of_the_command_is_told_in_one_line(tmp_path, monkeypatch, wor
 @pytest.mark.parametrize("fmi, module", [("2", "pythonfmu"), ("3", "pythonfmu3")])
 def test_a_missing_extra_is_one_line(tmp_path, monkeypatch, fmi, module):
     monkeypatch.setitem(sys.modules, module, None)
-    done = CliRunner().invoke(commands.main, ["fmu", "side_scan", "--fmi", fmi, "--out", str(tmp_path / "a.fmu")])
+    done = cable_sim("fmu", "side_scan", "--fmi", fmi, "--out", tmp_path / "a.fmu")
     assert done.exit_code == 2 and f"--fmi {fmi} needs {module}, which cannot be imported" in done.stderr
     assert "pip install 'cable_sim_ros[fmu]'" in done.stderr and not list(tmp_path.iterdir())
 

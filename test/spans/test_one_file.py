@@ -7,10 +7,9 @@ from math import sqrt
 
 import numpy as np
 import pytest
-from click.testing import CliRunner
+from calling import cable_sim
 
 from cable_sim_ros import viv
-from cable_sim_ros.cli.commands import main
 from cable_sim_ros.io.scenes.load import SceneError
 from cable_sim_ros.physics.parameter import declared
 from cable_sim_ros.tools.spans import to_frequency
@@ -52,10 +51,6 @@ def steady(span):
     """The limit in which both are the same equations: no turbulence, one phase all along."""
     block = changed(span.frequency_domain, turbulence_intensity=2e-3, lift={"correlation_length": 2e4})
     return span.model_copy(update={"frequency_domain": block})
-
-
-def call(*arguments):
-    return CliRunner().invoke(main, [str(argument) for argument in arguments])
 
 
 @pytest.mark.parametrize("key", SAME)
@@ -229,7 +224,7 @@ def test_cases_by_name_and_files_of_the_other_kind(tmp_path):
 
 def test_the_command_takes_a_span_file(tmp_path):
     pytest.importorskip("matplotlib")
-    result = call("viv", "span_in_wind", "--case", "case_1", "--case", "case_4", "--json", "--out", tmp_path)
+    result = cable_sim("viv", "span_in_wind", "--case", "case_1", "--case", "case_4", "--json", "--out", tmp_path)
     assert result.exit_code == 0, result.output
     report = json.loads(result.stdout)
     assert report == json.loads((tmp_path / "viv.json").read_text())
@@ -241,21 +236,21 @@ def test_the_command_takes_a_span_file(tmp_path):
 
 
 def test_the_command_prints_what_was_taken_and_warns():
-    result = call("viv", "span_in_wind", "--case", "case_2")
+    result = cable_sim("viv", "span_in_wind", "--case", "case_2")
     assert result.exit_code == 0, result.output
     assert "warning: span_in_wind: span.cases.case_2.tension = 200 N lets the span sag" in result.stderr
     assert "taken: ends = sheaves (straight between pinned ends; what lies on the sheaves" in result.stdout
     assert "taken: flow.turbulence = 0.0121 m/s (0.1 of the wind" in result.stdout
     assert "defaults: damping.drag_amplification 1.0" in result.stdout
-    assert "taken:" not in call("viv", "capozucca_5_5").stdout
+    assert "taken:" not in cable_sim("viv", "capozucca_5_5").stdout
 
 
 def test_sensitivity_is_of_one_case(span, tmp_path):
-    result = call("viv", "span_in_wind", "--sensitivity", "--json")
+    result = cable_sim("viv", "span_in_wind", "--sensitivity", "--json")
     assert result.exit_code == 2 and "has 4 cases, and --sensitivity is of one" in result.stderr
     short = changed(span.frequency_domain, response={"segments": 50, "points": 25})
     path = tmp_path / "short.yaml"
     path.write_text(json.dumps({"span": json.loads(changed(span, frequency_domain=short).model_dump_json())}))
-    result = call("viv", path, "--sensitivity", "--case", "case_1", "--json")
+    result = cable_sim("viv", path, "--sensitivity", "--case", "case_1", "--json")
     rows = {row["choice"]: row["place"] for row in json.loads(result.stdout)}
     assert rows["damping ratios halved"] > 0.5 and abs(rows["half as many segments"]) < 1e-3

@@ -1,18 +1,19 @@
 """Static gradients: whole static starts to either side say the same; what has no gradient says why."""
 
 import json
+from functools import partial
 
 import numpy as np
 import pytest
-from click.testing import CliRunner
+from calling import cable_sim
 
-from cable_sim_ros.cli.commands import main
 from cable_sim_ros.io.scenes.load import load_scene
 from cable_sim_ros.runs.settings import apply_to_scene
 from cable_sim_ros.sim.layout import layout_of
 from cable_sim_ros.sim.simulator import Simulator
 from cable_sim_ros.sim.static_gradients import FIGURES, StaticGradients, number_at, rested, with_number
 
+command = partial(cable_sim, "gradients", code=0)
 APART = 1e-3  # of a number, between the scene and the starts beside it
 SCENES = {
     "lowered_ctd": ("lowered_ctd", {}),
@@ -118,12 +119,6 @@ def test_a_figure_that_steps_is_refused_and_the_others_stay():
     )
     assert angle.refused == "steps: the contact points that are loaded change beside the scene"
     assert not depth.refused and depth.slope == pytest.approx(one(key).slopes[2].slope, rel=0.01)
-
-
-def command(*arguments, code=0):
-    result = CliRunner().invoke(main, ["gradients", *arguments])
-    assert result.exit_code == code, result.output
-    return result
 
 
 def test_the_command_prints_what_a_unit_and_a_per_cent_change():

@@ -3,17 +3,18 @@
 import json
 import re
 from concurrent.futures import ThreadPoolExecutor
+from functools import partial
 from itertools import count
 from pathlib import Path
 
 import pytest
-from click.testing import CliRunner
+from calling import cable_sim
 
-from cable_sim_ros.cli.commands import main
 from cable_sim_ros.tools.sweeps import clusters, engine
 from cable_sim_ros.tools.sweeps import sweep as sweeps
 from cable_sim_ros.tools.sweeps.table import TableError, speeds_of
 
+command = partial(cable_sim, code=0)
 PAGE = (Path(__file__).resolve().parents[2] / "docs" / "json.md").read_text("utf-8")
 SWEEP = """
 sweep: a flume
@@ -35,12 +36,6 @@ samples:
     water.density: {low: 990.0, high: 1030.0}
 figures: [tension_mean_n, body_depth_m]
 """
-
-
-def command(*arguments, code=0):
-    result = CliRunner().invoke(main, list(map(str, arguments)))
-    assert result.exit_code == code, result.output
-    return result
 
 
 def undocumented(section, keys):
