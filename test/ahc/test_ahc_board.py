@@ -4,9 +4,8 @@ import copy
 import json
 
 import pytest
-from click.testing import CliRunner
+from ahc_rows import call, result_of, row_of
 
-from cable_sim_ros.cli import commands
 from cable_sim_ros.tools.ahc import board, definition, tables
 from cable_sim_ros.tools.ahc.definition import Cell
 from cable_sim_ros.tools.ahc.entrants import AhcError
@@ -20,25 +19,11 @@ def figures(scale=1.0):
 
 
 def rows_for(*entrants, cells=CELLS):
-    return [
-        {
-            **{"entrant": name, "rank": "built-in" if name == "hold" else "external"},
-            **{"scene": cell.scene, "motion": cell.motion, "class": cell.condition},
-            **{"seed": definition.seed(cell.motion), "state": "ok", "reason": ""},
-            **{"figures": figures(), "twin": figures()},
-        }
-        for name in entrants
-        for cell in cells
-    ]
+    return [row_of(name, cell, figures(), figures()) for name in entrants for cell in cells]
 
 
 def result(*entrants, **changed):
-    head = {"benchmark": "ahc-1", "definition": definition.digest(), "product": "0.2.0", "commit": "abc1234"}
-    return {**head, "complete": True, "rows": rows_for(*entrants), **changed}
-
-
-def call(*arguments):
-    return CliRunner().invoke(commands.main, ["ahc", *map(str, arguments)])
+    return result_of(**{"rows": rows_for(*entrants), **changed})
 
 
 def test_cells_are_those_of_the_tables():

@@ -5,10 +5,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from click.testing import CliRunner
+from ahc_rows import call, result_of, row_of
 
 from cable_sim_ros import WinchCommand
-from cable_sim_ros.cli import commands
 from cable_sim_ros.physics.tick_output import TICK_OUTPUT
 from cable_sim_ros.tools.ahc import benchmark, board, definition, remote, score, simulate
 from cable_sim_ros.tools.ahc.definition import MRU, VERSION, Cell
@@ -23,18 +22,7 @@ TWIN = dict.fromkeys(NAMES, 1.0) | {"tension_mean_n": 100.0, "tension_std_n": 10
 
 def row(entrant="mine", cell=HEARD, state="ok", **changed):
     figures = None if state in ("failed", "skipped") else TWIN | {"tension_min_n": 80.0} | changed
-    place = {"scene": cell.scene, "motion": cell.motion, "class": cell.condition, "seed": definition.seed(cell.motion)}
-    head = {"entrant": entrant, "rank": "external", **place, "state": state, "reason": ""}
-    return {**head, "figures": figures, "twin": TWIN if figures else None}
-
-
-def result(rows, version=MRU):
-    head = {"benchmark": version, "definition": definition.digest(version), "product": "0", "commit": "abc"}
-    return {**head, "rows": rows}
-
-
-def call(*arguments):
-    return CliRunner().invoke(commands.main, ["ahc", *map(str, arguments)])
+    return row_of(entrant, cell, figures, TWIN if figures else None, state)
 
 
 @pytest.mark.parametrize(
@@ -77,13 +65,13 @@ def test_tracks_have_cells_and_definitions_of_their_own():
 def test_a_leaderboard_has_both_tracks_of_an_entrant():
     truth = [row(cell=cell) for cell in definition.cells()]
     heard = [row(cell=cell) for cell in definition.cells(version=MRU)]
-    both = board.merge(board.merge([], result(truth, VERSION), "a"), result(heard), "b")
+    both = board.merge(board.merge([], result_of(truth), "a"), result_of(heard, MRU), "b")
     assert len(both) == len(truth) + len(heard)
-    assert len(board.merge(both, result(heard), "b", replace=True)) == len(both)
-    with pytest.raises(AhcError, match=r"b: mine stands on the leaderboard|b: mine: stands on the leaderboard"):
-        board.merge(both, result(heard), "b")
+    assert len(board.merge(both, result_of(heard, MRU), "b", replace=True)) == len(both)
+    with pytest.raises(AhcError, match="b: mine: stands on the leaderboard"):
+        board.merge(both, result_of(heard, MRU), "b")
     with pytest.raises(AhcError, match=f"mine lacks {len(truth)} of"):
-        board.merge([], result(heard, VERSION), "b")
+        board.merge([], result_of(heard), "b")
 
 
 def test_a_scene_held_out_is_told_by_its_hash(tmp_path, monkeypatch):

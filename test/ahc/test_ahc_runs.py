@@ -6,9 +6,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from click.testing import CliRunner
+from ahc_rows import call
 
-from cable_sim_ros.cli import commands
 from cable_sim_ros.errors import TowError
 from cable_sim_ros.io.messages.messages import decode_odometry
 from cable_sim_ros.tools.ahc import benchmark, board, definition, simulate, tables
@@ -22,10 +21,6 @@ PAGE, BOARD = (HERE.parents[1] / "docs" / name for name in ("ahc.md", "ahc-1.csv
 SHORT = Span(16.0, 8.0)
 FULL_SCALE = Cell("full_scale", "nbp1406", "ideal")
 SHEAVE = Entrant("simplified_sheave", "law", "simplified_sheave")
-
-
-def call(*arguments):
-    return CliRunner().invoke(commands.main, ["ahc", *map(str, arguments)])
 
 
 @pytest.fixture
