@@ -133,18 +133,6 @@ def test_mass_and_diameter_by_table_against_finite_differences():
     assert line.crossing == pytest.approx(trapezoid(slowness, s), rel=1e-7)
 
 
-CONVERGED = {
-    "capozucca_5_5": (0.2409, 0.1276, 0.0684, 0.0454),
-    "capozucca_5_7": (0.2400, 0.1270, 0.0674, 0.0457),
-    "capozucca_5_11": (0.2026, 0.1018, 0.0409, 0.0602),
-}
-EACH_WAY = {
-    "capozucca_5_5": (0.2346, 0.1252, 0.0678, 0.0446),
-    "capozucca_5_7": (0.2342, 0.1254, 0.0677, 0.0444),
-    "capozucca_5_11": (0.2009, 0.1069, 0.0407, 0.0605),
-}
-
-
 def ratios(name, **changes):
     case = changed(load_span(name), damping=changes)
     line = Line(case)
@@ -152,14 +140,17 @@ def ratios(name, **changes):
     return damping(line, case.damping, count, correlation_length(case, line)).ratios
 
 
-@pytest.mark.parametrize("name", CONVERGED)
-def test_converged_damping_ratios(name):
-    assert ratios(name, segments=4000) == pytest.approx(CONVERGED[name], rel=0.01)
-
-
-@pytest.mark.parametrize("name", EACH_WAY)
-def test_damping_ratios_with_a_driven_part_of_a_correlation_length_each_way(name):
-    assert ratios(name, region="correlation_length") == pytest.approx(EACH_WAY[name], abs=1e-4)
+@pytest.mark.parametrize(
+    "name, converged, each_way",
+    [
+        ("capozucca_5_5", (0.2409, 0.1276, 0.0684, 0.0454), (0.2346, 0.1252, 0.0678, 0.0446)),
+        ("capozucca_5_7", (0.2400, 0.1270, 0.0674, 0.0457), (0.2342, 0.1254, 0.0677, 0.0444)),
+        ("capozucca_5_11", (0.2026, 0.1018, 0.0409, 0.0602), (0.2009, 0.1069, 0.0407, 0.0605)),
+    ],
+)
+def test_damping_ratios_converged_and_with_a_driven_part_of_a_correlation_length_each_way(name, converged, each_way):
+    assert ratios(name, segments=4000) == pytest.approx(converged, rel=0.01)
+    assert ratios(name, region="correlation_length") == pytest.approx(each_way, abs=1e-4)
 
 
 def test_the_plain_sine_is_apart_from_the_shape_with_its_amplitude():
