@@ -295,12 +295,6 @@ def test_a_plan_that_only_some_cases_can_carry_out_is_no_reason_to_refuse_all():
     assert count_of(checked({**SHORT, **plan}, "here")) == 2
 
 
-def test_a_sweep_file_finds_the_scene_beside_it_and_names_its_lines(tmp_path):
-    (tmp_path / "sweep.yaml").write_text("sweep: one\nscene: flume\nduration: 0.5\ngrid:\n  winch.scope: []\n")
-    with pytest.raises(SweepError, match="sweep.yaml"):
-        load_sweep(tmp_path / "sweep.yaml")
-
-
 @pytest.mark.parametrize("name, count", [("envelope", 512), ("sensitivity", 1408)])
 def test_the_sweeps_of_the_pages_load(name, count):
     plan = load_sweep(Path(__file__).resolve().parents[2] / "docs" / f"{name}.yaml")
