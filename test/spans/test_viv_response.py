@@ -12,7 +12,7 @@ from cable_sim_ros.tools.spans.in_frequency.files import changed, load_span
 from cable_sim_ros.tools.spans.in_frequency.modes import frequencies, modal_mass, shapes
 from cable_sim_ros.tools.spans.in_frequency.response import respond, vibration
 from cable_sim_ros.tools.spans.in_frequency.span import Line
-from verification.experiments.viv import CASES, as_printed, green_rows
+from verification.experiments.viv import CASES, as_printed, green, green_rows
 
 pytestmark = pytest.mark.trust
 
@@ -37,8 +37,8 @@ lines = st.builds(
 def test_green_s_function_is_bounded_and_goes_both_ways(line, s, x, omega, ratio):
     """Whatever the mode number; sinh of the travel time would overflow from a few hundred on."""
     with np.errstate(over="raise", invalid="raise"):
-        there = greens.green(line, s, x, omega, 2.0 * ratio * omega)
-        back = greens.green(line, x, s, omega, 2.0 * ratio * omega)
+        there = green(line, s, x, omega, 2.0 * ratio * omega)
+        back = green(line, x, s, omega, 2.0 * ratio * omega)
         waves = greens.wave(greens.damped(omega, 2.0 * ratio * omega), np.linspace(0.0, line.crossing, 50))
     assert np.isfinite(there) and there == pytest.approx(back, rel=1e-9)
     assert np.abs(waves).max() <= 1.0 + 1e-12
@@ -48,7 +48,7 @@ def test_mode_numbers_far_beyond_the_range_of_sinh():
     line = Line(span())
     omega = 2.0 * np.pi * 1e5 * frequencies(line, 1)[0]
     s = np.linspace(0.0, 17.0, 9)
-    found = greens.green(line, s[:, None], s, omega, 0.2 * omega)
+    found = green(line, s[:, None], s, omega, 0.2 * omega)
     assert np.isfinite(found).all() and (np.abs(found.diagonal()[1:-1]) > 0.0).all()
     assert abs(found[4, 4]) == pytest.approx(
         0.5 / (abs(greens.damped(omega, 0.2 * omega)) * line.impedance(0.0)), rel=1e-6
@@ -62,12 +62,12 @@ def test_constant_tension_in_closed_form():
         k = np.sqrt((omega**2 - 0.1j * omega**2) * mass / 1500.0)
         s, x = 4.0, 11.0
         expected = np.sin(k * s) * np.sin(k * (17.0 - x)) / (1500.0 * k * np.sin(k * 17.0))
-        assert greens.green(line, s, x, omega, 0.1 * omega) == pytest.approx(expected, rel=1e-11)
+        assert green(line, s, x, omega, 0.1 * omega) == pytest.approx(expected, rel=1e-11)
 
 
 def test_a_force_at_rest_pulls_the_string_into_a_triangle():
     line = Line(span())
-    assert greens.green(line, 4.0, 11.0, 1e-4, 0.0).real == pytest.approx(4.0 * 6.0 / (1500.0 * 17.0), rel=1e-6)
+    assert green(line, 4.0, 11.0, 1e-4, 0.0).real == pytest.approx(4.0 * 6.0 / (1500.0 * 17.0), rel=1e-6)
 
 
 def test_many_modes_add_up_to_it():
@@ -76,16 +76,14 @@ def test_many_modes_add_up_to_it():
     phi = shapes(line, np.array((4.0, 11.0)), count)
     omega_n = 2.0 * np.pi * frequencies(line, count)
     total = (phi[:, 0] * phi[:, 1] / (modal_mass(line) * (omega_n**2 - omega**2 + 2j * ratio * omega**2))).sum()
-    assert greens.green(line, 4.0, 11.0, omega, 2.0 * ratio * omega) == pytest.approx(total, rel=1e-4)
+    assert green(line, 4.0, 11.0, omega, 2.0 * ratio * omega) == pytest.approx(total, rel=1e-4)
 
 
 def test_a_tension_that_hardly_grows_is_a_constant_one():
     still = Line(span())
     for w in (1e-10, 1e-6):
         line = Line(span(tension={"start": 1500.0, "gradient": w}))
-        assert greens.green(line, 3.0, 9.0, 30.0, 3.0) == pytest.approx(
-            greens.green(still, 3.0, 9.0, 30.0, 3.0), rel=1e-6
-        )
+        assert green(line, 3.0, 9.0, 30.0, 3.0) == pytest.approx(green(still, 3.0, 9.0, 30.0, 3.0), rel=1e-6)
 
 
 @pytest.mark.parametrize("stiffness, gradient, within", [(0.0, 0.0, 1e-3), (150.0, 0.0, 1e-3), (0.0, 40.0, 5e-3)])
@@ -99,7 +97,7 @@ def test_the_sweep_is_the_sum_of_green_s_functions_and_near_finite_differences(s
     swept = greens.respond_by_green(line, s, mu, load)
     forces = [[(s[4], 1.0), (s[13], -2.0)], [(s[6], 3.0)]]
     for k, pairs in enumerate(forces):
-        total = sum(force * greens.green(line, s[:, None], x, omega, 0.14 * omega) for x, force in pairs)
+        total = sum(force * green(line, s[:, None], x, omega, 0.14 * omega) for x, force in pairs)
         assert swept[:, :, k] == pytest.approx(total, abs=1e-12 * np.abs(total).max())
     other = respond(line, s, mu, load, 9.0)
     assert np.abs(other - swept).max() < within * np.abs(swept).max()

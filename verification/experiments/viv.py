@@ -16,7 +16,7 @@ from cable_sim_ros.plots.run import BLUE, INK, ORANGE, WATER, canvas
 from cable_sim_ros.tools.spans.in_frequency import sensitivity
 from cable_sim_ros.tools.spans.in_frequency.files import changed, load_span
 from cable_sim_ros.tools.spans.in_frequency.modes import frequencies
-from cable_sim_ros.tools.spans.in_frequency.response import Vibration, green, vibration
+from cable_sim_ros.tools.spans.in_frequency.response import Vibration, damped, parts, vibration, wave
 from cable_sim_ros.tools.spans.in_frequency.span import Line, Reading, Span
 
 from . import Comparison, Result, unjudged
@@ -130,6 +130,19 @@ def _rms(case: Case, span: Span, printed: Vibration, fine: Vibration) -> list[Co
         name = f"fig. {case.figure}, rms displacement at 0.125 of the length, printed ratios, source's grid"
         rows.append(unjudged(name, "mm", 1e3 * low.place_rms_displacement, SOURCE, RISER_LIFT))
     return rows
+
+
+def green(line: Line, s, x, omega, rate) -> np.ndarray:
+    """G(s, x) [m/N]: displacement at s by a unit force at x; omega [rad/s], rate = r/m_t [1/s]. Shapes broadcast."""
+    low, high = np.minimum(s, x), np.maximum(s, x)
+    first, last, left = line.travel_time(low), line.travel_time(high), line.time_left(high)
+    amplitude = 1.0 / np.sqrt(line.impedance(s) * line.impedance(x))
+    crossing = np.asarray(line.crossing)
+    out = 0.0
+    for mu, factor in parts(line, damped(omega, rate)):
+        both = wave(mu, first) * wave(mu, left) / wave(mu, crossing)
+        out = out + factor / mu * both * np.exp(mu.imag * (last - first))
+    return out * amplitude
 
 
 def green_rows() -> list[Comparison]:

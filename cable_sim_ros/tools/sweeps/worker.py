@@ -1,7 +1,6 @@
 """One case of a sweep, run in a process of its own: in comes a case, out comes a row of plain values.
 
-A run that fails is a row with its reason. The same case gives the same row on the same machine, but for the columns of
-COSTS.
+A run that fails is a row with its reason. The same case gives the same row on the same machine, but for its CPU time.
 """
 
 from __future__ import annotations
@@ -24,7 +23,6 @@ from .sweep_file import seeds_of
 CUT = 2.5  # ticks; a motion that is shorter than duration by more ended the run
 AGAIN = "again"  # column of a row that failed by the machine: the next start runs its case again
 MESSAGES = 0.1  # s between those of a ship's plan: five times those of a run, which are most of its cost
-COSTS = ("cpu_s", "simulated_s")  # cpu_s: of the machine; left out of comparisons
 
 
 class FileChanged(CableSimError):

@@ -60,19 +60,6 @@ def parts(line: Line, mu: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:
     ]
 
 
-def green(line: Line, s, x, omega, rate) -> np.ndarray:
-    """G(s, x) [m/N]: displacement at s by a unit force at x; omega [rad/s], rate = r/m_t [1/s]. Shapes broadcast."""
-    low, high = np.minimum(s, x), np.maximum(s, x)
-    first, last, left = line.travel_time(low), line.travel_time(high), line.time_left(high)
-    amplitude = 1.0 / np.sqrt(line.impedance(s) * line.impedance(x))
-    crossing = np.asarray(line.crossing)
-    out = 0.0
-    for mu, factor in parts(line, damped(omega, rate)):
-        both = wave(mu, first) * wave(mu, left) / wave(mu, crossing)
-        out = out + factor / mu * both * np.exp(mu.imag * (last - first))
-    return out * amplitude
-
-
 def respond_by_green(line: Line, s: np.ndarray, mu: np.ndarray, load: np.ndarray) -> np.ndarray:
     """Displacement (len(s), frequencies, loads) by point forces at the same places s.
 
@@ -85,7 +72,7 @@ def respond_by_green(line: Line, s: np.ndarray, mu: np.ndarray, load: np.ndarray
 
 
 def _sweep(line: Line, s, mu, factor, load) -> np.ndarray:
-    """`respond` of one string, once up and once down the cable."""
+    """`respond_by_green` of one string, once up and once down the cable."""
     tau = line.travel_time(s)
     amplitude = 1.0 / np.sqrt(line.impedance(s))
     up, down = wave(mu, tau[:, None]), wave(mu, line.time_left(s)[:, None])  # (len(s), frequencies)
@@ -123,7 +110,7 @@ def fraction(line: Line, s: np.ndarray, cells: int) -> csr_matrix:
 
 
 def respond(line: Line, s: np.ndarray, mu: np.ndarray, load: np.ndarray, top: float) -> np.ndarray:
-    """As `green.respond`; top [Hz], the largest frequency of all, sets the grid."""
+    """As `respond_by_green`; top [Hz], the largest frequency of all, sets the grid."""
     cells = cells_for(line, top)
     stiffness, mass = bands(line, cells)
     order = 2 if line.stiffness else 1
