@@ -196,17 +196,11 @@ class Follower:
         self.notes.append(why)
         self._forget(keep)
 
-    def advance(self) -> Band | None:
-        """Run the next block, where all of it is heard; its band. Raises EnsembleEnded."""
-        if not self.running and not self._start():
+    def advance(self, over: bool = False) -> Band | None:
+        """Run the next block, where all of it is heard; its band. over: nothing more comes. Raises EnsembleEnded."""
+        if not self.running and not self._start(over):
             return None
-        return self._run(self._end()) if self.ready() else None
-
-    def finish(self) -> Band | None:
-        """Run the next block of a tow that is over, as far as it goes."""
-        if not self.running and not self._start(over=True):
-            return None
-        return self._run(self._end()) if self.ready(over=True) else None
+        return self._run(self._end()) if self.ready(over) else None
 
     def ready(self, over: bool = False) -> bool:
         """Is there a block to run? over: nothing more comes."""

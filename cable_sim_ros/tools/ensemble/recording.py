@@ -114,7 +114,7 @@ def follow_recording(
         follower.hear(waiting)
         waiting.clear()
         while True:
-            band = follower.finish() if last else follower.advance()
+            band = follower.advance(last)
             lost.extend(one for one in follower.ensemble.lost if one not in lost)  # of every start
             if band is None:
                 if follower.ready(last):

@@ -14,6 +14,7 @@ from ...physics.winch_drive import DriveModel
 from ...runs.passage import EVENTS, events
 from ...runs.summary import Run, since_first, tick_length
 from ...sim.layout import layout_of
+from ...sim.live_parameters import value_of
 from ...sim.rules.watch import breaking_load, working_load
 from ...sim.scene import Scene
 from ...sim.statics.route import DRUM_RESERVE
@@ -318,13 +319,8 @@ def smallest(simulate: Simulate, scene: Scene, seeds: int) -> dict[str, Any]:
     raise NoWinch(f"no winch was found that suffices, up to {told}: the job asks for more, or the cable decides")
 
 
-def _value(scene: Scene, key: str) -> Any:
-    block, name = key.split(".")
-    return getattr(getattr(scene, block), name)
-
-
 def _scaled(scene: Scene, key: str, factor: float) -> Any:
-    value = _value(scene, key)
+    value = value_of(scene, key)
     return [factor * one for one in value] if key == "drive.curve_pull" else factor * value
 
 
