@@ -123,8 +123,8 @@ def write_report(
         swept.rows,
         {name: unit_of(name, rules) for name in names},
         {name: MEANINGS.get(name, f"rule on watch: {name.removeprefix(RULE)}").replace("`", "") for name in names},
+        same=_same(swept.plan),
     )
-    many = many._replace(same=_same(swept.plan))
     notes = [f"Rows in {name} could not be read: their cases were computed again." for name in swept.damaged] + [*notes]
     return write_sweep_page(many, path, kind=kind, command=command, notes=notes, tables=tables, doubts=doubts)
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from types import MappingProxyType
 from typing import Any
 
 from ...errors import CableSimError
@@ -16,7 +15,6 @@ DEEPEST = (  # of the tick in which the towbody is deepest; of sweeps
     ("body_depth_max_m", "m", "largest depth of the towbody below the mean water surface, at the end of a tick"),
     ("departure_angle_deepest_deg", "deg", "angle of the cable at the sheave from the downward vertical in that tick"),
 )
-NO_RULES: Mapping[str, str] = MappingProxyType({})
 OF_THE_MACHINE = ("realtime_factor", "compile_s", "start_s", "stepping_s")  # differ from run to run
 UNITS = {name: unit for name, unit, _ in (*SUMMARY, OWN, *DEEPEST, *METRICS) if name not in OF_THE_MACHINE}
 MEANINGS = {name: meaning for name, _, meaning in (*SUMMARY, OWN, *DEEPEST, *METRICS) if name in UNITS}
@@ -72,7 +70,7 @@ def unwatched(metrics: Mapping[str, Any]) -> list[str]:
     ]
 
 
-def unit_of(name: str, rules: Mapping[str, str] = NO_RULES) -> str:
+def unit_of(name: str, rules: Mapping[str, str]) -> str:
     """Unit of a column of a row; rules: unit of each rule by name."""
     if name.endswith(BROKEN):
         return "1"

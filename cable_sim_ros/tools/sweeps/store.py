@@ -7,7 +7,6 @@ import os
 import re
 import secrets
 import time
-from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
@@ -98,7 +97,3 @@ class Store:
                 "kept. Make room, and start the sweep again: it goes on"
             ) from None
         self._waiting = []
-
-    def of(self, keys: Iterable[str]) -> list[dict[str, Any]]:
-        """Rows by key, in the order that is asked for; KeyError for one that is not there."""
-        return [self.rows[key] for key in keys]

@@ -86,7 +86,7 @@ def computed(
             progress(done, total)
     finally:
         store.flush()
-    return store.of([case.key for case in cases]), len(todo), number, store.damaged
+    return [store.rows[case.key] for case in cases], len(todo), number, store.damaged
 
 
 def compiled() -> None:
