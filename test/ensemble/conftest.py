@@ -1,11 +1,14 @@
 """The recorded tow, made once."""
 
-from __future__ import annotations
+from pathlib import Path
 
 import pytest
-from towed import tow
+from towed import HEAVE, SECONDS, TICK, WINCH
+
+from cable_sim_ros.runs import offline
 
 
 @pytest.fixture(scope="session")
 def bag(tmp_path_factory):
-    return tow(tmp_path_factory.mktemp("towed") / "run")
+    out = tmp_path_factory.mktemp("towed") / "run"
+    return Path(offline.run("side_scan", heave=HEAVE, duration=SECONDS, winch=WINCH, every=TICK, out=out).bag)
