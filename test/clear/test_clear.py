@@ -9,9 +9,8 @@ from click.testing import CliRunner
 from cable_sim_ros.io.scenes.load import load_scene, override
 from cable_sim_ros.sim.simulator import Simulator
 from cable_sim_ros.tools.clear import towed
-from cable_sim_ros.tools.clear.advice import Allowances, Passage, actions_of, advise, deeper_than_the_wire, told
+from cable_sim_ros.tools.clear.advice import Allowances, Passage, Wanted, actions_of, advise, deeper_than_the_wire, told
 from cable_sim_ros.tools.clear.command import clear
-from cable_sim_ros.tools.clear.options import Wanted
 from cable_sim_ros.tools.clear.profile import ahead_of, profile_of, read_profile
 from cable_sim_ros.tools.clear.towed import Action, ClearError, Tow, copies_of, sail
 

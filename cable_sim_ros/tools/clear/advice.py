@@ -16,6 +16,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ...physics.parameter import Block, quantity
+from ...sim.scene import Scene
 from ..ensemble.plan import Ranges
 from .profile import Profile
 from .towed import Action, Copy, Tow
@@ -24,6 +25,7 @@ HORIZON = 3600.0  # s that are looked ahead at most
 SAMPLES = 200  # of a way; one a second, where these are fewer
 DISPLAY = 1.0  # s, in which times are told
 FINEST = 1.0 / 256.0  # of the largest action
+LEAST = 0.25  # of the scope, to which is hauled where nobody says how far
 GROUND, HELD = "#8c6d46", "#5c6873"
 COLOURS = {"haul": "#0b3c5d", "speed": "#1a9850", "both": "#c23b33"}
 
@@ -54,6 +56,38 @@ class Allowances(Block):
         "error of a depth of the ground, as a share of it",
         "IHO S-44 (2020) table 1, order 1: b = 0.013",
     )
+
+
+class Wanted(NamedTuple):
+    """What is asked of an answer. scope, least_scope [m], speed, max_speed, rate [m/s]: None: of scene, state or node;
+    margin, hole and corridor [m], acceleration of the ship [m/s^2]; age [s] of a profile that is fresh."""
+
+    scope: float | None
+    speed: float | None
+    margin: float
+    rate: float | None
+    least_scope: float | None
+    max_speed: float | None
+    acceleration: float
+    hole: float
+    corridor: float
+    age: float
+
+    def tow(self, scene: Scene, scope: float, speed: float) -> Tow:
+        """The tow that is judged, of a scene with this scope [m] and speed [m/s] unless others are wanted."""
+        rate = scene.winch.max_rate if self.rate is None else self.rate
+        speed = speed if self.speed is None else self.speed
+        return Tow(scene, self.scope or scope, speed, rate, self.acceleration)
+
+    def least(self, scope: float) -> float:
+        """How far is hauled in at most: cable that stays out [m]."""
+        return LEAST * scope if self.least_scope is None else self.least_scope
+
+    def deeper(self, copies: dict[str, Copy], depth: float | None) -> float:
+        """How far a towbody at ``depth`` [m] is below that of its steady tow; one above it sinks."""
+        if depth is None or self.scope is not None or self.speed is not None:
+            return 0.0
+        return max(depth - copies["itself"].depth, 0.0)
 
 
 class Judged(NamedTuple):

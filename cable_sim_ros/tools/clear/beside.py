@@ -30,8 +30,7 @@ from ...sim.scene import Scene
 from ...sim.tables.attitude import angles_of
 from ...terminal import say
 from ..ensemble.beside import NICE
-from .advice import Allowances, Passage, actions_of, advise, deeper_than_the_wire, told
-from .options import Wanted
+from .advice import Allowances, Passage, Wanted, actions_of, advise, deeper_than_the_wire, told
 from .profile import ProfileError, ahead_of, values_of
 from .towed import Copy, Tow, copies_of
 

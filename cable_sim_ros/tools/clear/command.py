@@ -25,10 +25,9 @@ from ...cli.options import (
 )
 from ...errors import CODE_DOUBTFUL, CODE_FAILED, CODE_OK
 from ...terminal import print_table, say
-from .options import Wanted
 
 if TYPE_CHECKING:
-    from .advice import Allowances
+    from .advice import Allowances, Wanted
     from .towed import Tow
 
 
@@ -68,7 +67,7 @@ def clear(scene, profile, ranges, settings, out, namespace, wait, open_, **asked
     topic clear/profile: docs/clear.md. Exit codes: 0 clear as it is towed; 1 not; 2 bad input; 4 not all was judged.
     """
     from ..ensemble.plan import ranges_of
-    from .advice import Allowances
+    from .advice import Allowances, Wanted
 
     known, lines = ranges_of(ranges, Allowances)
     wanted = Wanted(**asked)
