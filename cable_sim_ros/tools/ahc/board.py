@@ -83,13 +83,10 @@ def text_of(rows: Iterable[Row]) -> str:
     lines.writerow(COLUMNS)
     for row in sorted(rows, key=lambda row: (entrants.index(row["entrant"]), order.get(cell_of(row), len(order)))):
         found = row["figures"] or dict.fromkeys(NAMES)
-        values = [*(row[name] for name in (*HEAD, *PLACE)), *(_text(found[name]) for name in NAMES)]
+        figures = (None if found[name] is None else f"{found[name]:.{definition.DIGITS}g}" for name in NAMES)
+        values = [*(row[name] for name in (*HEAD, *PLACE)), *figures]
         lines.writerow("" if value is None else value for value in values)
     return out.getvalue()
-
-
-def _text(value: float | None) -> str:
-    return "" if value is None else f"{value:.{definition.DIGITS}g}"
 
 
 def load_result(path: Path) -> dict[str, Any]:

@@ -18,7 +18,7 @@ from scipy import stats
 
 from ...plots.run import canvas
 from ...sim.scene import Scene
-from .copies import FIGURES, Band, Ensemble, EnsembleEnded, band_of, level_of
+from .copies import FIGURES, Ensemble, EnsembleEnded, band_of, level_of
 from .limits import MAX_SEED
 from .plan import NOMINAL, OUTSIDE, EnsembleError, EnsemblePlan, draw_of
 from .recording import follow_recording
@@ -119,7 +119,8 @@ def covered(
         band = band_of((one.time, one.nominal), list(one.values[: plan.copies]))
         for k, found in enumerate(shares):
             first = plan.copies + k * len(own)
-            inside = _inside(band, one.values[first : first + len(own)])
+            theirs = one.values[first : first + len(own)]
+            inside = (theirs >= band.low) & (theirs <= band.high)
             found.append(inside[:, one.counted].mean(axis=(0, 1)))
     told: dict[str, Any] = {"twins": twins, "ensembles": groups, "copies": members, "expected": level_of(members)}
     told["drawn"] = _told(shares[0])
@@ -137,7 +138,3 @@ def _told(shares: list[np.ndarray]) -> dict[str, Any]:
         name: Coverage(float(m), float(max(m - h, 0.0)), float(min(m + h, 1.0)))._asdict()
         for name, m, h in zip(FIGURES, mean, half, strict=True)
     }
-
-
-def _inside(band: Band, values: np.ndarray) -> np.ndarray:
-    return (values >= band.low) & (values <= band.high)

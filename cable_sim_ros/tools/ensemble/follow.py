@@ -284,7 +284,8 @@ class Follower:
         return band
 
     def _give(self, command: WinchCommand) -> None:
-        if command.payout is not None and self._scope_varies:
+        varies = bool(self.plan.half_widths.payout) or "winch.scope" in self.plan.ranges
+        if command.payout is not None and varies:
             self.doubt(
                 "a length was commanded while half_widths.payout or winch.scope varies: every copy goes to that "
                 "length, and the band loses what varies. Leave the one out, or read the band before"
@@ -294,10 +295,6 @@ class Follower:
             self.held = command
         except InputError as error:
             self.doubt(f"a winch command could not be given to the copies: {re.sub(TIMES, 'N', str(error))}")
-
-    @property
-    def _scope_varies(self) -> bool:
-        return bool(self.plan.half_widths.payout) or "winch.scope" in self.plan.ranges
 
     def _same_tick(self) -> None:
         """Raise EnsembleEnded where the tick outputs are those of another tick length."""

@@ -55,7 +55,8 @@ def write_csv(content: Content, path: Path) -> None:
 
 def write_csv_table(content: Content, table: Table, path: Path) -> None:
     """A table in long form: a row for each point of each instant."""
-    _csv(path, list(_long(table)), [f"{table.name}: {TABLE_MEANING[table.name]}", _source(content)])
+    of = f"of the recording {content.provenance['recording']}, scene {content.provenance['scene']}"
+    _csv(path, list(_long(table)), [f"{table.name}: {TABLE_MEANING[table.name]}", of])
 
 
 def write_parquet(content: Content, path: Path) -> None:
@@ -192,10 +193,6 @@ def _cf_table(table: Table) -> dict[str, Any]:
     for k, (name, unit) in enumerate(table.columns):
         said[f"{table.name}_{name}"] = ((when, point), padded[:, :, k], _cf("", unit, MEANING[name]))
     return said
-
-
-def _source(content: Content) -> str:
-    return f"of the recording {content.provenance['recording']}, scene {content.provenance['scene']}"
 
 
 def _name(key: str) -> str:
