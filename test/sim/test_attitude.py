@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from underway import cautioned, refused, sail
 
-from cable_sim_ros import ShipMotion, Simulator
+from cable_sim_ros import Simulator
 from cable_sim_ros.io.recordings.recorded_run import load_run
-from cable_sim_ros.io.scenes.load import SceneError, load_scene, override, scene_from_dict
+from cable_sim_ros.io.scenes.load import load_scene, override, scene_from_dict
 from cable_sim_ros.physics.tick_output import BODY_COLUMNS, Flag
 from cable_sim_ros.runs.offline import run
 from cable_sim_ros.sim.checks.added_mass_checks import semidefinite
@@ -47,18 +48,10 @@ def scene_of(changes: dict | None = None, name: str = "full_scale"):
 def heaving(sim: Simulator, seconds: float) -> np.recarray:
     """Tick outputs from a start on, under a metre of heave and 8 deg of roll in 8 s."""
     sim.start()
-    w, speed, roll = 2.0 * np.pi / 8.0, sim.scene.ship.tow_speed, np.radians(4.0)
+    w, roll = 2.0 * np.pi / 8.0, np.radians(4.0)
     for k in range(1, round(seconds / 0.02) + 10):
-        t = 0.02 * k
-        sim.push(
-            ShipMotion(
-                time_ns=k * 20_000_000,
-                position=(speed * t, 0.0, 0.5 * (1.0 - np.cos(w * t))),
-                velocity=(speed, 0.0, 0.5 * w * np.sin(w * t)),
-                attitude=(roll * np.sin(w * t), 0.0, 0.0),
-                rate=(roll * w * np.cos(w * t), 0.0, 0.0),
-            )
-        )
+        s, c = np.sin(w * 0.02 * k), np.cos(w * 0.02 * k)
+        sail(sim, 0.02 * k, 0.5 * (1.0 - c), 0.5 * w * s, (roll * s, 0.0, 0.0), (roll * w * c, 0.0, 0.0))
     return sim.run(round(seconds / sim.scene.solver.tick))
 
 
@@ -76,10 +69,7 @@ def fish():
         ({"centre_of_gravity": [0, 0, 0], "centre_of_buoyancy": [0, 0, 0]}, ("tow point", "would hold an attitude")),
         ({"lift_area": -0.5}, ("towbody.lift_area", "wings")),
         ({"wings.depressor.flap": 20.0}, ("towbody.wings.depressor.flap", "without a flap", "flap_share")),
-        (
-            {"wings.depressor.flap": 40.0, "wings.depressor.flap_share": 0.25},
-            ("towbody.wings.depressor.flap", "stall_angle", "more than 29.56 deg"),
-        ),
+        ({"wings.depressor.flap": 40.0, "wings.depressor.flap_share": 0.25}, ("depressor.flap", "more than 29.56 deg")),
         ({"wings.depressor.span": 0.0}, ("towbody.wings.depressor.span", "outside (0, 100] m")),
         ({"wings.depressor.chrod": 1.0}, ("towbody.wings.depressor.chrod", "chord")),
         ({"wings": {"tail": 3.0}}, ("towbody.wings.tail = 3.0", "tail: {place:")),
@@ -87,10 +77,8 @@ def fish():
     ],
 )
 def test_what_no_body_has_is_refused_with_the_remedy(changes, parts):
-    with pytest.raises(SceneError) as error:
-        scene_of({f"towbody.{key}": value for key, value in changes.items()})
-    for part in parts:
-        assert part in str(error.value)
+    said = refused(scene_of, {f"towbody.{key}": value for key, value in changes.items()})
+    assert all(part in said for part in parts), said
 
 
 def test_a_fish_that_meets_the_ground_is_borne_and_lifted_again():
@@ -113,11 +101,8 @@ def test_a_fish_that_meets_the_ground_is_borne_and_lifted_again():
     ],
 )
 def test_what_would_surprise_is_said(changes, parts):
-    from cable_sim_ros.sim.checks.checks import warnings as cautions
-
-    said = " ".join(" ".join(one[:3]) for one in cautions(scene_of(changes)))
-    for part in parts:
-        assert part in said
+    said = " ".join(cautioned(scene_of, changes))
+    assert all(part in said for part in parts), said
 
 
 def test_semidefinite_knows_matrices_by_their_eigenvalues():

@@ -1,11 +1,9 @@
 """What a careless user commands: the run goes on to its end, says what it did, and every number of it is finite."""
 
-import warnings
-
 import numpy as np
 import pytest
+from underway import scene_with
 
-from cable_sim_ros.io.scenes.load import load_scene, override
 from cable_sim_ros.physics.inputs import push_command
 from cable_sim_ros.physics.tick_output import Flag
 from cable_sim_ros.sim.simulator import Simulator
@@ -17,11 +15,7 @@ FED, FIXED = "full_scale", "full_scale_contact"
 
 def ran(name: str, orders: list[tuple[float, float, float]], ramp=None, **changes) -> tuple[Simulator, np.recarray]:
     """The shipped tow under orders (seconds, length, rate), as they would come from a topic; a halt raises."""
-    changes = {key.replace("__", "."): value for key, value in changes.items()}
-    changes |= {"winch.command_timeout": 3600.0, "winch.command_acceleration": ramp}
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")
-        sim = Simulator(override(load_scene(name), changes))
+    sim = Simulator(scene_with(name, **changes, winch__command_timeout=3600.0, winch__command_acceleration=ramp))
     sim.start()
     parts = []
     for seconds, payout, rate in orders:

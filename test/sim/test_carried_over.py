@@ -6,9 +6,9 @@ import os
 
 import numpy as np
 import pytest
+from underway import sail
 
 from cable_sim_ros.io.scenes.load import load_scene
-from cable_sim_ros.physics.inputs import push_motion
 from cable_sim_ros.sim.rebase import carried_over
 from cable_sim_ros.sim.simulator import Simulator
 
@@ -19,20 +19,12 @@ pytestmark = [
 SECOND = 1_000_000_000
 
 
-def heave(sim: Simulator, begin: int, place: tuple[float, float], phase: float) -> None:
-    """Two seconds of motion from the stamp ``begin``; phase: of the heave then [rad]."""
-    speed = sim.scene.ship.tow_speed
-    for t in np.arange(0.0, 2.0, 0.02):
-        up, rate = np.sin(phase + 0.6 * t), 0.6 * np.cos(phase + 0.6 * t)
-        row = [place[0] + speed * t, place[1], up, 0, 0, 0, speed, 0, rate, 0, 0, 0, 1, 1]
-        push_motion(sim.inputs, begin + round(t * 1e9), row)
-
-
 @pytest.mark.parametrize("begin", [1000 * SECOND, 20_000_000], ids=["later", "earlier"])
 def test_the_tow_goes_on_on_another_clock_and_elsewhere(begin):
     sim = Simulator(load_scene("side_scan"))
     sim.start(100 * SECOND, (5.0, -7.0))
-    heave(sim, 100 * SECOND, (5.0, -7.0), 0.0)
+    for t in np.arange(0.0, 2.0, 0.02):
+        sail(sim, t, np.sin(0.6 * t), 0.6 * np.cos(0.6 * t), at=(5.0, -7.0), begin=100 * SECOND)
     sim.run(150)
     before, shape, saved = sim.frame.copy(), sim.shape.copy(), sim.snapshot()
     held = saved["memory"].time.now

@@ -1,13 +1,13 @@
 """Sections of their own cable, terminations and bodies on the line: what stops a scene, and what is only a caution."""
 
-import warnings
 from math import pi
 
 import numpy as np
 import pytest
+from underway import cautioned, refused
 
 from cable_sim_ros.io.recordings.recorded_run import load_run
-from cable_sim_ros.io.scenes.load import SceneError, SceneWarning, dump_scene, load_scene, override, scene_from_dict
+from cable_sim_ros.io.scenes.load import SceneError, dump_scene, load_scene, override, scene_from_dict
 from cable_sim_ros.io.scenes.load import scene_from_text as read
 from cable_sim_ros.physics.tick_output import BODY_COLUMNS
 from cable_sim_ros.runs.offline import run
@@ -28,108 +28,52 @@ def scene(sections=None, bodies=None, base="full_scale_contact", **changes):
     return scene_from_dict(data | {"bodies": bodies or {}} | changes, "tow.yaml")
 
 
-WRONG = {
-    "no mesh": ({"bare": {"elements": None}}, {}, "tow.yaml: cable.sections.bare.elements is missing"),
-    "tangential without a constant": (
-        {"bare": {"drag_law": "pode", "tangential_coefficient": 0.02}},
-        {},
-        "tow.yaml: cable.sections.bare.tangential_coefficient = 0.02 has no meaning",
+OF_BARE = [  # keys of the section bare, what is said of one
+    ({"elements": None}, "elements is missing"),
+    ({"drag_law": "pode", "tangential_coefficient": 0.02}, "tangential_coefficient = 0.02 has no meaning"),
+    (
+        {"drag_law": "crossflow", "tangential_coefficient": 0.02, "friction_coefficient": 0.01},
+        "friction_coefficient = 0.01 stands beside tangential_coefficient = 0.02",
     ),
-    "two coefficients along the cable": (
-        {"bare": {"drag_law": "crossflow", "tangential_coefficient": 0.02, "friction_coefficient": 0.01}},
-        {},
-        "tow.yaml: cable.sections.bare.friction_coefficient = 0.01 stands beside tangential_coefficient = 0.02",
+    ({"tangential_coefficient": 0.02}, "tangential_coefficient = 0.02 has no part in the law"),
+    ({"drag_law": "off", "friction_coefficient": 0.01}, "friction_coefficient = 0.01 has no part in the law off"),
+    ({"drag_law": "dymore"}, "drag_law = dymore needs a constant C_D above 0"),
+    ({"drag_law": "huston_kamman_6", "drag_coefficient": 1.2}, "drag_coefficient = 1.2 takes the place of the C_N(Re)"),
+    ({"drag_law": "capozucca", "fairing": "airfoil"}, "drag_law = capozucca has a C_N of its own"),
+    ({"fairing_mass": 0.2}, "fairing_mass = 0.2 kg/m is of no known material"),
+    (
+        {"fairing": "hair", "fairing_mass": 0.1, "fairing_net_weight": 2.0},
+        "fairing_net_weight = 2 N/m is more than 1.00062 N/m",
     ),
-    "tangential of a law of the angle": (
-        {"bare": {"tangential_coefficient": 0.02}},
-        {},
-        "tow.yaml: cable.sections.bare.tangential_coefficient = 0.02 has no part in the law",
+    ({"termination_net_weight": 10.0}, "termination_net_weight = 10 N belongs to a termination without mass"),
+    (
+        {"termination_mass": 1.0, "termination_net_weight": 20.0},
+        "termination_net_weight = 20 N is more than the dry weight 9.81 N",
     ),
-    "friction of no drag": (
-        {"bare": {"drag_law": "off", "friction_coefficient": 0.01}},
-        {},
-        "tow.yaml: cable.sections.bare.friction_coefficient = 0.01 has no part in the law off",
-    ),
-    "dymore without c_d": (
-        {"bare": {"drag_law": "dymore"}},
-        {},
-        "tow.yaml: cable.sections.bare.drag_law = dymore needs a constant C_D above 0",
-    ),
-    "constant for a law of Re": (
-        {"bare": {"drag_law": "huston_kamman_6", "drag_coefficient": 1.2}},
-        {},
-        "tow.yaml: cable.sections.bare.drag_coefficient = 1.2 takes the place of the C_N(Re)",
-    ),
-    "fairing with a C_D beside such a law": (
-        {"bare": {"drag_law": "capozucca", "fairing": "airfoil"}},
-        {},
-        "tow.yaml: cable.sections.bare.drag_law = capozucca has a C_N of its own",
-    ),
-    "fairing of no material": (
-        {"bare": {"fairing_mass": 0.2}},
-        {},
-        "tow.yaml: cable.sections.bare.fairing_mass = 0.2 kg/m is of no known material",
-    ),
-    "fairing that sinks too well": (
-        {"bare": {"fairing": "hair", "fairing_mass": 0.1, "fairing_net_weight": 2.0}},
-        {},
-        "tow.yaml: cable.sections.bare.fairing_net_weight = 2 N/m is more than 1.00062 N/m",
-    ),
-    "termination without mass": (
-        {"bare": {"termination_net_weight": 10.0}},
-        {},
-        "tow.yaml: cable.sections.bare.termination_net_weight = 10 N belongs to a termination without mass",
-    ),
-    "nowhere": ({}, {"pod": POD | {"at": "tail"}}, "tow.yaml: bodies.pod.at = 'tail' is no section of the cable"),
-    "at the towbody": ({}, {"pod": POD | {"at": "faired"}}, "tow.yaml: bodies.pod.at = 'faired' is the last section"),
-    "inboard": ({}, {"pod": POD | {"at": "drum"}}, "tow.yaml: bodies.pod.at = 'drum' puts it 5.2 m "),
-    "name": ({}, {"Pod 1": POD}, "tow.yaml: bodies.Pod 1 is not a body name"),
-    "thick on the sheave": (
-        {"sheave": {"diameter": 0.05}},
-        {},
-        "tow.yaml: cable.sections.sheave.diameter = 0.05 m would sit 0.04 m above the seat",
-    ),
-    "soft section": (
-        {"bare": {"axial_stiffness": 5000.0}},
-        {},
-        "tow.yaml: cable.sections.bare.axial_stiffness = 5000 N is less than 2",
-    ),
-    "stiff section": (
-        {"bare": {"axial_stiffness": 1e12}},
-        {},
-        "tow.yaml: cable.sections.bare.axial_stiffness = 1000000000000.0 N is outside [1, 1e+11] N",
-    ),
-    "no block": ({}, {"pod": 3.0}, "tow.yaml: bodies.pod = 3.0 is a number"),
-}
+    ({"axial_stiffness": 5000.0}, "axial_stiffness = 5000 N is less than 2"),
+    ({"axial_stiffness": 1e12}, "axial_stiffness = 1000000000000.0 N is outside [1, 1e+11] N"),
+]
+OF_POD = [  # the body pod, what is said of it
+    (POD | {"at": "tail"}, ".at = 'tail' is no section of the cable"),
+    (POD | {"at": "faired"}, ".at = 'faired' is the last section"),
+    (POD | {"at": "drum"}, ".at = 'drum' puts it 5.2 m from the drum end, not above "),
+    (POD | {"net_weight": 500.0}, ".net_weight = 500 N is more than the dry weight 196.2 N"),
+    (3.0, " = 3.0 is a number"),
+]
+WRONG = [
+    *(({"bare": keys}, {}, f"cable.sections.bare.{text}") for keys, text in OF_BARE),
+    *(({}, {"pod": body}, f"bodies.pod{text}") for body, text in OF_POD),
+    ({"sheave": {"diameter": 0.05}}, {}, "cable.sections.sheave.diameter = 0.05 m would sit 0.04 m above the seat"),
+    ({}, {"Pod 1": POD}, "bodies.Pod 1 is not a body name"),
+]
 
 
-@pytest.mark.parametrize("sections, bodies, text", WRONG.values(), ids=WRONG)
+@pytest.mark.parametrize("sections, bodies, text", WRONG, ids=[text for _, _, text in WRONG])
 def test_problem(sections, bodies, text):
     with pytest.raises(SceneError) as caught:
         scene(sections, bodies)
     (found,) = caught.value.problems
-    assert found.startswith(text) and found.remedy, found
-
-
-def test_inboard_says_where_the_sheave_is_left():
-    with pytest.raises(SceneError, match=r"from the drum end, not above \d+\.\d+ m, where .* hang inboard"):
-        scene(bodies={"pod": POD | {"at": "drum"}})
-
-
-@pytest.mark.parametrize(
-    "sections, bodies, text",
-    [
-        ({}, {"pod": POD | {"net_weight": 500.0}}, "bodies.pod.net_weight = 500 N is more than the dry weight 196.2 N"),
-        (
-            {"bare": {"termination_mass": 1.0, "termination_net_weight": 20.0}},
-            {},
-            "cable.sections.bare.termination_net_weight = 20 N is more than the dry weight 9.81 N",
-        ),
-    ],
-)
-def test_nothing_is_heavier_in_water_than_in_air(sections, bodies, text):
-    with pytest.raises(SceneError, match=text):
-        scene(sections, bodies)
+    assert found.startswith(f"tow.yaml: {text}") and found.remedy, found
 
 
 def test_two_bodies_at_one_end():
@@ -145,20 +89,9 @@ def test_a_section_that_floats_over_a_seabed():
         scene({"faired": {"diameter": 0.025}}, seabed={"depth": 500.0})
 
 
-@pytest.mark.parametrize(
-    "sections, bodies, text",
-    [
-        (
-            {"faired": {"diameter": 0.05, "mass_per_length": 5.0}},
-            {},
-            "cable.sections.faired.diameter = 0.05 m would sit 0.04 m above the seat of cable.diameter = 0.01 m",
-        )
-    ],
-)
-def test_caution(sections, bodies, text):
-    with pytest.warns(SceneWarning) as caught:
-        scene(sections, bodies)
-    assert any(text in str(item.message) for item in caught)
+def test_a_section_outboard_that_is_too_thick_for_the_groove_is_a_caution():
+    said = " ".join(cautioned(scene, {"faired": {"diameter": 0.05, "mass_per_length": 5.0}}))
+    assert "cable.sections.faired.diameter = 0.05 m would sit 0.04 m above the seat of cable.diameter = 0.01 m" in said
 
 
 def test_downforce_counts_every_section_and_what_hangs_on_it():
@@ -233,11 +166,7 @@ def test_a_body_that_a_winch_that_feeds_has_on_board_at_the_start_is_refused():
 
 def test_a_body_is_read_back_and_overridden():
     first = scene({"bare": {"fairing": "hair", "termination_mass": 3.0}}, {"pod": POD})
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")
-        assert read(dump_scene(first), "again.yaml") == first
+    assert read(dump_scene(first), "again.yaml") == first
     assert override(first, {"bodies.pod.mass": 30.0}).bodies["pod"].mass == 30.0
-    with pytest.raises(
-        SceneError, match="bodies.pod.mas = 1.0: there is no such key; .* Did you mean bodies.pod.mass?"
-    ):
-        override(first, {"bodies.pod.mas": 1.0})
+    said = refused(override, first, {"bodies.pod.mas": 1.0})
+    assert "bodies.pod.mas = 1.0: there is no such key" in said and "Did you mean bodies.pod.mass?" in said

@@ -19,15 +19,7 @@ from verification.meshes.mesh_promise import promise_of, promised_table
 from verification.meshes.mesh_tows import tows
 
 TOWS = {scene.name: scene for scene in tows()}
-QUICK = [
-    "flume_10m_slow",
-    "harbour_60m",
-    "full_scale_stiff",
-    "three_cables",
-    "umbilical_400m",
-    "light_1km",
-    "deep_tow_6km",
-]
+QUICK = "flume_10m_slow harbour_60m full_scale_stiff three_cables umbilical_400m light_1km deep_tow_6km".split()
 pytestmark = pytest.mark.trust
 
 
@@ -86,14 +78,9 @@ def test_the_shape_by_integration_is_that_of_the_elements(name):
 def test_the_fourth_derivative_of_a_hanging_chain_is_that_of_the_catenary():
     """Towed body, no drag, tension H + w s upward from a pull of 45 degrees: against differences of the exact shape."""
     scene = with_keys("full_scale", water__density=900.0, towbody__drag_area=[100.0, 0.9, 1.485], ship__tow_speed=0.2)
-    cable = scene.cable.model_copy(
-        update={
-            "sections": {
-                n: s.model_copy(update={"drag_law": "off", "drag_coefficient": 0.0})
-                for n, s in scene.cable.sections.items()
-            }
-        }
-    )
+    none = {"drag_law": "off", "drag_coefficient": 0.0}
+    sections = {name: section.model_copy(update=none) for name, section in scene.cable.sections.items()}
+    cable = scene.cable.model_copy(update={"sections": sections})
     shape = layout_of(scene.model_copy(update={"cable": cable})).shape(400.0)
     wet = slice(5, int(np.flatnonzero(np.diff(shape.section))[0]) - 5)
     h, v = shape.force[wet, 0], shape.force[wet, 2]
@@ -207,59 +194,30 @@ def test_the_figures_are_plain_and_say_whether_the_promise_is_kept():
 
 BARE = "cable.sections.bare"
 TOO_SHORT = "shorter than 0.0159 m, 0.25 of an element at the sheave (0.0638 m)"
-SHORT = {"cable__sections__bare__length": 10.0, "winch__scope": 100.0}
+SHORT = {f"{BARE}.length": 10.0, "winch.scope": 100.0}
+FINE = {"accuracy.position": 1e-4, "solver.tolerance": 1e-7}
+FIXED = {"winch.drum": "contact"}
+SCOPE, DRUM = "winch.scope", "winch.cable_on_drum"
 REFUSED = [  # changes, key, values and bound, the way out
-    ({"accuracy__sheave": "ends"}, "accuracy.sheave", "contact.penetration_limit = 0.1", "limit 0.01, or"),
-    ({"accuracy__tension": 1e-4}, "accuracy.tension", "0.025 sheave radii", "Give 0.0005 or more"),
+    ({"accuracy.sheave": "ends"}, "accuracy.sheave", "contact.penetration_limit = 0.1", "limit 0.01, or"),
+    ({"accuracy.tension": 1e-4}, "accuracy.tension", "0.025 sheave radii", "Give 0.0005 or more"),
+    (FINE, "accuracy.position", "= 0.0001 m cannot be met: forces are solved to", "m or more, or solver.tolerance"),
+    ({f"{BARE}.elements": 12}, f"{BARE}.elements", "= 12 has no effect: a winch that feeds", "winch.drum: contact"),
+    ({SCOPE: 700.0}, SCOPE, "700 m and 8.04 m from drum to sheave are more than the 600 m", "591.9 m"),
+    ({DRUM: 100.0}, SCOPE, "450 m and winch.cable_on_drum = 100 m are both given", "Leave one"),
+    ({SCOPE: None, DRUM: 595.0}, DRUM, "the 5 m off it do not reach the sheave, 8.04 m on", "Make the cable longer"),
+    ({SCOPE: None, DRUM: 0.0}, DRUM, "0.0915 m must stay there (winch.dead_length = 0 m", "Leave 0.0915 m or more"),
+    ({SCOPE: 0.2}, SCOPE, "of 0.2 m at the start ends on the mesh at the sheave", "Start with"),
+    ({"mesh.sections": {"bar": {"elements": 10}}}, "mesh.sections.bar", "is no section", "Known: bare, faired"),
+    ({"mesh.sections": {"bare": 10}}, "mesh.sections.bare", "= 10 is a number", "`bare: {elements: 4}`"),
+    (SHORT | {f"{BARE}.length": 0.005}, f"{BARE}.length", TOO_SHORT, "Make it 0.0159 m or longer"),
     (
-        {"accuracy__position": 1e-4, "solver__tolerance": 1e-7},
-        "accuracy.position",
-        "= 0.0001 m cannot be met: forces are solved to",
-        "m or more, or solver.tolerance",
+        SHORT | {"mesh.sections": {"bare": {"elements": 1000}}},
+        *("mesh.sections.bare.elements", TOO_SHORT, "Give at most 627 elements"),
     ),
-    (
-        {"cable__sections__bare__elements": 12},
-        f"{BARE}.elements",
-        "= 12 has no effect: a winch that feeds",
-        "winch.drum: contact",
-    ),
-    ({"winch__scope": 700.0}, "winch.scope", "700 m and 8.04 m from drum to sheave are more than the 600 m", "591.9 m"),
-    (
-        {"winch__cable_on_drum": 100.0},
-        "winch.scope",
-        "450 m and winch.cable_on_drum = 100 m are both given",
-        "Leave one",
-    ),
-    (
-        {"winch__scope": None, "winch__cable_on_drum": 595.0},
-        "winch.cable_on_drum",
-        "leaves 595 m of the 600 m of cable on the drum: the 5 m off it do not reach the sheave, 8.04 m on",
-        "Make the cable longer",
-    ),
-    (
-        {"winch__scope": None, "winch__cable_on_drum": 0.0},
-        "winch.cable_on_drum",
-        "0.0915 m must stay there (winch.dead_length = 0 m and 0.3 rad of wrap)",
-        "Leave 0.0915 m or more",
-    ),
-    ({"winch__scope": 0.2}, "winch.scope", "of 0.2 m at the start ends on the mesh at the sheave", "Start with"),
-    ({"mesh__sections": {"bar": {"elements": 10}}}, "mesh.sections.bar", "is no section", "Known: bare, faired"),
-    ({"mesh__sections": {"bare": 10}}, "mesh.sections.bare", "= 10 is a number", "`bare: {elements: 4}`"),
-    (SHORT | {"cable__sections__bare__length": 0.005}, f"{BARE}.length", TOO_SHORT, "Make it 0.0159 m or longer"),
-    (
-        SHORT | {"mesh__sections": {"bare": {"elements": 1000}}},
-        "mesh.sections.bare.elements",
-        TOO_SHORT,
-        "Give at most 627 elements",
-    ),
-    ({"winch__drum": "contact", "winch__scope": None}, f"{BARE}.elements", "is missing", "Give the number of elements"),
-    ({"winch__drum": "contact"}, "winch.scope", "= 450 m has no effect: with winch.drum = contact", "Leave it out"),
-    (
-        {"winch__drum": "contact", "winch__scope": None, "mesh__sheave": 3},
-        "mesh.sheave",
-        "= 3 has no effect: with winch.drum = contact",
-        "winch.drum: feed",
-    ),
+    (FIXED | {SCOPE: None}, f"{BARE}.elements", "is missing", "Give the number of elements"),
+    (FIXED, SCOPE, "= 450 m has no effect: with winch.drum = contact", "Leave it out"),
+    (FIXED | {SCOPE: None, "mesh.sheave": 3}, "mesh.sheave", "= 3 has no effect: with winch.drum", "winch.drum: feed"),
 ]
 
 

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-import warnings
 from pathlib import Path
 
 import numpy as np
 import pytest
 from scipy.integrate import trapezoid
+from underway import cautioned, scene_with
 
 from cable_sim_ros.io.scenes import yaml12
-from cable_sim_ros.io.scenes.load import SceneError, SceneWarning, load_scene, override, scene_from_dict
+from cable_sim_ros.io.scenes.load import SceneError, SceneWarning, load_scene, scene_from_dict
 from cable_sim_ros.physics.water import CurrentFrame, CurrentTable, CurrentVariation, Turbulence, Water, Waves
 from cable_sim_ros.sim.tables.current import flow_of
 from cable_sim_ros.sim.tables.sea_tables import eddy_table, jonswap, sea_of, wave_number, wave_table
@@ -143,135 +143,77 @@ def test_the_start_has_the_current_of_its_time():
     assert flow_of(late, 0.0)(-10.0) == pytest.approx((0.0, 0.55))
 
 
-TEXTS = [
-    ({"water.waves": {"kind": "airy", "height": 6.0, "period": 5.0}}, "water.waves.height = 6 m is more than 5.543 m"),
-    (
-        {"water.waves": {"kind": "jonswap", "height": 6.0, "period": 5.0}},
-        "water.waves.height = 6 m is more than 5.576 m",
-    ),
-    (
-        {"water.waves": {"kind": "jonswap", "height": 4.0, "period": 12.0}, "seabed.depth": 5.0},
-        "water.waves.height = 4 m is more than 3 m, 0.6 of seabed.depth",
-    ),
-    (
-        {"water.waves": {"kind": "airy", "height": 5.0, "period": 12.0}, "seabed.depth": 5.0},
-        "water.waves.height = 5 m is more than 4.2",
-    ),
-    ({"water.waves": {"kind": "jonswap"}}, "but water.waves.kind = jonswap asks for waves"),
-    ({"water.waves": {"height": 2.0}}, "water.waves.height = 2 m has no effect"),
-    (
-        {"water.waves": {"kind": "airy", "height": 1.0, "spreading": 5.0}},
-        "water.waves.spreading = 5 has no effect: with water.waves.kind = airy",
-    ),
-    (
-        {"water.waves": {"kind": "airy", "height": 1.0}, "gravity": 0.0},
-        "gravity = 0 m/s^2, but there are no waves without it; nothing was started. Give gravity, or kind: off",
-    ),
-    (
-        {"water.current_table": {"depth": [0.0, 20.0, 20.0], "east": [1.0, 0.5, 0.2]}},
-        "depth is not ascending: row 3 with 20 m comes after 20 m",
-    ),
-    ({"water.current_table": {"depth": [0.0], "east": [1.0]}}, "depth has 1 row, needs 2 or more"),
-    (
-        {"water.current_table": {"depth": [0.0, 20.0], "east": [1.0, 0.5, 0.2]}},
-        "east has 3 numbers, water.current_table.depth has 2",
-    ),
-    ({"water.current_table": {"depth": [0.0, 20.0], "speed": [1.0, 0.5]}}, "not both pairs; here speed is given"),
-    ({"water.current_table": {"depth": [0.0, 20.0], "east": [1.0, 0.5]}}, "not both pairs; here east is given"),
-    (
-        {"water.current_table": {"depth": [0.0, 20.0], "north": [1.0, 0.5], "speed": [1.0, 0.5]}},
-        "and not both pairs; here north and speed are given; nothing was started",
-    ),
-    ({"water.current_table": {"depth": [0.0, 20.0]}}, "and not both pairs; here none is given; nothing was started"),
-    (
-        {"water.current_variation": {"time": [0.0, 10.0]}, "water.current": [0.1, 0.0]},
-        "neither water.current_variation.factor nor water.current_variation.turn_deg",
-    ),
-    ({"water.turbulence": {"time_scale": 8.0}}, "water.turbulence.time_scale = 8 s has no effect"),
-    ({"water.turbulence": {"seed": 8}}, "water.turbulence.seed = 8 has no effect: water.turbulence.deviation"),
-    (
-        {"water.waves": {"kind": "airy", "height": 1.0, "gamma": 5.0}},
-        "water.waves.gamma = 5 has no effect: with water.waves.kind = airy one wave has no spectrum",
-    ),
-    ({"water.waves": {"kind": "airy", "height": 1.0, "seed": 7}}, "water.waves.seed = 7 has no effect"),
-    ({"water.waves": {"kind": "airy", "height": 1.0, "components": 50}}, "water.waves.components = 50 has no effect"),
-    ({"water.waves": {"kind": "JONSWAP", "height": 1.0}}, "water.waves.kind = 'JONSWAP' is none of its values"),
-    ({"water.waves": {"kind": "JONSWAP", "height": 1.0}}, "Did you mean jonswap? Known: off, airy, jonswap"),
-    ({"water.waves": {"hs": 2.0}}, "there is no such key; nothing was started. Did you mean water.waves.height?"),
-    ({"water.waves": {"tp": 8.0}}, "there is no such key; nothing was started. Did you mean water.waves.period?"),
-    ({"water.waves": {"from_deg": 270.0}}, "there is no such key; nothing was started. Known here: kind, height, "),
-    ({"water.waves": {"spreading": "none"}}, "water.waves.spreading = 'none' is text"),
-    (
-        {"water.current_table": {"depth": [0.0, 20.0, 40.0], "speed": [1.0, "0,5", "0.2"]}},
-        "nothing was started. Entry 2 is '0,5', text: the decimal sign is a point. Write for example `speed: ",
-    ),
-    ({"water.current_table": {"east": [1.0, 0.5]}}, "east is given without water.current_table.depth"),
-    (
-        {
-            "water.current_table": {"depth": [0.0, 20.0], "east": [1.0, 0.5], "north": [0.0, 0.0]},
-            "water.current": [0.5, 0.0],
-        },
-        "is given beside water.current = [0.5, 0.0] m/s",
-    ),
-    (
-        {"water.current_table": {"depth": [0.0, 900.0], "east": [1.0, 0.5]}, "seabed.depth": 500.0},
-        "goes down to 900 m, more than seabed.depth = 500 m",
-    ),
-    ({"water.current_variation": {"time": [0.0, 10.0], "factor": [1.0, 2.0]}}, "no current that it could change"),
-    (
-        {"water.current_variation": {"factor": [1.0, 2.0]}, "water.current": [0.1, 0.0]},
-        "factor is given without water.current_variation.time",
-    ),
-    (
-        {"water.current_variation": {"time": [5.0, 1.0], "factor": [1.0, 2.0]}, "water.current": [0.1, 0.0]},
-        "water.current_variation.time is not ascending: row 2 with 1 s comes after 5 s",
-    ),
-    (
-        {"water.current_table": {"depth": 5.0}},
-        "water.current_table.depth = 5.0 is a number, expected a list of numbers or null in [0, 12000] m",
-    ),
-    ({"water.waves": {"ship_motion": "coupled"}}, "water.waves.ship_motion = 'coupled' is none of its values"),
+WAVE = {"kind": "airy", "height": 1.0}
+TABLE = {"depth": [0.0, 20.0]}
+EAST = TABLE | {"east": [1.0, 0.5]}
+FACTOR = {"time": [0.0, 10.0], "factor": [1.0, 2.0]}
+FLOWS = {"current": [0.1, 0.0]}
+SHALLOW, NO_G = {"seabed": {"depth": 5.0}}, {"gravity": 0.0}
+SENSELESS = [  # of the water, what is said
+    ({"waves": {"kind": "airy", "height": 6.0, "period": 5.0}}, "water.waves.height = 6 m is more than 5.543 m"),
+    ({"waves": {"kind": "jonswap", "height": 6.0, "period": 5.0}}, "water.waves.height = 6 m is more than 5.576 m"),
+    ({"waves": {"kind": "jonswap"}}, "but water.waves.kind = jonswap asks for waves"),
+    ({"waves": {"height": 2.0}}, "water.waves.height = 2 m has no effect"),
+    ({"waves": WAVE | {"spreading": 5.0}}, "water.waves.spreading = 5 has no effect: with water.waves.kind = airy"),
+    ({"waves": WAVE | {"gamma": 5.0}}, "water.waves.gamma = 5 has no effect: with water.waves.kind = airy one wave"),
+    ({"waves": WAVE | {"seed": 7}}, "water.waves.seed = 7 has no effect"),
+    ({"waves": WAVE | {"components": 50}}, "water.waves.components = 50 has no effect"),
+    ({"waves": WAVE | {"kind": "JONSWAP"}}, "water.waves.kind = 'JONSWAP' is none of its values"),
+    ({"waves": WAVE | {"kind": "JONSWAP"}}, "Did you mean jonswap? Known: off, airy, jonswap"),
+    ({"waves": {"hs": 2.0}}, "there is no such key; nothing was started. Did you mean water.waves.height?"),
+    ({"waves": {"tp": 8.0}}, "there is no such key; nothing was started. Did you mean water.waves.period?"),
+    ({"waves": {"from_deg": 270.0}}, "there is no such key; nothing was started. Known here: kind, height, "),
+    ({"waves": {"spreading": "none"}}, "water.waves.spreading = 'none' is text"),
+    ({"waves": {"ship_motion": "coupled"}}, "water.waves.ship_motion = 'coupled' is none of its values"),
+    ({"turbulence": {"time_scale": 8.0}}, "water.turbulence.time_scale = 8 s has no effect"),
+    ({"turbulence": {"seed": 8}}, "water.turbulence.seed = 8 has no effect: water.turbulence.deviation"),
+    ({"current_table": {"depth": [0.0], "east": [1.0]}}, "depth has 1 row, needs 2 or more"),
+    ({"current_table": EAST | {"depth": [0.0, 20.0, 20.0]}}, "is not ascending: row 3 with 20 m comes after 20 m"),
+    ({"current_table": TABLE | {"east": [1.0, 0.5, 0.2]}}, "east has 3 numbers, water.current_table.depth has 2"),
+    ({"current_table": TABLE | {"speed": [1.0, 0.5]}}, "not both pairs; here speed is given"),
+    ({"current_table": EAST}, "not both pairs; here east is given"),
+    ({"current_table": TABLE | {"north": [1.0, 0.5], "speed": [1.0, 0.5]}}, "here north and speed are given; nothing"),
+    ({"current_table": TABLE}, "and not both pairs; here none is given; nothing was started"),
+    ({"current_table": {"depth": [0.0, 20.0, 40.0], "speed": [1.0, "0,5", "0.2"]}}, "started. Entry 2 is '0,5', text:"),
+    ({"current_table": {"east": [1.0, 0.5]}}, "east is given without water.current_table.depth"),
+    ({"current_table": {"depth": 5.0}}, "depth = 5.0 is a number, expected a list of numbers or null in [0, 12000] m"),
+    ({"current_variation": FACTOR}, "no current that it could change"),
+    (FLOWS | {"current_table": EAST | {"north": [0.0, 0.0]}}, "is given beside water.current = [0.1, 0.0] m/s"),
+    (FLOWS | {"current_variation": {"time": [0.0, 10.0]}}, "neither water.current_variation.factor nor water.current_"),
+    (FLOWS | {"current_variation": {"factor": [1.0, 2.0]}}, "factor is given without water.current_variation.time"),
+    (FLOWS | {"current_variation": FACTOR | {"time": [5.0, 1.0]}}, "time is not ascending: row 2 with 1 s comes after"),
+]
+BESIDE = [  # and of what is beside it
+    ({"waves": WAVE | {"kind": "jonswap", "height": 4.0}}, "= 4 m is more than 3 m, 0.6 of seabed.depth", SHALLOW),
+    ({"waves": WAVE | {"height": 5.0, "period": 12.0}}, "water.waves.height = 5 m is more than 4.2", SHALLOW),
+    ({"current_table": EAST | {"depth": [0.0, 900.0]}}, "goes down to 900 m, more than seabed.depth = 5 m", SHALLOW),
+    ({"waves": WAVE}, "gravity = 0 m/s^2, but there are no waves without it; nothing was started. Give gravity", NO_G),
 ]
 
 
-@pytest.mark.parametrize("changes, text", TEXTS, ids=[t[:60] for _, t in TEXTS])
-def test_water_that_makes_no_sense_stops_the_load(changes, text):
-    data = load_scene("full_scale").model_dump(mode="json")
-    for key, value in changes.items():
-        block, _, name = key.rpartition(".")
-        (data[block] if block else data)[name] = value
+@pytest.mark.parametrize("water, text, beside", [*((*one, {}) for one in SENSELESS), *BESIDE])
+def test_water_that_makes_no_sense_stops_the_load(water, text, beside):
+    data = load_scene("full_scale").model_dump(mode="json") | beside
+    data["water"] |= water
     with pytest.raises(SceneError) as error:
         scene_from_dict(data, "x")
     assert text in str(error.value) and all(problem.remedy for problem in error.value.problems)
 
 
-def cautioned(changes):
-    with warnings.catch_warnings(record=True) as caught:
-        warnings.simplefilter("always")
-        override(load_scene("full_scale"), changes)
-    return [w.message.args[0] for w in caught if w.category is SceneWarning]
-
-
 def test_waves_bring_their_cautions():
-    told = cautioned({"water.waves.kind": "jonswap", "water.waves.height": 5.0, "water.waves.period": 6.5})
-    assert (
-        "water.waves.ship_motion = independent: waves act on cable and bodies; a ship that is given motion moves as "
-        "recorded or commanded, whatever the waves are: how its heave goes with them, and with it the tension's peaks, "
-        "is by chance. Let the waves move the ship (--rao), or with motion take the figures of many seeds "
-        "(water.waves.seed), or give the waves alone (--motion none) or the motion alone"
-    ) in str(told)
-    regular = str(cautioned({"water.waves.kind": "airy", "water.waves.height": 2.0}))
-    assert (
-        "with motion take the figures of several water.waves.period some percent apart (a regular wave has no seed), "
-        "or give the waves alone (--motion none) or the motion alone"
-    ) in regular and "seeds" not in regular
+    told = cautioned(scene_with, water__waves__kind="jonswap", water__waves__height=5.0, water__waves__period=6.5)
+    assert "water.waves.ship_motion = independent: waves act on cable and bodies; a ship that is given" in str(told)
+    assert "take the figures of many seeds (water.waves.seed), or give the waves alone (--motion none)" in str(told)
+    regular = str(cautioned(scene_with, water__waves__kind="airy", water__waves__height=2.0))
+    assert "figures of several water.waves.period some percent apart (a regular wave has no seed)," in regular
+    assert "seeds" not in regular
     assert [(one.key, one.unit) for one in told[-2:]] == [("water.waves.height", "m")] * 2
     assert [x for one in told[-2:] for x in (one.value, one.bound)] == pytest.approx([5.0, 4.4, 4.65, 3.45], rel=1e-3)
-    assert "water.waves" not in str(cautioned({}))
+    assert "water.waves" not in str(cautioned(scene_with))
 
 
 def test_turbulence_faster_than_the_ticks_brings_a_caution():
     fast = {"water.turbulence.deviation": [0.1, 0.0, 0.0], "water.turbulence.time_scale": 0.04}
-    (told,) = cautioned(fast)
+    (told,) = cautioned(scene_with, **fast)
     assert (told.key, told.value, told.bound) == ("water.turbulence.time_scale", 0.04, 0.05)
-    assert "turbulence" not in str(cautioned(fast | {"water.turbulence.time_scale": 0.05}))
+    assert "turbulence" not in str(cautioned(scene_with, **(fast | {"water.turbulence.time_scale": 0.05})))

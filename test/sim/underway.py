@@ -1,0 +1,42 @@
+"""What tests of a tow share: shipped scenes with other values, what is refused or said of them, a ship on its way."""
+
+from __future__ import annotations
+
+import warnings
+
+import pytest
+
+from cable_sim_ros import ShipMotion
+from cable_sim_ros.io.scenes.load import SceneError, SceneWarning, load_scene, override
+
+LEVEL = (0.0, 0.0, 0.0)
+
+
+def scene_with(name="full_scale", /, **values):
+    """A shipped scene with other values, ``__`` standing for the dot of a key."""
+    return override(load_scene(name), {key.replace("__", "."): value for key, value in values.items()})
+
+
+def refused(make, *given, **named):
+    """What is said of the scene that a call refuses to make."""
+    with pytest.raises(SceneError) as caught:
+        make(*given, **named)
+    return str(caught.value)
+
+
+def cautioned(make, *given, **named):
+    """Cautions of a call that makes a scene."""
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        make(*given, **named)
+    assert all(item.category is SceneWarning for item in caught)
+    return [item.message.args[0] for item in caught]
+
+
+def sail(sim, t, up=0.0, rate=0.0, attitude=LEVEL, turns=LEVEL, at=(0.0, 0.0), begin=0):
+    """Push what the ship does t [s] after ``begin`` [ns], on its way ahead from ``at``: height and its rate, attitude
+    and rates in its own axes."""
+    speed = sim.scene.ship.tow_speed
+    place, velocity = (at[0] + speed * t, at[1], up), (speed, 0.0, rate)
+    stamp = begin + round(t * 1e9)
+    sim.push(ShipMotion(time_ns=stamp, position=place, velocity=velocity, attitude=attitude, rate=turns))
