@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from underway import cautioned, refused, sail
+from underway import cautioned, goes_on, refused, sail
 
 from cable_sim_ros import Simulator
 from cable_sim_ros.io.recordings.recorded_run import load_run
@@ -152,11 +152,7 @@ def test_a_pitching_body_is_restored_and_chosen_steps_follow_it(fish, tmp_path):
     pitch = 2.0 * np.arcsin(frames.body_quaternion[:, 1])
     assert np.ptp(pitch) > np.radians(0.5) and not (frames.status & Flag.STALLED).any()
     assert np.abs(np.linalg.norm(frames.body_quaternion, axis=1) - 1.0).max() < 1e-12
-    saved = tmp_path / "fish.npz"
-    fish.save(saved)
-    again = fish.run(30)
-    other = Simulator.load(saved)
-    assert other.run(30).tobytes() == again.tobytes()
+    goes_on(fish, 30, tmp_path)
     chosen = Simulator(scene_of({"solver.tension_error": 0.005}))
     found = heaving(chosen, 12.0)
     assert np.abs(found.body_position - frames.body_position).max() < 0.01

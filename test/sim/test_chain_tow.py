@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from underway import cautioned, refused, sail, scene_with
+from underway import cautioned, goes_on, refused, sail, scene_with
 
 from cable_sim_ros import Simulator
 from cable_sim_ros.io.scenes.load import SceneWarning, load_scene
@@ -63,10 +63,7 @@ def test_a_winch_that_feeds_links_pulls_as_one_that_feeds_cubic_elements(underwa
 
 
 def test_links_go_on_from_a_file_as_if_they_had_not_been_interrupted(underway, tmp_path):
-    sim, _ = underway
-    sim.save(tmp_path / "tow.npz")
-    again = Simulator.load(tmp_path / "tow.npz")
-    assert again.run(30).tobytes() == sim.run(30).tobytes()
+    goes_on(underway[0], 30, tmp_path)
 
 
 def test_a_tow_on_links_wound_on_a_drum_surface_starts_and_runs():

@@ -2,22 +2,22 @@
 
 from __future__ import annotations
 
-import warnings
+import re
 from math import cos, exp, pi, sin
 from typing import NamedTuple
 
 import numpy as np
 import pytest
+from underway import cautioned, refused, sail, scene_with
 
-from cable_sim_ros.io.scenes.load import SceneError, SceneWarning, load_scene, override
+from cable_sim_ros.io.scenes.load import load_scene
 from cable_sim_ros.physics.contact_surface import SHEAVE_ROW
 from cable_sim_ros.physics.tick_output import TICK_OUTPUT
 from cable_sim_ros.runs.verdict import judge
 from cable_sim_ros.sim.checks.friction_checks import may_miss
-from cable_sim_ros.sim.inputs import ShipMotion, WinchCommand
+from cable_sim_ros.sim.inputs import WinchCommand
 from cable_sim_ros.sim.layout import layout_of
 from cable_sim_ros.sim.live_parameters import set_live
-from cable_sim_ros.sim.simulator import Simulator
 from cable_sim_ros.sim.statics.route import Route
 from verification.experiments.drum import hanging
 from verification.shipped import started
@@ -59,10 +59,8 @@ def haul():
     def made(changes: dict, rate: float = -RATE, name: str = "full_scale", seconds: float = 4.0) -> Haul:
         key = (name, rate, seconds, *changes.items())
         if key not in done:
-            scene = override(load_scene(name), {"setpoint.algorithm": "hold"} | changes)
-            sim = Simulator(scene)
-            sim.start()
-            parts = []
+            scene = scene_with(name, setpoint__algorithm="hold", **changes)
+            sim, parts = started(scene), []
             for _ in range(round(10 * seconds)):
                 sim.push(WinchCommand(rate=rate))
                 parts.append(sim.run(10).copy())
@@ -96,9 +94,8 @@ def test_a_bearing_bears_the_resultant_of_both_sides(height):
     sim.push(WinchCommand(rate=-0.1, time_ns=1))
     end = sim.run(200)[-50:]
     inner, outer = end["tension_drum"].mean(), end["tension"].mean()
-    turn = (
-        0.5 * pi + np.arctan2(0.6 - height, 2.0) - np.arcsin(0.05 / np.hypot(2.0, 0.6 - height))
-    )  # radii 0.305, 0.255
+    above = 0.6 - height  # and radii of 0.305 m and 0.255 m
+    turn = 0.5 * pi + np.arctan2(above, 2.0) - np.arcsin(0.05 / np.hypot(2.0, above))
     resultant = np.sqrt(inner**2 + outer**2 - 2.0 * inner * outer * cos(turn))
     assert end["sheave_friction"].mean() == pytest.approx(bearing * resultant, rel=0.01)
     assert end["sheave_friction"].mean() == pytest.approx(inner - outer, rel=0.06)
@@ -118,13 +115,10 @@ def test_a_winch_that_reverses_under_a_sheave_that_stands():
     """Compensated heave: the drum feels every reversal, the cable outboard none, and steps stay as easy."""
     report = []
     for changes in ({}, STANDS):
-        sim, frames, w = Simulator(override(load_scene("full_scale"), changes)), [], 2.0 * pi / 8.0
-        sim.start()
+        sim, frames, w = started(scene_with(**changes)), [], 2.0 * pi / 8.0
         for k in range(1600):
             t = 0.01 * (k + 2)
-            x, v = (2.2 * t, 0.0, 0.5 * sin(w * t)), (2.2, 0.0, 0.5 * w * cos(w * t))
-            level = (0.0, 0.0, 0.0)
-            sim.push(ShipMotion(time_ns=round(t * 1e9), position=x, velocity=v, attitude=level, rate=level))
+            sail(sim, t, 0.5 * sin(w * t), 0.5 * w * cos(w * t))
             if k % 20 == 19:
                 frames.append(sim.run(20))
         report.append(np.concatenate(frames)[800:])
@@ -140,17 +134,14 @@ def test_a_winch_that_reverses_under_a_sheave_that_stands():
 
 def test_without_friction_no_bit_depends_on_its_other_numbers(haul):
     plain = haul({}, seconds=1.0).frames
-    with pytest.warns(SceneWarning, match="has no effect"):
-        other = haul({"sheave.bearing_friction": 0.5, "contact.slip_speed": 0.1}, seconds=1.0).frames
+    other = haul({"sheave.bearing_friction": 0.5, "contact.slip_speed": 0.1}, seconds=1.0).frames
     assert plain.tobytes() == other.tobytes()
     assert not plain["sheave_friction"].any() and not plain["friction_heat"].any()
 
 
 def test_a_bearing_seizes_under_way():
     """Live: from the next tick on, kept by a start, without another compilation."""
-    sim = Simulator(override(load_scene("full_scale"), {"setpoint.algorithm": "hold"} | TURNS))
-    sim.start()
-    report = []
+    sim, report = started(scene_with(setpoint__algorithm="hold", **TURNS)), []
     for bearing in (0.02, 10.0):
         set_live(sim, "sheave.bearing_friction", bearing)
         for _ in range(15):
@@ -175,11 +166,7 @@ def test_a_drum_that_rubs_turns_with_its_cable(haul):
 
 
 def test_friction_on_a_drum_that_feeds_is_refused():
-    with pytest.raises(
-        SceneError,
-        match=r"winch.drum_friction = 0.2 has no effect: with winch.drum = feed .*; nothing was started. Leave it out",
-    ):
-        override(load_scene("full_scale"), {"winch.drum_friction": 0.2})
+    assert "winch.drum_friction = 0.2 has no effect: with winch.drum" in refused(scene_with, winch__drum_friction=0.2)
 
 
 @pytest.mark.parametrize(
@@ -191,25 +178,19 @@ def test_friction_on_a_drum_that_feeds_is_refused():
     ],
 )
 def test_friction_that_acts_on_nothing_or_in_part_is_said(changes, text):
-    with pytest.warns(SceneWarning, match=text):
-        override(load_scene("full_scale"), changes)
+    assert re.search(text, "\n".join(cautioned(scene_with, **changes)))
 
 
 def test_a_held_winch_is_said_to_have_its_friction_in_part():
     """T (exp(mu wrap / sin 30 deg) - 1) of the working tension; a law that moves the winch brings no such word."""
-    friction = {"sheave.friction": 0.1, "sheave.bearing_friction": 10.0}
-    with pytest.warns(
-        SceneWarning, match=r"contact.slip_speed = 0.001 m/s: while the winch is held .* up to 226 N at contact"
-    ):
-        override(load_scene("full_scale"), friction | {"setpoint.algorithm": "hold"})
-    with warnings.catch_warnings():
-        warnings.simplefilter("error", SceneWarning)
-        override(load_scene("full_scale"), friction)
+    (said,) = cautioned(scene_with, **STANDS, setpoint__algorithm="hold")
+    assert "contact.slip_speed = 0.001 m/s: while the winch is held" in said and "up to 226 N at contact" in said
+    assert not cautioned(scene_with, **STANDS)
 
 
 def test_a_run_with_a_held_winch_is_doubtful_of_its_pull():
     """Slower than 3 slip speeds for more than a twentieth of the run; without friction, or hauling, it is ok."""
-    held = override(load_scene("full_scale"), TURNS)
+    held = scene_with(**TURNS)
     frames = np.zeros(100, TICK_OUTPUT).view(np.recarray)
     frames.time, frames.payout_rate, frames.scope = np.arange(100) * 10_000_000, 0.5, 450.0
     assert judge(frames, held).state == "ok"
@@ -227,5 +208,5 @@ def test_a_run_with_a_held_winch_is_doubtful_of_its_pull():
 
 
 def test_the_drum_counts_with_what_may_be_missing():
-    scene = override(load_scene("full_scale_contact"), {"winch.drum_friction": 0.1})
+    scene = scene_with("full_scale_contact", winch__drum_friction=0.1)
     assert may_miss(scene) == pytest.approx(scene.contact.working_tension * (1.0 - exp(-0.1 * scene.winch.wrap)))

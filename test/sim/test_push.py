@@ -95,10 +95,7 @@ def test_commands_hold_from_now_or_from_their_time():
         ({"velocity": (51, 0, 0)}, r"velocity\[0\] = 51 m/s is outside \[-50, 50\] m/s: .* Check its unit and axes"),
         ({"rate": (0, 6, 0)}, r"ShipMotion.rate\[1\] = 6 rad/s is outside \[-5, 5\] rad/s"),
         ({"attitude": (0, 1.5, 0)}, r"ShipMotion.attitude\[1\] = 1.5 rad is outside \[-1.396, 1.396\] rad"),
-        (
-            {"attitude": None},
-            "attitude = None and quaternion = None: exactly one of them is needed; nothing was pushed",
-        ),
+        ({"attitude": None}, "attitude = None and quaternion = None: exactly one of them is needed; nothing was push"),
         ({"quaternion": (0, 0, 0, 1)}, r"attitude = \(0, 0, 0\) and quaternion = \(0, 0, 0, 1\): exactly one"),
         ({"attitude": None, "quaternion": (0, 0, 0, 0.9)}, "has the norm 0.9, allowed 1 [+]- 0.01: .* w last"),
         ({"attitude": None, "quaternion": (0, 0.7071, 0, 0.7071)}, "is a pitch of 1.571 rad, outside"),
@@ -142,9 +139,7 @@ def test_a_ring_is_never_overrun(make, rows, what):
     inputs = make_inputs()
     for k in range(rows - 16):
         push(inputs, make(k + 1), 0, GAP)
-    with pytest.raises(
-        InputError, match=rf"{rows - 16} {what} lie ahead of the simulation at 0 ns already.* Tick in b"
-    ):
+    with pytest.raises(InputError, match=rf"{rows - 16} {what} lie ahead of the simulation at 0 ns already.* Tick in"):
         push(inputs, make(rows), 0, GAP)
     push(inputs, make(rows), 1, GAP)  # the first one is past
 

@@ -73,18 +73,9 @@ def test_every_word_has_a_case():
 
 
 def test_a_run_says_how_long_each_mode_was_in_force(tmp_path):
-    scene = override(
-        load_scene("full_scale"),
-        {
-            "drive.model": "motor",
-            "drive.inertia": 45.0,
-            "drive.curve_speed": [0.0, 5.0],
-            "drive.curve_pull": [2e4, 1e4],
-            "drive.brake_pull": 8e3,
-            "drive.set_pull": 3300.0,
-            "setpoint.algorithm": "hold",
-        },
-    )
+    motor = {"model": "motor", "inertia": 45.0, "curve_speed": [0.0, 5.0], "curve_pull": [2e4, 1e4]}
+    motor |= {"brake_pull": 8e3, "set_pull": 3300.0}
+    scene = override(TOW, {f"drive.{key}": value for key, value in motor.items()})
     plan = "0.1 rate 0.2, 0.3 length 450, 0.6 mode tension, 0.7 mode render, 0.8 mode emergency_stop, 0.9 mode brake"
     law = [(1.0, "setpoint.algorithm", "simplified_sheave"), (1.0, "drive.mode", "follow")]
     result = run(scene, winch=plan, changes=law, duration=1.7, step="fixed", every=0.01, out=tmp_path / "run")

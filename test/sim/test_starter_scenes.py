@@ -5,9 +5,9 @@ from math import acos, degrees, pi, sqrt
 
 import numpy as np
 import pytest
+from underway import sail
 
 from cable_sim_ros.io.scenes.load import load_scene, override
-from cable_sim_ros.physics.inputs import push_motion
 from cable_sim_ros.physics.tick_output import Flag
 from cable_sim_ros.sim.layout import layout_of
 from cable_sim_ros.sim.simulator import Simulator
@@ -30,14 +30,10 @@ def started(name, **changes):
 
 def frames_of_heave(sim, amplitude, period, seconds):
     """Tick outputs of a ship that heaves; 50 Hz motion, pushed a second ahead."""
-    w, speed, frames, pushed = 2.0 * pi / period, sim.scene.ship.tow_speed, [], 0
+    w, frames = 2.0 * pi / period, []
     for second in range(seconds):
-        while pushed < 50 * (second + 2):
-            t = 0.02 * pushed
-            s, c = np.sin(w * t), np.cos(w * t)
-            rates = [speed, 0.0, amplitude * w * c, 0.0, 0.0, 0.0]
-            push_motion(sim.inputs, round(t * 1e9), [speed * t, 0.0, amplitude * s, 0.0, 0.0, 0.0, *rates, 1.0, 1.0])
-            pushed += 1
+        for t in 0.02 * np.arange(50 * (second + 1) * (second > 0), 50 * (second + 2)):
+            sail(sim, t, amplitude * np.sin(w * t), amplitude * w * np.cos(w * t))
         frames.append(sim.run(100))
     return np.concatenate(frames)
 
@@ -80,9 +76,7 @@ def test_side_scan_hangs_at_the_critical_angle():
 @pytest.mark.parametrize("name", ["full_scale", "full_scale_contact", "full_scale_westin"])
 def test_the_body_of_the_full_scale_tow_moves_the_water_of_its_scene(name):
     """Added mass of a cylinder of 0.3 m and 3 m: C_m 0.05 along, 1.0 across."""
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")
-        scene = load_scene(name)
+    scene = load_scene(name)
     displaced = scene.water.density * 0.25 * pi * 0.3**2 * 3.0
     assert scene.towbody.added_mass[1:] == pytest.approx((displaced, displaced), rel=1e-3)
     assert scene.towbody.added_mass[0] == pytest.approx(0.05 * displaced, rel=0.04)

@@ -6,7 +6,7 @@ from functools import partial
 
 import numpy as np
 import pytest
-from underway import refused, sail, scene_with
+from underway import goes_on, refused, sail, scene_with
 
 from cable_sim_ros.io.bags.bag import read_bag
 from cable_sim_ros.io.messages.channels import STRUM as CHANNEL
@@ -181,13 +181,7 @@ def test_lock_in_leaves_what_sheds_alike(sim):
 def test_a_run_goes_on_bit_for_bit_from_a_snapshot_and_from_a_file(sim, tmp_path):
     heave(sim, 6.0)
     sim.run(130)
-    saved = sim.snapshot()
-    sim.save(tmp_path / "tow.npz")
-    whole, end = sim.run(200), row(sim).copy()
-    sim.restore(saved)
-    assert np.array_equal(sim.run(200), whole) and np.array_equal(row(sim), end)
-    other = Simulator.load(tmp_path / "tow.npz")
-    assert np.array_equal(other.run(200), whole) and np.array_equal(row(other), end)
+    goes_on(sim, 200, tmp_path)
 
 
 def test_a_halt_leaves_no_trace():

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from underway import refused, scene_with
+from underway import goes_on, refused, scene_with
 
 from cable_sim_ros.physics.inputs import push_command
 from cable_sim_ros.physics.tick_output import Flag
@@ -108,11 +108,7 @@ def test_a_haul_saved_half_way_goes_on_bit_for_bit(tmp_path):
     """The strain that the cable was wound with and the place of the nodes go with it."""
     sim = started()
     commanded(sim, 10.0, -3.5)
-    sim.save(tmp_path / "haul.npz")
-    first = sim.run(200)
-    again = Simulator.load(tmp_path / "haul.npz")
-    assert again.run(200).tobytes() == first.tobytes()
-    np.testing.assert_array_equal(again.state.now.winch.wound, sim.state.now.winch.wound)
+    first = goes_on(sim, 200, tmp_path)
     assert first.payout[0] - first.payout[-1] == pytest.approx(3.5 * 9.95, abs=0.01) and keeps_cable(first)
 
 

@@ -33,6 +33,18 @@ def cautioned(make, *given, **named):
     return [item.message.args[0] for item in caught]
 
 
+def goes_on(sim, ticks, folder):
+    """Tick outputs that follow. Taken back, and loaded from a file, the tow makes the same to the last bit."""
+    sim.save(folder / "tow.npz")
+    saved, loaded = sim.snapshot(), type(sim).load(folder / "tow.npz")
+    frames, end = sim.run(ticks), sim.snapshot()
+    sim.restore(saved)
+    for again in (sim, loaded):
+        assert again.run(ticks).tobytes() == frames.tobytes()
+        assert [name for name, array in again.snapshot().items() if array.tobytes() != end[name].tobytes()] == []
+    return frames
+
+
 def sail(sim, t, up=0.0, rate=0.0, attitude=LEVEL, turns=LEVEL, at=(0.0, 0.0), begin=0):
     """Push what the ship does t [s] after ``begin`` [ns], on its way ahead from ``at``: height and its rate, attitude
     and rates in its own axes."""
