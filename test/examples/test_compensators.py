@@ -7,33 +7,19 @@ import importlib
 import sys
 from pathlib import Path
 
-import numpy as np
 import pytest
-
-from cable_sim_ros import ShipMotion
+from test_heave_compensator import GROWS, waves
 
 HERE = Path(__file__).parent
-HEAVE, SURGE, PERIOD = 0.5, 0.25, 4.0  # m, m, s
-CALM, GROWS, TAKES_OVER, COUNTED = 0.5, 1.5, 2.0, 4.0  # s
+CALM, TAKES_OVER, COUNTED = 0.5, 2.0, 4.0  # s
 FACTORS = {"pd": 15.0, "pid": 15.0, "lq": 20.0}  # least that each divides the deviation by; docs/closed_loop.md
-
-
-def waves(seconds):
-    """Ship motion, 50 samples a second; calm at first, so that the static start is that of any moment."""
-    t = np.arange(0.0, seconds, 0.02)
-    height = 0.5 - 0.5 * np.cos(np.pi * np.clip((t - CALM) / GROWS, 0.0, 1.0))
-    x = 2.2 * t + SURGE * height * np.cos(2 * np.pi / PERIOD * t)
-    z = HEAVE * height * np.sin(2 * np.pi / PERIOD * t)
-    level = {"attitude": (0.0, 0.0, 0.0), "rate": (0.0, 0.0, 0.0)}
-    rows = zip(np.round(t * 1e9).astype(int), x, z, np.gradient(x, t), np.gradient(z, t))
-    return [ShipMotion(time_ns=n, position=(a, 0, b), velocity=(u, 0, w), **level) for n, a, b, u, w in rows]
 
 
 def test_each_divides_the_deviation_of_the_tension_by_its_factor(tow_sim):
     # the node's own off; a tick for each sample of the motion; a busy machine is waited for
     parameters = {"setpoint.algorithm": "hold", "solver.tick": 0.02, "lockstep.wait": 20.0}
     sim = tow_sim("full_scale", mode="lockstep", parameters=parameters)
-    sim.feed(waves(CALM + GROWS + 1.0 + COUNTED + len(FACTORS) * (TAKES_OVER + COUNTED) + 0.5))
+    sim.feed(waves(CALM + GROWS + 1.0 + COUNTED + len(FACTORS) * (TAKES_OVER + COUNTED) + 0.5, CALM))
     sim.advance(CALM + GROWS + 1.0)
     held = sim.advance(COUNTED).tension
     assert held.std() > 300.0

@@ -28,10 +28,10 @@ STARTS = 6  # a start that lost a message on a machine that is busy is made agai
 HOLD = 363.0  # N, standard deviation of the tension over that wave without compensation
 
 
-def waves():
+def waves(seconds=CALM + GROWS + COUNTED + 2.0, calm=CALM):
     """The ship's motion, 50 samples a second. It begins calm: the static start is then the same at every moment."""
-    t = np.arange(0.0, CALM + GROWS + COUNTED + 2.0, 0.02)
-    height = 0.5 - 0.5 * np.cos(np.pi * np.clip((t - CALM) / GROWS, 0.0, 1.0))
+    t = np.arange(0.0, seconds, 0.02)
+    height = 0.5 - 0.5 * np.cos(np.pi * np.clip((t - calm) / GROWS, 0.0, 1.0))
     x = 2.2 * t + SURGE * height * np.cos(2 * np.pi / PERIOD * t)
     z = HEAVE * height * np.sin(2 * np.pi / PERIOD * t)
     level = {"attitude": (0.0, 0.0, 0.0), "rate": (0.0, 0.0, 0.0)}

@@ -20,32 +20,9 @@ class LaunchDescription:
         self.entities = list(entities)
 
 
-class DeclareLaunchArgument(Kept):
-    pass
-
-
-class OpaqueFunction(Kept):
-    pass
-
-
-class LogInfo(Kept):
-    pass
-
-
-class ExecuteProcess(Kept):
-    pass
-
-
-class RegisterEventHandler(Kept):
-    pass
-
-
-class OnProcessExit(Kept):
-    pass
-
-
-class Node(Kept):
-    pass
+ACTIONS = ("DeclareLaunchArgument", "OpaqueFunction", "LogInfo", "ExecuteProcess", "RegisterEventHandler")
+KINDS = {name: type(name, (Kept,), {}) for name in (*ACTIONS, "OnProcessExit", "Node")}
+LogInfo, RegisterEventHandler, Node = KINDS["LogInfo"], KINDS["RegisterEventHandler"], KINDS["Node"]
 
 
 class ParameterValue:
@@ -63,12 +40,11 @@ class LaunchConfiguration:
 
 def modules() -> dict[str, ModuleType]:
     """Name -> module, for sys.modules."""
-    actions = (DeclareLaunchArgument, OpaqueFunction, LogInfo, ExecuteProcess, RegisterEventHandler)
     has = {
         "launch": (LaunchDescription,),
-        "launch.actions": actions,
+        "launch.actions": [KINDS[name] for name in ACTIONS],
         "launch.substitutions": (LaunchConfiguration,),
-        "launch.event_handlers": (OnProcessExit,),
+        "launch.event_handlers": (KINDS["OnProcessExit"],),
         "launch_ros": (),
         "launch_ros.actions": (Node,),
         "launch_ros.parameter_descriptions": (ParameterValue,),

@@ -2,6 +2,7 @@
 
 import json
 import re
+import shlex
 import subprocess
 import sys
 from pathlib import Path
@@ -20,46 +21,7 @@ from cable_sim_ros.runs.message_run import MessageRun
 from cable_sim_ros.sim.simulator import Simulator, SolverError
 from cable_sim_ros.sim.statics.route import StartError
 
-COMMANDS = {
-    "import",
-    "inspect",
-    "ahc",
-    "node",
-    "run",
-    "replay",
-    "live",
-    "play",
-    "case",
-    "bench",
-    "calibrate",
-    "compare",
-    "stress",
-    "soak",
-    "validate",
-    "viv",
-    "span",
-    "manual",
-    "mesh",
-    "plan",
-    "layback",
-    "report",
-    "recover",
-    "make-bags",
-    "telegrams",
-    "towbody",
-    "tows",
-    "clear",
-    "export",
-    "fmu",
-    "view",
-    "film",
-    "sweep",
-    "table",
-    "envelope",
-    "sensitivity",
-    "gradients",
-    "ensemble",
-}
+COMMANDS = commands.main.list_commands(None)
 
 
 @pytest.fixture(autouse=True)
@@ -73,11 +35,7 @@ def call(*arguments):
     return CliRunner().invoke(commands.main, [str(a) for a in arguments])
 
 
-def test_the_commands_are_the_promised_ones():
-    assert set(commands.main.list_commands(None)) == COMMANDS
-
-
-@pytest.mark.parametrize("command", sorted(COMMANDS))
+@pytest.mark.parametrize("command", COMMANDS)
 def test_every_command_helps(command):
     result = call(command, "--help")
     assert result.exit_code == 0 and result.output.startswith("Usage:")
@@ -87,96 +45,70 @@ def test_every_command_helps(command):
 
 
 @pytest.mark.parametrize(
-    "arguments, text",
+    "line, text",
     [
-        (("run", "no_such_scene"), "error: no_such_scene: no such scene file; nothing was started."),
-        (
-            ("run", "full_scale", "--motion", "no_such_bag"),
-            "error: no_such_bag: no such bag file; nothing was started.",
-        ),
-        (("run", "full_scale", "--setpoint", "holt"), "Did you mean hold?"),
-        (("run", "full_scale", "--motion", "none.csv"), "error: none.csv: no such file; nothing was simulated."),
-        (("run", "full_scale", "--heave", "1.2"), "'1.2' is not an amplitude in m and a period in s, as in 1.2,8"),
-        (("run", "full_scale", "--heave", "a,b"), "'a,b' is not an amplitude in m and a period in s"),
-        (("run", "full_scale", "--heave", "1.2,0"), "error: heave of 1.2 m in 0 s: the period is outside [1, 600] s"),
-        (("run", "full_scale", "--heave", "1,8", "--motion", "nbp1406"), "error: heave and the motion 'nbp1406' were"),
-        (
-            ("run", "full_scale", "--heave", "1,8", "--motion", "none"),
-            "--heave and --motion none contradict each other",
-        ),
-        (("run", "full_scale", "--rao", "simple", "--motion", "none"), "--rao and --motion none contradict each other"),
-        (("run", "full_scale", "--rao", "simple", "--heave", "1,8"), "error: rao and heave were both given: nothing"),
-        (("run", "full_scale", "--rao", "simple"), "error: full_scale: --rao moves the ship in the waves of the scene"),
-        (
-            ("run", "full_scale", "--winch", "0 stop"),
-            "error: winch plan, item 1 '0 stop': 'stop' is no order; nothing was",
-        ),
-        (("run", "full_scale", "--winch", "haul.txt"), "error: winch plan haul.txt: cannot be read (No such file or"),
-        (("run", "full_scale", "--winch", "0 rate 9"), "rate = 9 m/s is beyond winch.max_rate = 5 m/s; nothing was"),
-        (("run", "full_scale", "--duration", "0"), "Invalid value for '--duration'"),
-        (("run", "full_scale", "--markers", "nan"), "'--markers': nan is not a finite number; nothing was done"),
-        (("run", "full_scale", "--markers", "-1"), "'--markers': -1 Hz is outside [0, 1000] Hz; nothing was done"),
-        (("run", "full_scale", "--markers", "10"), "--markers writes into the bag of --out; nothing was simulated"),
-        (("run", "full_scale", "--every", "2"), "'--every': 2 s is outside [0.0001, 1] s; nothing was done"),
-        (("run", "full_scale", "--step", "long"), "Invalid value for '--step'"),
-        (
-            ("run", "full_scale", "--step", "fixed", "--every", "0.5"),
-            "error: override of full_scale: solver.tick = 0.5 s is more than 0.1 s",
-        ),
-        (("run",), "Missing argument 'SCENE' (or --from FILE)"),
-        (("run", "--from", "no_such_state"), "error: no_such_state: cannot be read (No such file or directory)"),
-        (
-            ("run", "full_scale", "--motion", "none", "--save", "no/such/folder/x"),
-            "error: no/such/folder/x: cannot be written (No such file or directory); nothing was saved.",
-        ),
-        (("replay", "no_such_bag"), "error: no_such_bag: no such bag file"),
-        (("recover", "no_such_bag", "x"), "error: no_such_bag: no such bag file"),
-        (("recover", "lmg1903", "/dev/null"), "error: bag '/dev/null' exists already"),
-        (("case", "deep.json"), "error: deep.json: is nested deeper than Python reads; nothing was run."),
-        (("run", "side_scan", "--motion", "long.csv"), "error: long.csv:3: is no row of a table (field larger than"),
-        (("validate", "drag", "--out", "deep.json/x"), "--out deep.json/x: cannot be made or written (Not a"),
-        (("stress", "N1", "--out", "deep.json/x"), "--out deep.json/x: cannot be made or written"),
-        (("bench", "P1", "--out", "/dev/null/x"), "cannot be made or written (Not a directory); nothing was run."),
-        (("viv", "capozucca_5_5", "--out", "/dev/null/x"), "cannot be made or written (Not a directory); nothing was"),
-        (("span", "span_in_wind", "--out", "/dev/null/x"), "cannot be made or written (Not a directory); nothing was"),
-        (("soak", "R1", "--out", "/dev/null/x"), "cannot be made or written (Not a directory); nothing was run."),
-        (
-            ("play", "nbp1406", "--ros-args", "-r"),
-            "error: ROS arguments: Couldn't parse trailing -r flag. No remap rule found.; nothing was played. Correct",
-        ),
-        (
-            ("play", "nbp1406", "--ros-args", "-p", "x"),
-            "error: ROS arguments: Couldn't parse parameter override rule: '-p x'.",
-        ),
-        (("live", "no_such_bag"), "error: no_such_bag: no such bag file"),
-        (("live", "--scene", "no_such_scene"), "error: no_such_scene: no such scene file"),
-        (("manual", "--out", "no/such/folder/x.md"), "error: "),
-        (("make-bags", "--speed", "nan"), "nan is not a finite number; nothing was done. Give one in [-15, 15] m/s"),
-        (("make-bags", "--only", "nbp"), "error: there is no record 'nbp': nothing was written"),
-        (("bench", "P1", "--features"), "--haul, --ticks, --lockstep, --water and --sweep each stand alone"),
-        (
-            ("bench", "--features", "--sheave-mesh"),
-            "--features, --account, --sheave-mesh, --mesh, --haul, --ticks, --lockstep, --water and --sweep each stand",
-        ),
-        (("bench", "--sheave-mesh", "--repeats", "2"), "--sheave-mesh repeats nothing"),
-        (("bench", "--mesh", "--repeats", "2"), "--mesh repeats nothing"),
-        (("bench", "P7", "--haul"), "each stand alone"),
-        (("bench", "--ticks", "--repeats", "2"), "--ticks repeats nothing"),
-        (("mesh", "no_such_scene"), "error: no_such_scene: no such scene file; nothing was started."),
-        (("viv", "no_such_span"), "error: no_such_span: no such span file; nothing was started."),
-        (("span", "no_such_span"), "error: no_such_span: no such span file; nothing was started."),
-        (("span", "span_in_wind", "--case", "x"), "error: case 'x' is not in span_in_wind; nothing was run."),
-        (("run", "span_in_wind"), "span_in_wind.yaml:3: span stands at the top: this is a span in a wind, not a scene"),
-        (("play", "nbp1406", "--lop"), "error: --lop: no option of play; nothing was played."),
-        (("play", "nbp1406", "--rate", "0"), "Invalid value for '--rate': 0 is outside (0, 100]; nothing was done"),
-        (
-            ("play", "nbp1406", "--lockstep", "--rate", "1"),
-            "error: --rate 1 with --lockstep: /clock says when a message is sent; nothing was played",
-        ),
-        (("play", "no_such_bag"), "error: no_such_bag: no such bag file"),
+        ("run no_such_scene", "error: no_such_scene: no such scene file; nothing was started."),
+        ("run full_scale --motion no_such_bag", "error: no_such_bag: no such bag file; nothing was started."),
+        ("run full_scale --setpoint holt", "Did you mean hold?"),
+        ("run full_scale --motion none.csv", "error: none.csv: no such file; nothing was simulated."),
+        ("run full_scale --heave 1.2", "'1.2' is not an amplitude in m and a period in s, as in 1.2,8"),
+        ("run full_scale --heave a,b", "'a,b' is not an amplitude in m and a period in s"),
+        ("run full_scale --heave 1.2,0", "error: heave of 1.2 m in 0 s: the period is outside [1, 600] s"),
+        ("run full_scale --heave 1,8 --motion nbp1406", "error: heave and the motion 'nbp1406' were"),
+        ("run full_scale --heave 1,8 --motion none", "--heave and --motion none contradict each other"),
+        ("run full_scale --rao simple --motion none", "--rao and --motion none contradict each other"),
+        ("run full_scale --rao simple --heave 1,8", "error: rao and heave were both given: nothing"),
+        ("run full_scale --rao simple", "error: full_scale: --rao moves the ship in the waves of the scene"),
+        ("run full_scale --winch '0 stop'", "error: winch plan, item 1 '0 stop': 'stop' is no order; nothing was"),
+        ("run full_scale --winch haul.txt", "error: winch plan haul.txt: cannot be read (No such file or"),
+        ("run full_scale --winch '0 rate 9'", "rate = 9 m/s is beyond winch.max_rate = 5 m/s; nothing was"),
+        ("run full_scale --duration 0", "Invalid value for '--duration'"),
+        ("run full_scale --markers nan", "'--markers': nan is not a finite number; nothing was done"),
+        ("run full_scale --markers -1", "'--markers': -1 Hz is outside [0, 1000] Hz; nothing was done"),
+        ("run full_scale --markers 10", "--markers writes into the bag of --out; nothing was simulated"),
+        ("run full_scale --every 2", "'--every': 2 s is outside [0.0001, 1] s; nothing was done"),
+        ("run full_scale --step long", "Invalid value for '--step'"),
+        ("run full_scale --step fixed --every 0.5", "override of full_scale: solver.tick = 0.5 s is more than 0.1 s"),
+        ("run", "Missing argument 'SCENE' (or --from FILE)"),
+        ("run --from no_such_state", "error: no_such_state: cannot be read (No such file or directory)"),
+        ("run full_scale --motion none --save no/such/folder/x", "error: no/such/folder/x: cannot be written (No such"),
+        ("replay no_such_bag", "error: no_such_bag: no such bag file"),
+        ("recover no_such_bag x", "error: no_such_bag: no such bag file"),
+        ("recover lmg1903 /dev/null", "error: bag '/dev/null' exists already"),
+        ("case deep.json", "error: deep.json: is nested deeper than Python reads; nothing was run."),
+        ("run side_scan --motion long.csv", "error: long.csv:3: is no row of a table (field larger than"),
+        ("validate drag --out deep.json/x", "--out deep.json/x: cannot be made or written (Not a"),
+        ("stress N1 --out deep.json/x", "--out deep.json/x: cannot be made or written"),
+        ("bench P1 --out /dev/null/x", "cannot be made or written (Not a directory); nothing was run."),
+        ("viv capozucca_5_5 --out /dev/null/x", "cannot be made or written (Not a directory); nothing was"),
+        ("span span_in_wind --out /dev/null/x", "cannot be made or written (Not a directory); nothing was"),
+        ("soak R1 --out /dev/null/x", "cannot be made or written (Not a directory); nothing was run."),
+        ("play nbp1406 --ros-args -r", "error: ROS arguments: Couldn't parse trailing -r flag. No remap rule found.; "),
+        ("play nbp1406 --ros-args -p x", "error: ROS arguments: Couldn't parse parameter override rule: '-p x'."),
+        ("live no_such_bag", "error: no_such_bag: no such bag file"),
+        ("live --scene no_such_scene", "error: no_such_scene: no such scene file"),
+        ("manual --out no/such/folder/x.md", "error: "),
+        ("make-bags --speed nan", "nan is not a finite number; nothing was done. Give one in [-15, 15] m/s"),
+        ("make-bags --only nbp", "error: there is no record 'nbp': nothing was written"),
+        ("bench P1 --features", "--haul, --ticks, --lockstep, --water and --sweep each stand alone"),
+        ("bench --features --sheave-mesh", "--features, --account, --sheave-mesh, --mesh, --haul, --ticks, --lockstep"),
+        ("bench --sheave-mesh --repeats 2", "--sheave-mesh repeats nothing"),
+        ("bench --mesh --repeats 2", "--mesh repeats nothing"),
+        ("bench P7 --haul", "each stand alone"),
+        ("bench --ticks --repeats 2", "--ticks repeats nothing"),
+        ("mesh no_such_scene", "error: no_such_scene: no such scene file; nothing was started."),
+        ("viv no_such_span", "error: no_such_span: no such span file; nothing was started."),
+        ("span no_such_span", "error: no_such_span: no such span file; nothing was started."),
+        ("span span_in_wind --case x", "error: case 'x' is not in span_in_wind; nothing was run."),
+        ("run span_in_wind", "span_in_wind.yaml:3: span stands at the top: this is a span in a wind, not a scene"),
+        ("play nbp1406 --lop", "error: --lop: no option of play; nothing was played."),
+        ("play nbp1406 --rate 0", "Invalid value for '--rate': 0 is outside (0, 100]; nothing was done"),
+        ("play nbp1406 --lockstep --rate 1", "error: --rate 1 with --lockstep: /clock says when a message is sent; no"),
+        ("play no_such_bag", "error: no_such_bag: no such bag file"),
     ],
 )
-def test_a_mistake_is_told_in_one_line(arguments, text, tmp_path, monkeypatch):
+def test_a_mistake_is_told_in_one_line(line, text, tmp_path, monkeypatch):
+    arguments = shlex.split(line)
     if arguments[0] in ("live", "play"):
         pytest.importorskip("rclpy")
     monkeypatch.chdir(tmp_path)

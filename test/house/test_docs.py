@@ -18,41 +18,21 @@ SOURCES = [*PACKAGE.rglob("*.py"), *(ROOT / "verification").rglob("*.py")]
 CODE = {path: path.read_text("utf-8") for path in sorted(SOURCES)}
 THEORY = (DOCS / "theory.md").read_text("utf-8")
 REFERENCES = (DOCS / "references.md").read_text("utf-8")
-CITED = {  # what the code cites -> its entry in docs/references.md; both sides are checked
+CITED = {  # what the code cites without its year, or in part -> its entry in docs/references.md
     "Westin": "Westin (2018)",
-    "Arnold & Bruls (2007)": "Arnold and Bruls (2007)",
-    "Blevins (1990)": "Blevins (1990)",
-    "Bruls and Cardona (2010)": "Bruls and Cardona (2010)",
-    "Lamb (1932)": "Lamb (1932)",
-    "Welch (1967)": "Welch (1967)",
     "von Karman 1929": "von Karman (1929)",
-    "Hannan and Thomson (1973)": "Hannan and Thomson (1973)",
     "Calnan": "Calnan (2016)",
     "Capozucca": "Capozucca (1988)",
-    "Choo and Casarella (1971)": "Choo and Casarella (1971)",
     "Choo & Casarella": "Choo and Casarella (1971)",
     "Driscoll & Nahon": "Driscoll and Nahon (1996)",
     "Dymore": "Dymore",
     "Folb and Nelligan": "Folb and Nelligan (1982)",
-    "Dean & Dalrymple (1991)": "Dean and Dalrymple (1991)",
-    "Faltinsen (1990)": "Faltinsen (1990)",
-    "Feyrer (2007)": "Feyrer (2007)",
-    "Fritsch & Butland (1984)": "Fritsch and Butland (1984)",
-    "Hasselmann et al. (1973)": "Hasselmann et al. (1973)",
-    "Miche (1944)": "Miche (1944)",
-    "Thornton & Guza (1982)": "Thornton and Guza (1982)",
     "Godhavn": "Godhavn (1998)",
-    "Govardhan & Williamson (2006)": "Govardhan and Williamson (2006)",
     "Hoerner": "Hoerner (1965)",
-    "Huston and Kamman (1980)": "Huston and Kamman (1980)",
     "Hunt-Crossley": "Hunt and Crossley (1975)",
     "Packwood": "Packwood (1990)",
     "Pode": "Pode (1951)",
-    "Zienkiewicz and Xie (1991)": "Zienkiewicz and Xie (1991)",
     "Mansour and Olsen (2004)": "Jensen, Mansour and Olsen (2004)",
-    "Hulbert and Jang (1995)": "Hulbert and Jang (1995)",
-    "Shampine and Baca (1984)": "Shampine and Baca (1984)",
-    "Vandiver (1983)": "Vandiver (1983)",
     "Yue et al.": "Yue et al. (2016)",
     "REP 103": "REP-103",
     "REP 105": "REP-105",
@@ -185,16 +165,12 @@ def test_cited_works_have_their_reference(name):
     assert f"**{CITED[name]}" in REFERENCES
 
 
-def test_every_author_with_a_year_in_the_code_is_on_the_list():
-    found = {match[0] for text in CODE.values() for match in re.finditer(AUTHORS, text)}
-    assert found
-    assert {text for text in found if not any(text.startswith(name) for name in CITED)} == set()
-
-
-def test_every_author_with_a_year_on_a_page_has_its_reference():
-    for page in ("theory.md", "limits.md", "index.md"):
-        for match in re.finditer(AUTHORS, prose((DOCS / page).read_text("utf-8"))):
-            assert f"**{match[0]}**" in REFERENCES, f"{page}: {match[0]}"
+def test_every_author_with_a_year_has_its_reference():
+    pages = [prose((DOCS / f"{page}.md").read_text("utf-8")) for page in ("theory", "limits", "index")]
+    cited = (match[0] for text in (*CODE.values(), *pages) for match in re.finditer(AUTHORS, text))
+    found = {one.replace(" &", " and") for one in cited}
+    assert len(found) > 20
+    assert {one for one in found if f"**{one}**" not in REFERENCES and one not in CITED} == set()
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda path: path.name)

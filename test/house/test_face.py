@@ -72,18 +72,10 @@ def test_motion_and_commands_reach_the_tow():
     sim.start()
     before = float(sim.frame.payout)
     sim.push(cable_sim_ros.WinchCommand(rate=0.5))
+    still, ahead = (0.0, 0.0, 0.0), {"velocity": (2.2, 0.0, 0.0), "attitude": (0.0, 0.0, 0.0)}
     for k in range(2, 42):
-        t = 0.01 * k
-        still = (0.0, 0.0, 0.0)
-        sim.push(
-            cable_sim_ros.ShipMotion(
-                time_ns=round(t * 1e9),
-                position=(2.2 * t, 0.0, 0.0),
-                velocity=(2.2, 0.0, 0.0),
-                attitude=still,
-                rate=still,
-            )
-        )
+        place = (0.022 * k, 0.0, 0.0)
+        sim.push(cable_sim_ros.ShipMotion(time_ns=k * 10_000_000, position=place, rate=still, **ahead))
         frame = sim.tick()
     assert frame.payout - before == pytest.approx(0.2, abs=0.03)
     assert frame.motion_source == 1 and frame.command_age == pytest.approx(0.4, abs=0.02)

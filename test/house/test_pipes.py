@@ -19,61 +19,20 @@ from cable_sim_ros.io.bags.bag import BagReader, BagWriter
 from cable_sim_ros.io.scenes.document import find_bag
 
 PACKAGE = Path(files.__file__).parent
-READS = {  # options that name a file or bag that is read; a new option is put here or into OTHERS
-    *(
-        "bag",
-        "board",
-        "controller",
-        "faults",
-        "file",
-        "from",
-        "limits",
-        "map",
-        "mapping",
-        "mapping-b",
-        "merge",
-        "motion",
-    ),
-    *("page", "profile", "rao", "reveal", "scene", "ship", "table", "vehicle", "winch"),
-}
-OTHERS = {  # options of words, numbers and what is written
-    *("align", "antenna", "astern", "band", "began", "bias", "body", "camera", "case", "cluster", "command"),
-    *("convention", "counter-offset", "data", "every", "factor", "fidelity", "fields", "fmi", "format", "fps"),
-    *("free", "gain", "group", "folds", "design"),
-    *("acceleration", "age", "corridor", "hole", "least-scope", "margin", "max-speed"),  # of clear
-    *(
-        "heading",
-        "heave",
-        "height",
-        "hold-out",
-        "host",
-        "interval",
-        "intervals",
-        "junit",
-        "key",
-        "lag",
-        "mapping-out",
-        "max-lag",
-    ),
-    *("name", "namespace", "only", "origin", "out", "outside", "parameter", "picture", "range", "report", "save"),
-    *(
-        "scope",
-        "search",
-        "set",
-        "setpoint",
-        "signal",
-        "size",
-        "slope",
-        "sonar",
-        "speed",
-        "speeds",
-        "step",
-        "tables",
-        "tension",
-    ),
-    *("tension-unit", "topic", "track", "vary", "duration", "copies", "repeats", "against", "rounds", "processes"),
-    *("seed", "smallest", "twins", "wait", "workers", "to", "start", "seconds", "rate", "port", "number", "markers"),
-}
+# options that name a file or bag that is read; a new option is put here or into OTHERS
+READS = """
+bag board controller faults file from limits map mapping mapping-b merge motion page profile rao reveal scene
+ship table vehicle winch
+""".split()
+# options of words, numbers and what is written
+OTHERS = """
+acceleration against age align antenna astern band began bias body camera case cluster command convention copies
+corridor counter-offset data design duration every factor fidelity fields fmi folds format fps free gain group
+heading heave height hold-out hole host interval intervals junit key lag least-scope mapping-out margin markers
+max-lag max-speed name namespace number only origin out outside parameter picture port processes range rate repeats
+report rounds save scope search seconds seed set setpoint signal size slope smallest sonar speed speeds start step
+tables tension tension-unit to topic track twins vary wait workers
+""".split()
 BAGS = {"calibrate", "compare", "ensemble", "film", "layback", "replay", "telegrams", "view"}  # they begin with one
 WORDS = {"node", "ahc", "bench", "stress", "soak", "validate", "manual", "live"}  # of no files; live starts a node
 BESIDES = {  # what a command, or an option of it, wants beside its first argument
@@ -127,7 +86,7 @@ def test_every_option_is_known_to_name_a_file_or_not():
         for one in command.params
         if isinstance(one, click.Option) and not one.is_flag
     }
-    assert not named - READS - OTHERS
+    assert not named - {*READS, *OTHERS}
 
 
 watched: list[str] = []
