@@ -82,11 +82,8 @@ def _tasks(links: list[Link], entry: Any, arguments: tuple) -> list[Task]:
 
 def missing(tasks: list[Task]) -> list[Task]:
     """Those of the tasks that could be on disk and are not, nor in memory."""
-    return [(form, types) for form, types in tasks if _lacking(form, types)]
-
-
-def _lacking(form: Any, types: tuple) -> bool:
-    return isinstance(form, Form) and types not in form.overloads and form._cache.lacks(types)
+    own = ((form, types) for form, types in tasks if isinstance(form, Form))
+    return [(form, types) for form, types in own if types not in form.overloads and form._cache.lacks(types)]
 
 
 def workers_for(tasks: list[Task]) -> int:

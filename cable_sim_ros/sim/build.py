@@ -54,7 +54,7 @@ from .scene import Scene
 from .statics.route import DRUM_RESERVE, ROUND_OFF
 from .statics.vehicle_shape import max_tension, mean_compliance
 from .tables.drum_layers import layered
-from .tables.material import arc_lengths, extreme, material_rows, section_ends, termination_weight
+from .tables.material import arc_lengths, bodies_of, extreme, material_rows, section_ends, termination_weight
 from .tables.rigid_tables import added_of, rigid_tables
 from .tables.sea_tables import sea_of
 from .tables.sensor_tables import remembered, sensor_rules, signal_table
@@ -116,22 +116,18 @@ def light_end(scene: Scene, mesh: FeedMesh | None) -> bool:
     if scene.towbody.model is BodyModel.VEHICLE:  # its end is held
         return False
     last = list(scene.cable.sections.values())[-1]
-    fractions = (
-        None if mesh is None else np.append(0.0, mesh.section_fractions[-1])
-    )  # of the last section, from its begin
-    size = last.length / last.meshed if fractions is None else last.length * (fractions[-1] - fractions[-2])
+    if mesh is None:
+        size = last.length / last.meshed
+    else:
+        fractions = np.append(0.0, mesh.section_fractions[-1])  # of the last section, from its begin
+        size = last.length * (fractions[-1] - fractions[-2])
     rows = material_rows(scene.cable, last, scene.water, scene.gravity)
     return bool(abs(scene.towbody.net_weight) < rows[ancf.MASS_PER_LENGTH] * scene.gravity * size)
 
 
 def body_table(scene: Scene) -> np.ndarray:
     """The towbody and the bodies on the line [bodies]; what sinks stands on the seabed where there is one."""
-    return np.stack([_body_row(scene, body) for body in hung(scene)])
-
-
-def hung(scene: Scene) -> list[Towbody]:
-    """The towbody and the bodies on the line."""
-    return [scene.towbody, *scene.bodies.values()]
+    return np.stack([_body_row(scene, body) for body in bodies_of(scene).values()])
 
 
 def with_attitudes(
@@ -404,7 +400,8 @@ def build_model(layout: Layout, mesh: FeedMesh | None = None) -> Model:
     strum = strum_rules(scene), strum_sections(scene)
     line["amplified"] |= len(strum[1]) > 0
     at = body_nodes(scene, mesh)
-    bodies, rigid = with_attitudes(body_table(scene), hung(scene), at, scene.gravity, scene.water.density)
+    carried = list(bodies_of(scene).values())
+    bodies, rigid = with_attitudes(body_table(scene), carried, at, scene.gravity, scene.water.density)
     rigid.bodies["air"] = air_of(scene)[1]
     return Model(
         line=build_line(
@@ -430,7 +427,7 @@ def build_state(layout: Layout, mesh: FeedMesh | None = None) -> State:
     scene, mesh = layout.scene, layout.mesh if mesh is None else mesh
     arc = layout.arc if mesh is None else np.zeros(mesh.nodes)
     sea, links = sea_of(scene.water, scene.gravity, scene.seabed.depth), scene.cable.model is CableModel.SEGMENTS
-    rigid = sum(body.model is BodyModel.RIGID for body in hung(scene))
+    rigid = sum(body.model is BodyModel.RIGID for body in bodies_of(scene).values())
     return make_state(arc, surfaces_of(scene), sea, links, delayed_rows(scene), remembered(scene), rigid)
 
 

@@ -56,11 +56,6 @@ class Layout:
         return Route(self.scene)
 
     @property
-    def wound(self) -> float:
-        """Where the cable leaves the drum."""
-        return self.route.wound
-
-    @property
     def tangent(self) -> float:
         """Where the cable meets the sheave."""
         return self.route.wound + self.route.span
@@ -69,11 +64,6 @@ class Layout:
     def leaves(self) -> float:
         """Where the cable leaves the sheave, by the angle of a straight free cable."""
         return self.tangent + self.route.on_sheave(first_angle(self.scene, self.water_speed))
-
-    @property
-    def total(self) -> float:
-        """Where the cable ends."""
-        return self.route.total
 
     @cached_property
     def water_speed(self) -> float:
@@ -99,8 +89,8 @@ class Layout:
     def arc(self) -> np.ndarray:
         """Places [nodes] of the nodes at the start. Raises MeshError."""
         if self.mesh is not None:
-            out = places_outboard(self.mesh, self.total, self.wound)
-            return _locked(np.concatenate((self.wound + self.mesh.aboard, out[1:])))
+            out = places_outboard(self.mesh, self.route.total, self.route.wound)
+            return _locked(np.concatenate((self.route.wound + self.mesh.aboard, out[1:])))
         return _locked(arc_lengths(self.scene.cable))
 
     @cached_property

@@ -23,6 +23,7 @@ from .checks.drive_checks import feed_forward_problems, mode_problems
 from .checks.instrument_checks import fault_problems, feed_problems
 from .scene import Scene
 from .simulator import Simulator, StartError
+from .tables.material import bodies_of
 from .tables.rigid_tables import wings_of
 from .tables.sensor_tables import put_fault
 
@@ -83,8 +84,7 @@ def ways(scene: Scene) -> dict[str, Way]:
     }
     for target in TARGETS:
         table[f"faults.{target}.kind"] = table[f"faults.{target}.size"] = partial(_fault, target=target)
-    names = ["towbody", *(f"bodies.{name}" for name in scene.bodies)]
-    for place, name in enumerate(names):
+    for place, name in enumerate(bodies_of(scene)):
         table[f"{name}.flow_time_constant"] = _rows("line.bodies", "flow_time", slice(place, place + 1))
     for row, one in enumerate(wings_of(scene)):
         table[f"{one.key}.wings.{one.name}.flap"] = partial(_flap, row=row, body=one.body)

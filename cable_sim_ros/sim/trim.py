@@ -16,10 +16,12 @@ from ..compiler.jit import YES, driver
 from ..physics.attitude import axes, roll_pitch_yaw
 from ..physics.line import residual
 from ..physics.state import AT_REST, FLOW, NOW
+from ..physics.towbody import BodyModel
 from ..physics.water_kinematics import STILL
 from ..physics.wind import wash
 from .checks.attitude_checks import critical_speed
 from .statics.route import StartError
+from .tables.material import bodies_of
 from .tables.rigid_tables import SLOPE_OF_A_TAIL
 
 if TYPE_CHECKING:
@@ -47,8 +49,7 @@ def tangent_at_rest(line, state):
 
 def rigid_names(sim: Tow) -> list[str]:
     """Keys of the bodies with an attitude, in their order."""
-    names = ["towbody", *(f"bodies.{name}" for name in sim.scene.bodies)]
-    return [name for name, row in zip(names, sim.model.line.bodies, strict=True) if row.rigid >= 0]
+    return [key for key, body in bodies_of(sim.scene).items() if body.model is BodyModel.RIGID]
 
 
 def trim(sim: Tow, i: int) -> tuple[float, float, float]:
@@ -86,8 +87,7 @@ def _unstable(sim: Tow, name: str, i: int, worst: int, stiffness: float, speed: 
     lever = row.mass * row.gravity * row.gravity_centre - row.buoyancy * row.buoyancy_centre
     still = float((lever * np.array(up)).sum()) if worst < 2 else 0.0  # of weight and buoyancy to roll and pitch
     cures = []
-    body = sim.scene.towbody if name == "towbody" else sim.scene.bodies[name.removeprefix("bodies.")]
-    critical = critical_speed(sim.scene, body)
+    critical = critical_speed(sim.scene, bodies_of(sim.scene)[name])
     if critical < speed:
         cures.append(
             f"tow below {critical:.3g} m/s, above which Munk's moment takes it out of its level trim, or give it level "

@@ -23,8 +23,8 @@ OF_A_RUN = {
     FAILED: "the run did not come to its end",
 }
 SURFACE_CROSSED = Flag.SURFACE_CROSSED.name
-METRICS_OF = {name: metrics for name, _, metrics, _ in CHECKS}
-STATE_OF = {rule.flag: rule.state for rule in RULES} | {name: state for name, state, _, _ in CHECKS}
+METRICS_OF = {check.name: check.metrics for check in CHECKS}
+STATE_OF = {rule.flag: rule.state for rule in RULES} | {check.name: check.state for check in CHECKS}
 
 
 class Reason(NamedTuple):

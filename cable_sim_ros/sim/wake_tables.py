@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from itertools import accumulate
 from math import inf, pi, sqrt
 
 import numpy as np
@@ -46,14 +45,11 @@ def wake_table(cable: Cable, water: Water | Fluid) -> np.ndarray:
     """WAKE_SECTION [sections], or none where no section has a wake."""
     if not has_wakes(cable):
         return np.zeros(0, WAKE_SECTION)
-    ends = accumulate(section.length for section in cable.sections.values())
-    return np.array(
-        [
-            wake_section(section.wake, end, material_of(cable, section).diameter, water.density, water.viscosity)
-            for end, section in zip(ends, cable.sections.values(), strict=True)
-        ],
-        WAKE_SECTION,
-    )
+    rows = [
+        wake_section(section.wake, end, material_of(cable, section).diameter, water.density, water.viscosity)
+        for end, section in zip(section_ends(cable).values(), cable.sections.values(), strict=True)
+    ]
+    return np.array(rows, WAKE_SECTION)
 
 
 def begin_wakes(state: State, cable: Cable) -> None:

@@ -100,7 +100,7 @@ def of_flags():
 
 def of_checks():
     yield "cause", "what is looked at", "the run is", "figures concerned"
-    for name, state, metrics, text in flag_rules.CHECKS:
+    for name, metrics, text, state in flag_rules.CHECKS:
         yield f"`{name}`", text, state, named(metrics)
 
 

@@ -44,7 +44,7 @@ def test_every_flag_has_a_rule_and_every_figure_exists():
     assert set(names) >= {flag.name for flag in Flag if flag} | RESERVED and len(names) == len(set(names))
     metrics = {name for name, *_ in SUMMARY}
     assert {name for rule in RULES for name in rule.metrics} <= metrics
-    assert {name for _, _, concerned, _ in CHECKS for name in concerned} <= metrics
+    assert {name for _, concerned, *_ in CHECKS for name in concerned} <= metrics
     assert not set(names) & {name for name, *_ in CHECKS}
 
 

@@ -26,7 +26,7 @@ def test_lengths_of_the_checks_are_those_of_the_route(name):
     layout = layout_of(scene)
     angle, route = first_angle(scene, layout.water_speed), layout.route
     unmeshed = route.wound - route.on_drum  # a winch that feeds has its first node where the cable leaves the drum
-    wound, tangent, leaves = (s - unmeshed for s in (layout.wound, layout.tangent, layout.leaves))
+    wound, tangent, leaves = (s - unmeshed for s in (route.wound, layout.tangent, layout.leaves))
     eps = 1e-6 * scene.sheave.radius
     x, z, *_ = route.place(wound - (0.0 if route.feeds else eps), angle)
     assert hypot(x, z) == pytest.approx(route.drum, rel=1e-9), "on the drum up to there"

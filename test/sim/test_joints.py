@@ -101,7 +101,7 @@ def test_downforce_counts_every_section_and_what_hangs_on_it():
     assert plain == checks.downforce(layout_of(load_scene("full_scale_contact")))
     place = layout_of(scene())
     winch = load_scene("full_scale").winch.model_dump(mode="json") | {"scope": None}
-    fed = scene(base="full_scale", winch=winch | {"cable_on_drum": 600.0 - (place.total - place.wound)})
+    fed = scene(base="full_scale", winch=winch | {"cable_on_drum": 600.0 - (place.route.total - place.route.wound)})
     assert checks.downforce(layout_of(fed)) == pytest.approx(plain, rel=1e-9), "what is on the drum does not pull"
     hung = scene({"bare": {"termination_mass": 3.0, "termination_net_weight": 20.0}}, {"pod": POD | {"lift_area": 0.1}})
     lift = 0.5 * hung.water.density * 0.1 * hung.ship.tow_speed**2

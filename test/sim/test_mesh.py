@@ -14,7 +14,7 @@ from cable_sim_ros.sim.mesh import mesh_maker
 from cable_sim_ros.sim.mesh.mesh_kinds import equal_parts, geometric, graded
 from cable_sim_ros.sim.mesh.mesh_sheave import scope_range
 from cable_sim_ros.sim.simulator import Simulator
-from cable_sim_ros.sim.statics.static_shape import fourth_derivative
+from cable_sim_ros.sim.statics.static_shape import derivative
 from verification.meshes.mesh_promise import promise_of, promised_table
 from verification.meshes.mesh_tows import tows
 
@@ -90,7 +90,7 @@ def test_the_fourth_derivative_of_a_hanging_chain_is_that_of_the_catenary():
     t = np.linspace(-3.0, 3.0, 13)[:, None]  # differences of kappa a/(a^2+s^2)(...) by a polynomial fit
     y = np.stack([a**2 / (a**2 + (s + t) ** 2) ** 1.5, a * (s + t) / (a**2 + (s + t) ** 2) ** 1.5])
     exact = np.hypot(*[2.0 * np.polynomial.polynomial.polyfit(t[:, 0], part, 6)[2] for part in y])
-    np.testing.assert_allclose(fourth_derivative(shape)[wet], exact, rtol=0.03)
+    np.testing.assert_allclose(derivative(shape, 4)[wet], exact, rtol=0.03)
 
 
 @pytest.mark.parametrize("name", QUICK)

@@ -12,6 +12,7 @@ from ...physics.towbody import BodyModel, Towbody
 from ...physics.wing import Wing, flap_effect
 from ..problem import Limit, Problem, idle
 from ..scene import Scene
+from ..tables.material import bodies_of
 from ..tables.rigid_tables import SLOPE_OF_A_TAIL, added_of, extent, hull_centre, inertia_of, wings_of
 from .added_mass_checks import added_mass_problems, added_mass_warnings, semidefinite
 from .section_checks import name_problems
@@ -31,18 +32,12 @@ FLAP = "flap", "flap_range", "flap_rate", "flap_timeout", "flap_neutral"
 AT_CENTRE = 1e-3  # of the length: a tow point closer to both centres is at them
 
 
-def keyed(scene: Scene) -> Iterator[tuple[str, Towbody]]:
-    """Every body with its key."""
-    yield "towbody", scene.towbody
-    yield from ((f"bodies.{name}", body) for name, body in scene.bodies.items())
-
-
 def attitude_problems(scene: Scene) -> Iterator[Problem]:
     """What makes a body with an attitude senseless, and keys of one given to a level body."""
     if len(wings := wings_of(scene)) > MAX_WINGS:
         text = f"and those before it are {len(wings)} wings on one line, at most {MAX_WINGS} are computed"
         yield Problem(f"{wings[-1].key}.wings.{wings[-1].name}", text, "Leave some out, or make one of several")
-    for key, body in keyed(scene):
+    for key, body in bodies_of(scene).items():
         if body.model is BodyModel.RIGID:
             yield from _rigid_problems(scene, key, body)
         else:
@@ -98,7 +93,7 @@ def _flap_problems(place: str, wing: Wing) -> Iterator[Problem]:
 
 def attitude_warnings(scene: Scene, speed: float) -> Iterator[Problem]:
     """Bodies that would hang upside down or turn away from their way through the water; speed past them [m/s]."""
-    for key, body in keyed(scene):
+    for key, body in bodies_of(scene).items():
         if body.model is not BodyModel.RIGID or None in (body.centre_of_gravity, body.centre_of_buoyancy):
             continue
         assert body.centre_of_gravity is not None and body.centre_of_buoyancy is not None

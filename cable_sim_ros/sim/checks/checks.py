@@ -152,8 +152,7 @@ def link_warnings(layout: Layout) -> Iterator[Problem]:
 
 def _allowed(scene: Scene) -> float:
     """Penetration [m] that contact allows at the working tension."""
-    thinnest = min(material_of(scene.cable, section).diameter for section in scene.cable.sections.values())
-    return scene.contact.penetration_limit * thinnest
+    return scene.contact.penetration_limit * extreme(scene.cable, "diameter")[1]
 
 
 def vehicle_problems(scene: Scene) -> Iterator[Problem]:
@@ -283,18 +282,18 @@ def _place_problems(scene: Scene) -> Iterator[Problem]:
 
 def _length_problems(layout: Layout) -> Iterator[Problem]:
     """Too little cable on the drum or off it, nothing that pulls it down, and what hangs where it cannot."""
-    scene, winch = layout.scene, layout.scene.winch
+    scene, winch, route = layout.scene, layout.scene.winch, layout.route
     feeds = winch.drum == DrumModel.FEED
     if not feeds:
-        begin = winch.wrap - layout.wound / layout.route.drum
+        begin = winch.wrap - route.wound / route.drum
         yield from Limit("winch.wrap", winch.wrap, ">", begin, "rad", "where the cable leaves the drum").problems(
             "no cable lies on the drum", "Make it larger, by half a turn or more"
         )
-    if layout.total <= layout.tangent and not feeds:
+    if route.total <= layout.tangent and not feeds:
         yield Problem(
             "cable.sections",
-            f"add up to {layout.total:.4g} m, but {layout.tangent:.4g} m are needed to reach the "
-            f"sheave ({layout.wound:.4g} m on the drum, {layout.tangent - layout.wound:.4g} m to the sheave)",
+            f"add up to {route.total:.4g} m, but {layout.tangent:.4g} m are needed to reach the "
+            f"sheave ({route.wound:.4g} m on the drum, {layout.tangent - route.wound:.4g} m to the sheave)",
             f"Make the cable longer than {layout.tangent:.4g} m, or winch.wrap smaller",
         )
     elif scene.towbody.model is BodyModel.VEHICLE:
@@ -392,7 +391,7 @@ def warnings(scene: Scene) -> Iterator[Problem]:
     yield from density_warnings(scene)
     yield from astern_warnings(scene)
     yield from wrap_warnings(scene)
-    yield from seat_problems(scene, layout.total)  # those that may be hauled in
+    yield from seat_problems(scene, layout.route.total)  # those that may be hauled in
     speed = layout.water_speed
     yield from setpoint_option_warnings(scene)
     yield from setpoint_warnings(scene, speed)
@@ -419,7 +418,7 @@ def warnings(scene: Scene) -> Iterator[Problem]:
 
 def travel_warnings(layout: Layout, hauled: float, paid: float) -> Iterator[Problem]:
     """Cautions for a winch that hauls in and pays out by these lengths [m, both positive] from the start."""
-    scene, wound = layout.scene, layout.wound
+    scene, wound = layout.scene, layout.route.wound
     if scene.winch.drum == DrumModel.FEED:  # the fine mesh stays at the sheave, whatever runs through it
         travel = wound - scene.winch.dead_length - DRUM_RESERVE * layout.route.drum
         key = "winch.cable_on_drum" if scene.winch.scope is None else "winch.scope"

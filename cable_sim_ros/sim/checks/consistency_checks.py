@@ -14,7 +14,7 @@ from ..problem import Limit, Problem, holds, idle, said
 from ..scene import Scene
 from ..statics.route import first_angle
 from ..tables.current import flow_of
-from ..tables.material import termination_weight
+from ..tables.material import bodies_of, termination_weight
 
 ROUNDED = 1.02  # of a dry weight: a data sheet rounds
 # kg/m^3 over the full circle of the diameter: floating fibre rope 500, nylon 1150, armoured cable 3000 to 5500, steel
@@ -29,9 +29,8 @@ MAX_FORWARD = math.radians(45.0)  # of a cable that leads forward under the ship
 
 def weight_problems(scene: Scene) -> list[Problem]:
     """What hangs on the line and is heavier in water than its mass is in air."""
-    things = [("towbody.net_weight", "towbody.mass", scene.towbody.net_weight, scene.towbody.mass)]
-    for name, body in scene.bodies.items():
-        things.append((f"bodies.{name}.net_weight", f"bodies.{name}.mass", body.net_weight, body.mass))
+    bodies = bodies_of(scene).items()
+    things = [(f"{key}.net_weight", f"{key}.mass", body.net_weight, body.mass) for key, body in bodies]
     for name, section in scene.cable.sections.items():
         key, net = f"cable.sections.{name}.termination", termination_weight(section, scene.gravity)
         things.append((f"{key}_net_weight", f"{key}_mass", net, section.termination_mass))
@@ -94,7 +93,7 @@ def density_warnings(scene: Scene) -> Iterator[Problem]:
 
 def body_warnings(scene: Scene, speed: float) -> Iterator[Problem]:
     """Bodies whose net weight may be in kg, or whose wing lifts; speed of the water past them [m/s]."""
-    for key, body in (("towbody", scene.towbody), *((f"bodies.{name}", body) for name, body in scene.bodies.items())):
+    for key, body in bodies_of(scene).items():
         dry, net = body.mass * scene.gravity, body.net_weight
         if 0.0 < net < body.mass and scene.gravity > 1.0:
             yield Problem(
@@ -183,7 +182,7 @@ def astern_warnings(scene: Scene) -> Iterator[Problem]:
 
 def wrap_problems(layout: Layout) -> Iterator[Problem]:
     """With winch.drum = contact: elements wound whole on the drum that are too long to follow it."""
-    winch, wound = layout.scene.winch, layout.wound
+    winch, wound = layout.scene.winch, layout.route.wound
     maximum = 2.0 * winch.drum_radius
     long = next(
         ((a, b, name) for a, b, name in layout.elements if b <= wound and not holds(b - a, "<=", maximum)), None

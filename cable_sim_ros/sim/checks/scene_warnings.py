@@ -19,7 +19,7 @@ from ..problem import Problem
 from ..scene import Scene
 from ..statics.static_shape import TowShape
 from ..tables.current import flow_of
-from ..tables.material import material_rows
+from ..tables.material import bodies_of, material_rows
 
 SWING = 2.0  # rad/s; swings of a tow are slower
 STILL = 0.01  # m/s; slower water does not load a cable, whatever its law
@@ -52,7 +52,7 @@ def swing_warnings(scene: Scene, speed: float) -> Iterator[Problem]:
     A body that swings with v sin(w t) turns into the flow a little late, and the turning of its axes pulls it on with
     (m_y - m_x) w^2 t/(1 + w^2 t^2) v, t its time constant: theory.md, section 7.
     """
-    for key, body in (("towbody", scene.towbody), *((f"bodies.{k}", body) for k, body in scene.bodies.items())):
+    for key, body in bodies_of(scene).items():
         lag = SWING * body.flow_time_constant
         drives = (body.added_mass[1] - body.added_mass[0]) * SWING * lag / (1.0 + lag**2)
         damps = 0.5 * scene.water.density * body.drag_area[1] * speed
@@ -76,10 +76,6 @@ def _fastest(scene: Scene) -> float:
     return max(hypot(*flow(-depth)) for depth in depths)
 
 
-def _at_rest(scene: Scene) -> TowShape:
-    return layout_of(scene).shape()
-
-
 def part_warnings(scene: Scene) -> Iterator[Problem]:
     """Drag factors by hand that do not say of what, with what hangs on it in the static shape."""
     sections = scene.cable.sections
@@ -95,8 +91,8 @@ def part_warnings(scene: Scene) -> Iterator[Problem]:
     across = {"drag_amplification_of": AmplifiedDrag.NORMAL}
     other = {name: s.model_copy(update=across) if name in silent else s for name, s in sections.items()}
     cable = scene.cable.model_copy(update={"sections": other})
-    both, normal = _at_rest(scene), _at_rest(scene.model_copy(update={"cable": cable}))
-    report = [(float(-shape.place[0, 2]), float(shape.tension[-1])) for shape in (both, normal)]
+    shapes = [layout_of(one).shape() for one in (scene, scene.model_copy(update={"cable": cable}))]
+    report = [(float(-shape.place[0, 2]), float(shape.tension[-1])) for shape in shapes]
     if all(abs(a - b) <= NOTHING * abs(a) for a, b in zip(*report, strict=True)):
         return
     (depth, tension), (depth_1, tension_1) = report
@@ -141,7 +137,7 @@ def drag_warnings(scene: Scene, speed: float) -> Iterator[Problem]:
         if of_re or law.min_angle > 0.0:
             asked[i] = law
     if asked and fastest > STILL:
-        shape = _at_rest(scene)
+        shape = layout_of(scene).shape()
         sections = list(scene.cable.sections.items())
         for i, law in asked.items():
             yield from _outside(scene, shape, i, *sections[i], law, speed)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from math import ceil, degrees, hypot, nan, pi, sqrt
-from typing import NamedTuple
 
 import numpy as np
 
@@ -46,14 +45,6 @@ WANTS = (  # what asks for elements outboard, in the order of Maker.density
 PER_HEIGHT = 15.0  # elements over the height from seabed to sheave: where cable comes down it turns level within that
 
 
-class Error(NamedTuple):
-    """At a scope [m]: error of the body's place [m], and of the tension (relative) by what is outboard."""
-
-    scope: float
-    position: float
-    outboard: float
-
-
 class Maker(SheaveMesh):
     """Makes the mesh of one scene."""
 
@@ -71,7 +62,7 @@ class Maker(SheaveMesh):
             mesh = self.outboard(aboard, size, fraction, False)
             self.check_solver(mesh.nodes)
             self.check_corners(mesh)
-            if all(e.position <= self.position and e.outboard <= accuracy.tension for e in self.errors(mesh)):
+            if all(e.position <= self.position and e.tension <= accuracy.tension for e in self.errors(mesh)):
                 break
             if mesh.nodes > MAX_ELEMENTS:
                 raise self.unreachable(mesh)
@@ -102,12 +93,12 @@ class Maker(SheaveMesh):
                 f"{worst.scope:.4g} m of scope",
                 f"Give {1.1 * worst.position:.2g} m or more, or limit the scope with winch.most_scope",
             )
-        worst = max(errors, key=lambda e: e.outboard)
+        worst = max(errors, key=lambda e: e.tension)
         return MeshError(
             "accuracy.tension",
-            f"= {accuracy.tension:g} {many} the tension errs by {worst.outboard:.2g} of itself with {worst.scope:.4g} "
+            f"= {accuracy.tension:g} {many} the tension errs by {worst.tension:.2g} of itself with {worst.scope:.4g} "
             "m of scope",
-            f"Give {1.1 * worst.outboard:.2g} or more, or limit the scope with winch.most_scope",
+            f"Give {1.1 * worst.tension:.2g} or more, or limit the scope with winch.most_scope",
         )
 
     def check_corners(self, mesh: FeedMesh) -> None:
@@ -305,7 +296,7 @@ class Maker(SheaveMesh):
                 error += self.order.per_kink * float(h[min(int(np.searchsorted(nodes, s)), len(h)) - 1]) ** 2 * jump
         return error
 
-    def errors(self, mesh: FeedMesh) -> list[Error]:
+    def errors(self, mesh: FeedMesh) -> list[Expected]:
         """What the mesh outboard and the solver leave, at every scope that leaves the mesh room."""
         found, weight = [], float(self.masses[0].max()) * self.scene.gravity
         pressed = float(mesh.aboard[-1] + mesh.minimum[-1]) - self.route.inboard
@@ -314,7 +305,7 @@ class Maker(SheaveMesh):
                 continue
             position = self.expected_position(mesh, scope)
             load = weight + float(shape.drag.max())
-            found.append(Error(scope, position, load * position / float(shape.tension[-1])))
+            found.append(Expected(scope, load * position / float(shape.tension[-1]), position))
         return found
 
     def promise(self, mesh: FeedMesh) -> tuple[Expected, ...]:
@@ -323,16 +314,15 @@ class Maker(SheaveMesh):
         size = float((end - begin)[(end > self.contact[0]) & (begin < self.contact[1])].max())
         sheave = size / self.route.sheave / RADII_PER_TENSION
         minimum = (MIN_WITH_BODIES if self.corners else MIN_PROMISE) * self.position
-        waves = {
-            e.scope: wave_error(self.waves, self.shapes[e.scope], self.arcs(mesh, e.scope)[::-1])
-            for e in self.errors(mesh)
-        }
-        return tuple(
-            Expected(e.scope, max(sheave, e.outboard, waves[e.scope]), max(e.position, minimum))
-            if self.shapes[e.scope].closed
-            else Expected(e.scope, nan, nan)
-            for e in self.errors(mesh)
-        )
+        found = []
+        for scope, tension, position in self.errors(mesh):
+            if self.shapes[scope].closed:
+                waves = wave_error(self.waves, self.shapes[scope], self.arcs(mesh, scope)[::-1])
+                tension, position = max(sheave, tension, waves), max(position, minimum)
+            else:
+                tension = position = nan
+            found.append(Expected(scope, tension, position))
+        return tuple(found)
 
     def parts(self, mesh: FeedMesh) -> tuple[Part, ...]:
         """Rows of the table, from the drum."""

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from math import sqrt
 from typing import NamedTuple
 
 import numpy as np
 
-from ..statics.static_shape import TowShape, fourth_derivative, third_derivative
+from ..statics.static_shape import TowShape, derivative
 
 # sagitta L^2/8R of a link on drum or sheave over the penetration that contact allows; of 1.8 the full-scale tow has
 # the contact force within 0.03 % and a penetration 1.1 times as large, of 4.4 the flag PENETRATION (docs/segments.md)
@@ -34,11 +35,11 @@ class Order(NamedTuple):
 def link_measure(shape: TowShape) -> np.ndarray:
     """kappa^2 / 24 + |d3r/ds3| / 12 [n], 1/m^2: a chord is shorter than its arc, and its ends share loads by halves."""
     bend = np.linalg.norm(shape.bend, axis=1)
-    return np.asarray(bend * bend / 24.0 + third_derivative(shape) / 12.0)
+    return np.asarray(bend * bend / 24.0 + derivative(shape, 3) / 12.0)
 
 
 # factors: the largest found over 22 tows of 8 m to 6 km on 5 meshes each; most are a fifth of it (docs/mesh.md)
-CUBICS = Order(4, 1.0 / 1500.0, 1.0 / 120.0, "static shape, |d4r/ds4|", fourth_derivative)
+CUBICS = Order(4, 1.0 / 1500.0, 1.0 / 120.0, "static shape, |d4r/ds4|", partial(derivative, order=4))
 # where both errors add up; the largest found for four shipped scenes on 4 meshes each is 0.75 of it (docs/segments.md)
 LINKS = Order(3, 1.0, 1.0 / 12.0, "static shape, corners between links", link_measure)
 

@@ -170,12 +170,12 @@ def _shown(kind: np.dtype, shape: tuple[int, ...]) -> str:
 # ---- files
 
 
-def read_file(path: str | os.PathLike, maximum: int = MAX_FILE) -> bytes:
-    """The bytes of a regular file of at most so many; OSError, or Unfit. A pipe is not waited for."""
+def read_file(path: str | os.PathLike) -> bytes:
+    """The bytes of a regular file of at most MAX_FILE; OSError, or Unfit. A pipe is not waited for."""
     with open_file(path, "rb") as file:
-        if (size := os.fstat(file.fileno()).st_size) > maximum:
-            raise Unfit(f"it has {size} bytes, at most {maximum} are read")
-        return bytes(file.read(maximum))
+        if (size := os.fstat(file.fileno()).st_size) > MAX_FILE:
+            raise Unfit(f"it has {size} bytes, at most {MAX_FILE} are read")
+        return bytes(file.read(MAX_FILE))
 
 
 def write_file(path: str | os.PathLike, data: bytes) -> None:

@@ -24,27 +24,19 @@ NO_PEAK = 1e300  # of a step before the first: physics/output.no_peaks; each tic
 UNIT = 1e-6  # of the square of a quaternion, off 1
 MAX_TIME = 2**62  # ns; the difference of two still is an int64
 MAX_COUNT = 2**53
+STAMPS = (
+    *("time.now", "time.start", "frame.time", "ship.blend_at", "ship.mean_at", "vehicle.blend_at", "vehicle.mean_at"),
+    *("measured.departure_stamp", "winch.line_end", "winch.line_command", "events.pressed_since"),
+    *("since", "heard"),  # of attitudes
+)
 # integers by name: least, most
-WHOLE = {
-    "time.now": (-MAX_TIME, MAX_TIME),
-    "time.start": (-MAX_TIME, MAX_TIME),
-    "ship.blend_at": (-MAX_TIME, MAX_TIME),
-    "ship.mean_at": (-MAX_TIME, MAX_TIME),
-    "vehicle.blend_at": (-MAX_TIME, MAX_TIME),
-    "vehicle.mean_at": (-MAX_TIME, MAX_TIME),
-    "measured.departure_stamp": (-MAX_TIME, MAX_TIME),
-    "winch.line_end": (-MAX_TIME, MAX_TIME),
-    "winch.line_command": (-MAX_TIME, MAX_TIME),
-    "events.pressed_since": (-MAX_TIME, MAX_TIME),
+WHOLE = dict.fromkeys(STAMPS, (-MAX_TIME, MAX_TIME)) | {
     "setpoint.algorithm": (0, len(LAWS) - 1),
     "setpoint.engaged": (-1, len(LAWS) - 1),
     "setpoint.prediction.next": (0, SAMPLES - 1),
     "control.level": (0, LEVELS - 1),
     "control.wait": (0, MAX_COUNT),
     "halted": (0, 0),
-    "frame.time": (-MAX_TIME, MAX_TIME),
-    "since": (-MAX_TIME, MAX_TIME),  # of attitudes
-    "heard": (-MAX_TIME, MAX_TIME),
 }
 FAULT_SINCE = "fault.since"  # the end of a name: ns, of every device and way
 COUNTED = (-1, MAX_COUNT)  # all others

@@ -31,7 +31,7 @@ from ...physics.drag_laws import CHOO_CASARELLA, FRICTION, GRAZING, fitted
 from ...physics.towbody import Towbody, body_record
 from ..scene import Scene
 from ..tables.current import Flow, water_at
-from ..tables.material import Hung, hung, material_rows, section_ends
+from ..tables.material import Hung, bodies_of, hung, material_rows, section_ends
 from ..tables.viv_tables import Strumming, drag_factor, strumming_of
 
 STEP = 0.06  # of the length over which the tension vector turns
@@ -253,8 +253,7 @@ def _march(c, y, s, length, total, laid, flow, ground, k, out):
 
 def joint_forces(scene: Scene, flow: Flow) -> dict[int, Joint]:
     """By section: force [N] that what hangs at its outboard end adds to the tension vector above it, at height z."""
-    ends, found = list(section_ends(scene.cable).values()), dict[int, Joint]()
-    bodies = {f"bodies.{name}": body for name, body in scene.bodies.items()}
+    ends, found, bodies = list(section_ends(scene.cable).values()), dict[int, Joint](), bodies_of(scene)
 
     def pull(things: list[Hung]) -> Joint:
         def at(z: float) -> Row:

@@ -214,18 +214,9 @@ def finished(
     )
 
 
-def third_derivative(shape: TowShape) -> np.ndarray:
-    """|d3r/ds3| [n] 1/m^2, piece by piece as fourth_derivative()."""
-    return _derivative(shape, 1)
-
-
-def fourth_derivative(shape: TowShape) -> np.ndarray:
-    """|d4r/ds4| [n] 1/m^3, piece by piece between ends of sections and the water surface, where it has no meaning."""
-    return _derivative(shape, 2)
-
-
-def _derivative(shape: TowShape, times: int) -> np.ndarray:
-    """Size of the ``times``-th derivative of d2r/ds2 [n]."""
+def derivative(shape: TowShape, order: int) -> np.ndarray:
+    """|d3r/ds3| [n] 1/m^2, or of order 4 |d4r/ds4| [n] 1/m^3, piece by piece between ends of sections and the water
+    surface, where it has no meaning."""
     out = np.zeros(len(shape.s))
     cut = np.flatnonzero((np.diff(shape.section) != 0) | (np.diff(shape.wet.astype(int)) != 0)) + 1
     for piece in np.split(np.arange(len(shape.s)), cut):
@@ -236,7 +227,7 @@ def _derivative(shape: TowShape, times: int) -> np.ndarray:
         s, b = s[keep], b[keep]
         if len(s) < 4:
             continue
-        for _ in range(times):
+        for _ in range(order - 2):
             b = np.gradient(b, s, axis=0)
         size = np.linalg.norm(b, axis=1)
         size[0], size[1] = size[2], size[2]  # one-sided differences of differences

@@ -16,6 +16,7 @@ from ...physics.section import material_of
 from ...physics.ship import NO_EPOCH
 from ...physics.towbody import BodyModel
 from ..scene import Scene
+from ..tables.attitude import Vector, to_world
 from ..tables.current import Flow, flow_of
 from .route import Route
 from .static_integration import CableLoads, Rows, cable_loads, line_load
@@ -30,12 +31,9 @@ PER_WORKING = 2.0  # of contact.working_tension: largest pull of a vehicle, wher
 MIN_LOAD = 1e-3  # of the weight in air: cable that neither sinks nor floats hangs as if it had that
 
 
-def rotated(attitude: tuple[float, ...], s: tuple[float, ...]) -> np.ndarray:
+def rotated(attitude: Vector, s: Vector) -> np.ndarray:
     """Rz Ry Rx s for roll, pitch, yaw [rad]."""
-    (cr, cp, cy), (sr, sp, sy) = map(cos, attitude), map(sin, attitude)
-    y, z = cr * s[1] - sr * s[2], sr * s[1] + cr * s[2]
-    x, z = cp * s[0] + sp * z, cp * z - sp * s[0]
-    return np.array([cy * x - sy * y, sy * x + cy * y, z])
+    return np.array(to_world(attitude, s))
 
 
 def pose_of(scene: Scene, yaw: float) -> list[float]:
@@ -49,7 +47,8 @@ def pose_of(scene: Scene, yaw: float) -> list[float]:
 
 def attachment_of(scene: Scene, pose: list[float]) -> np.ndarray:
     """Where a vehicle at ``pose`` has its cable made fast [3]."""
-    return np.array(pose[:3]) + rotated(tuple(pose[3:]), scene.vehicle.attachment)
+    roll, pitch, yaw = pose[3:]
+    return np.array(pose[:3]) + rotated((roll, pitch, yaw), scene.vehicle.attachment)
 
 
 def declare_vehicle(now: np.record, scene: Scene, yaw: float, inputs: Inputs) -> None:
@@ -71,9 +70,8 @@ def declare_vehicle(now: np.record, scene: Scene, yaw: float, inputs: Inputs) ->
 
 def max_tension(scene: Scene) -> float:
     """Tension [N] of straight cable beyond which its end no longer follows the vehicle."""
-    return (
-        PER_WORKING * scene.contact.working_tension if scene.vehicle.max_tension is None else scene.vehicle.max_tension
-    )
+    given = scene.vehicle.max_tension
+    return PER_WORKING * scene.contact.working_tension if given is None else given
 
 
 def mean_compliance(scene: Scene) -> float:

@@ -14,6 +14,7 @@ from ...physics.cable_assembly import Cable
 from ...physics.drag_laws import element_rows, of_components
 from ...physics.fairing import dressed, fairing_weight, put_on
 from ...physics.section import CableModel, LinkBuoyancy, Section, material_of
+from ...physics.towbody import Towbody
 from ...physics.water import Water
 from ..scene import Scene
 
@@ -59,6 +60,11 @@ def body_places(scene: Scene) -> tuple[float, ...]:
     """Unstretched arc length [m] from the drum end of each body on the line."""
     ends = section_ends(scene.cable)
     return tuple(ends[body.at] for body in scene.bodies.values())
+
+
+def bodies_of(scene: Scene) -> dict[str, Towbody]:
+    """The towbody and the bodies on the line, by their keys."""
+    return {"towbody": scene.towbody} | {f"bodies.{name}": body for name, body in scene.bodies.items()}
 
 
 class Hung(NamedTuple):

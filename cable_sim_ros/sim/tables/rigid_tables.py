@@ -12,6 +12,8 @@ from ...physics.rigid_model import RIGID, STRIP, Rigid
 from ...physics.towbody import BodyModel, Towbody
 from ...physics.wing import WING, Wing, wing_record
 from ..scene import Scene
+from .elementary import product
+from .material import bodies_of
 
 STRIPS = 12  # of a hull
 SLOPE_OF_A_TAIL = 2.603  # 1/rad, of aspect ratio 2 (Helmbold 1942)
@@ -50,11 +52,6 @@ def spheroid(length: float, diameter: float) -> tuple[float, float, float]:
 def hat(a: Sequence[float] | np.ndarray) -> np.ndarray:
     """Matrix of the cross product, hat(a) b = a x b."""
     return np.array([[0.0, -a[2], a[1]], [a[2], 0.0, -a[0]], [-a[1], a[0], 0.0]])
-
-
-def product(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """Matrix product, each sum in its order on any machine."""
-    return (a[:, :, None] * b[None, :, :]).sum(axis=1)
 
 
 def inertia_of(body: Towbody) -> np.ndarray:
@@ -106,8 +103,7 @@ class FittedWing(NamedTuple):
 
 def wings_of(scene: Scene) -> list[FittedWing]:
     """Wings of the rigid bodies, in the order of the tables."""
-    bodies = {"towbody": scene.towbody, **{f"bodies.{name}": body for name, body in scene.bodies.items()}}
-    rigid = [(key, body) for key, body in bodies.items() if body.model is BodyModel.RIGID]
+    rigid = [(key, body) for key, body in bodies_of(scene).items() if body.model is BodyModel.RIGID]
     return [FittedWing(k, key, name, wing) for k, (key, body) in enumerate(rigid) for name, wing in body.wings.items()]
 
 
