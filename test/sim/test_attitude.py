@@ -16,6 +16,7 @@ from cable_sim_ros.sim.checks.attitude_checks import critical_speed
 from cable_sim_ros.sim.static_equilibrium import Departure, no_equilibrium
 from cable_sim_ros.sim.static_gradients import StaticGradients
 from cable_sim_ros.sim.statics.route import StartError
+from verification.shipped import started
 
 pytestmark = pytest.mark.trust
 COLUMNS = {name: k for k, (name, _) in enumerate(BODY_COLUMNS)}
@@ -186,8 +187,7 @@ def test_a_flap_is_moved_while_the_tow_runs(fish):
     frames = sim.run(2000)
     pitch = np.degrees(2.0 * np.arcsin(frames.body_quaternion[:, 1] - before.body_quaternion[1]))
     assert pitch[-1] > 0.3 and frames.body_position[-1, 2] < before.body_position[2] - 0.3
-    begun = Simulator(scene_of(flapped | {"towbody.wings.tail.flap": 8.0}))
-    begun.start()
+    begun = started(scene_of(flapped | {"towbody.wings.tail.flap": 8.0}))
     turned = begun.frame.body_quaternion[1] - before.body_quaternion[1]
     assert np.radians(pitch[-1]) / 2.0 == pytest.approx(turned, rel=0.1)
     with pytest.raises(ValueError, match=r"towbody\.wings\.depressor\.flap .*stall_angle.*nothing was changed"):
@@ -211,6 +211,5 @@ def test_a_depressor_on_the_line_pitches_in_metrics_and_topic(tmp_path):
 
 
 def test_a_stalled_wing_is_flagged_and_doubtful():
-    sim = Simulator(scene_of({"towbody.wings.depressor.incidence": -16.0, "towbody.wings.depressor.stall_angle": 15.0}))
-    sim.start()
+    sim = started(scene_of({"towbody.wings.depressor.incidence": -16.0, "towbody.wings.depressor.stall_angle": 15.0}))
     assert sim.tick().status & Flag.STALLED

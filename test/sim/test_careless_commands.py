@@ -7,6 +7,7 @@ from underway import scene_with
 from cable_sim_ros.physics.inputs import push_command
 from cable_sim_ros.physics.tick_output import Flag
 from cable_sim_ros.sim.simulator import Simulator
+from verification.shipped import started
 
 NAN = np.nan
 HALT = Flag.NEWTON_FAILED | Flag.NOT_FINITE
@@ -15,8 +16,7 @@ FED, FIXED = "full_scale", "full_scale_contact"
 
 def ran(name: str, orders: list[tuple[float, float, float]], ramp=None, **changes) -> tuple[Simulator, np.recarray]:
     """The shipped tow under orders (seconds, length, rate), as they would come from a topic; a halt raises."""
-    sim = Simulator(scene_with(name, **changes, winch__command_timeout=3600.0, winch__command_acceleration=ramp))
-    sim.start()
+    sim = started(scene_with(name, **changes, winch__command_timeout=3600.0, winch__command_acceleration=ramp))
     parts = []
     for seconds, payout, rate in orders:
         push_command(sim.inputs, int(sim.frame.time), payout, rate)

@@ -10,7 +10,7 @@ from underway import sail
 
 from cable_sim_ros.io.scenes.load import load_scene
 from cable_sim_ros.sim.rebase import carried_over
-from cable_sim_ros.sim.simulator import Simulator
+from verification.shipped import started
 
 pytestmark = [
     pytest.mark.trust,
@@ -21,8 +21,7 @@ SECOND = 1_000_000_000
 
 @pytest.mark.parametrize("begin", [1000 * SECOND, 20_000_000], ids=["later", "earlier"])
 def test_the_tow_goes_on_on_another_clock_and_elsewhere(begin):
-    sim = Simulator(load_scene("side_scan"))
-    sim.start(100 * SECOND, (5.0, -7.0))
+    sim = started(load_scene("side_scan"), time_ns=100 * SECOND, position=(5.0, -7.0))
     for t in np.arange(0.0, 2.0, 0.02):
         sail(sim, t, np.sin(0.6 * t), 0.6 * np.cos(0.6 * t), at=(5.0, -7.0), begin=100 * SECOND)
     sim.run(150)

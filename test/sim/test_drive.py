@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import re
+from functools import partial
 from math import cos, exp, sin, sqrt
 
 import numpy as np
 import pytest
-from underway import cautioned, refused, scene_with
+from underway import at_rate, cautioned, refused, scene_with
 
-from cable_sim_ros import Simulator, WinchCommand
+from cable_sim_ros import Simulator
 from cable_sim_ros.io.scenes.load import load_scene, override
 from cable_sim_ros.physics.tick_output import Flag
 from cable_sim_ros.physics.winch_drive import BRAKE, EMERGENCY_STOP, MODES, RENDER, TENSION, taken_up
@@ -32,17 +33,7 @@ MOTOR = {
 }
 
 
-def scene(**values):
-    return scene_with(**(MOTOR | {key.replace("__", "."): value for key, value in values.items()}))
-
-
-def at_rate(sim, rate, ticks):
-    """Frames of a winch that is given a rate again and again."""
-    frames = []
-    for _ in range(0, ticks, 5):
-        sim.push(WinchCommand(rate=rate))
-        frames.append(sim.run(5))
-    return np.concatenate(frames).view(np.recarray)
+scene = partial(scene_with, **MOTOR)
 
 
 def test_a_motor_holds_a_tow_at_rest_to_the_bit():

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
-from underway import cautioned, refused, sail, scene_with
+from underway import at_rate, cautioned, refused, sail, scene_with
 
 from cable_sim_ros.io.scenes.load import load_scene
 from cable_sim_ros.physics.contact_surface import SHEAVE_ROW
@@ -60,11 +60,7 @@ def haul():
         key = (name, rate, seconds, *changes.items())
         if key not in done:
             scene = scene_with(name, setpoint__algorithm="hold", **changes)
-            sim, parts = started(scene), []
-            for _ in range(round(10 * seconds)):
-                sim.push(WinchCommand(rate=rate))
-                parts.append(sim.run(10).copy())
-            done[key] = Haul(scene, np.concatenate(parts))
+            done[key] = Haul(scene, at_rate(started(scene), rate, round(100 * seconds), 10))
         return done[key]
 
     return made
@@ -144,9 +140,7 @@ def test_a_bearing_seizes_under_way():
     sim, report = started(scene_with(setpoint__algorithm="hold", **TURNS)), []
     for bearing in (0.02, 10.0):
         set_live(sim, "sheave.bearing_friction", bearing)
-        for _ in range(15):
-            sim.push(WinchCommand(rate=-RATE))
-            sim.run(10)
+        at_rate(sim, -RATE, 150, 10)
         report.append(float(sim.frame["sheave_friction"]))
     assert report[1] == pytest.approx(10.0 * report[0], rel=0.1)  # 0.1/sin 30 deg over 0.02, at 3 % more tension
     sim.start()

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from functools import partial
 from math import atan, cos, pi, radians, sin
 
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
-from underway import cautioned, refused, scene_with
+from underway import at_rate, cautioned, refused, scene_with
 
 from cable_sim_ros import Simulator, WinchCommand
 from cable_sim_ros.io.bags.bag import read_bag
@@ -31,21 +32,11 @@ MOVING = {"heave": (1.0, 8.0), "duration": 12.0, "step": "fixed", "winch": "5 ra
 TICK = 0.01
 
 
-def scene(**values):
-    return scene_with(**(ABOARD | {key.replace("__", "."): value for key, value in values.items()}))
+scene = partial(scene_with, **ABOARD)
 
 
 def run(motion=None, **values):
     return offline.run(scene(**values), **(MOVING | (motion or {}))).frames
-
-
-def pay_out(sim, rate, ticks, step=5):
-    """Tick outputs of a winch that is told its rate [m/s] every few ticks."""
-    rows = []
-    for _ in range(0, ticks, step):
-        sim.push(WinchCommand(rate=rate))
-        rows.append(sim.run(step))
-    return np.concatenate(rows).view(np.recarray)
 
 
 @pytest.fixture(scope="module")
@@ -279,8 +270,7 @@ def test_the_vertical_of_an_mru_leans_out_of_a_turn():
         instruments__mru__turn_leak=leak,
         instruments__mru__turn_settling=2.0,
     )
-    sim = Simulator(what)
-    sim.start()
+    sim = started(what)
     for i in range(400):
         t = 0.05 * i
         place = (speed / turn * np.sin(turn * t), speed / turn * (1.0 - np.cos(turn * t)), 0.0)
@@ -295,10 +285,10 @@ def test_the_vertical_of_an_mru_leans_out_of_a_turn():
 def test_each_fault_of_a_counter(kind):
     size = {"late": 0.2, "stuck": 3.0, "noise": 0.05}.get(kind, 0.5)
     sim = started(scene())
-    before = pay_out(sim, 0.3, 100)
+    before = at_rate(sim, 0.3, 100)
     set_live(sim, "faults.encoder.size", size)
     set_live(sim, "faults.encoder.kind", kind)
-    f = pay_out(sim, 0.3, 100)
+    f = at_rate(sim, 0.3, 100)
     since, true, at = TICK * np.arange(1, 101), f.payout_counter, before.encoder_payout[-1]
     counter = np.append(before.payout_counter, true)
     expected = {
@@ -318,7 +308,7 @@ def test_each_fault_of_a_counter(kind):
         assert f.encoder_payout == pytest.approx(expected[kind], abs=1e-9)
     assert (f.readings_new & 2 > 0).any() == (kind != "lost")
     set_live(sim, "faults.encoder.kind", "none")
-    assert pay_out(sim, 0.3, 2).encoder_payout[-1] == pytest.approx(sim.frame["payout_counter"])
+    assert at_rate(sim, 0.3, 2).encoder_payout[-1] == pytest.approx(sim.frame["payout_counter"])
 
 
 def test_a_device_with_a_lost_value_gives_no_reading():
@@ -330,10 +320,10 @@ def test_faults_of_the_way_of_a_command():
     rates, sizes = {}, {"frozen": 0.0, "lost": 0.0, "bias": 0.1, "late": 1.0, "drift": 0.05, "runaway": -0.4}
     for kind, size in sizes.items():
         sim = started(scene())
-        rows = [pay_out(sim, 0.2, 200)]
+        rows = [at_rate(sim, 0.2, 200)]
         set_live(sim, "faults.command.size", size)
         set_live(sim, "faults.command.kind", kind)
-        rows += [pay_out(sim, 0.2, 50), pay_out(sim, 0.0, 50), sim.run(200)]
+        rows += [at_rate(sim, 0.2, 50), at_rate(sim, 0.0, 50), sim.run(200)]
         rates[kind] = np.concatenate(rows).view(np.recarray).payout_rate
     timeout = round(TOW.winch.command_timeout / TICK)
     assert rates["frozen"][-1] == pytest.approx(0.2, abs=1e-3), "the last command goes on, without a time-out"
@@ -491,8 +481,7 @@ def test_a_scenario_of_faults_is_reported_and_replayed(tmp_path):
 
 
 def test_faults_and_fixes_go_over_a_jump_of_the_clock():
-    sim = Simulator(scene(faults__encoder__kind="drift", faults__encoder__size=0.5, instruments__usbl__latency=0.5))
-    sim.start()
+    sim = started(scene(faults__encoder__kind="drift", faults__encoder__size=0.5, instruments__usbl__latency=0.5))
     sim.run(200)
     before = sim.frame
     off, fix = before["encoder_payout"] - before["payout_counter"], before["usbl_position"] - before["body_position"]

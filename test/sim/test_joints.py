@@ -14,7 +14,7 @@ from cable_sim_ros.runs.offline import run
 from cable_sim_ros.sim.build import build_model
 from cable_sim_ros.sim.checks import checks
 from cable_sim_ros.sim.layout import layout_of
-from cable_sim_ros.sim.simulator import Simulator
+from verification.shipped import started
 
 pytestmark = pytest.mark.trust
 POD = {"at": "bare", "mass": 20.0, "net_weight": 50.0}
@@ -123,8 +123,7 @@ def test_bodies_stand_at_the_ends_of_their_sections():
 
 def test_bodies_of_a_winch_that_feeds_stand_at_the_ends_of_the_zones():
     tow = scene({"bare": {"termination_mass": 3.0}}, {"pod": POD}, base="full_scale")
-    sim = Simulator(tow)
-    sim.start()
+    sim = started(tow)
     nodes, (towbody, pod) = sim.nodes, sim.model.line.body_nodes
     assert towbody == nodes - 1 and 0 < pod < nodes - 1
     assert sim.state.arc[pod] == pytest.approx(450.0, abs=1e-9) == sim.model.line.beads["place"][0]
@@ -142,8 +141,7 @@ def test_bodies_on_the_line_are_in_metrics_recording_and_topic(tmp_path):
     )
     assert 0.0 < pod["layback_m"] < last.layback
 
-    sim = Simulator(tow)
-    sim.start()
+    sim = started(tow)
     sim.run(1)
     n, tension, half = sim.model.line.body_nodes[1], sim.state.tension, 0.5 * np.diff(sim.state.arc)
 

@@ -11,8 +11,8 @@ from cable_sim_ros.io.scenes.load import load_scene, override
 from cable_sim_ros.physics.tick_output import Flag
 from cable_sim_ros.sim.inputs import WinchCommand
 from cable_sim_ros.sim.live_parameters import changed, set_live, ways
-from cable_sim_ros.sim.simulator import Simulator
 from cable_sim_ros.sim.tables.elementary import exp, log, power, principal, product, tanh
+from verification.shipped import started
 
 pytestmark = pytest.mark.trust
 
@@ -54,9 +54,7 @@ def test_principal_axes(small):
 
 @pytest.fixture
 def sim():
-    sim = Simulator(override(load_scene("full_scale"), {"setpoint.algorithm": "hold"}))
-    sim.start()
-    return sim
+    return started(override(load_scene("full_scale"), {"setpoint.algorithm": "hold"}))
 
 
 def stale_ticks(sim):

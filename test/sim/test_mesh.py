@@ -17,6 +17,7 @@ from cable_sim_ros.sim.simulator import Simulator
 from cable_sim_ros.sim.statics.static_shape import derivative
 from verification.meshes.mesh_promise import promise_of, promised_table
 from verification.meshes.mesh_tows import tows
+from verification.shipped import started
 
 TOWS = {scene.name: scene for scene in tows()}
 QUICK = "flume_10m_slow harbour_60m full_scale_stiff three_cables umbilical_400m light_1km deep_tow_6km".split()
@@ -59,8 +60,7 @@ def test_every_mesh_is_in_order_at_every_scope(name):
 
 
 def test_the_mesh_is_where_the_simulator_lays_it():
-    sim = Simulator(TOWS["three_cables"])
-    sim.start()
+    sim = started(TOWS["three_cables"])
     np.testing.assert_allclose(sim.state.arc, layout_of(TOWS["three_cables"]).arc, rtol=0.0, atol=1e-9)
 
 
@@ -68,8 +68,7 @@ def test_the_mesh_is_where_the_simulator_lays_it():
 def test_the_shape_by_integration_is_that_of_the_elements(name):
     """Independent of each other but for the coefficients: depth within 0.2 % of the scope, tension within 0.3 %."""
     scene = TOWS[name]
-    sim = Simulator(scene)
-    sim.start()
+    sim = started(scene)
     shape = layout_of(scene).shape()
     assert shape.place[0, 2] == pytest.approx(float(sim.frame.body_position[2]), abs=2e-3 * shape.scope)
     assert shape.tension[-1] == pytest.approx(float(sim.frame.tension), rel=3e-3)
@@ -118,8 +117,7 @@ def test_the_line_load_wants_elements_by_the_bending_length_and_is_then_within_f
     assert plan.mesh.nodes - 1 < 128
     loads = []
     for nodes in (plan.mesh, plan.mesh.doubled.doubled):
-        sim = Simulator(scene, nodes)
-        sim.start()
+        sim = started(scene, nodes)
         angle, load = sim.contact[:, 3], sim.contact[:, 4] + sim.contact[:, 5]
         order = np.argsort(angle)
         loads.append((angle[order], load[order]))

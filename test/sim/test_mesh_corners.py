@@ -5,7 +5,6 @@ import re
 import pytest
 from underway import cautioned, refused, scene_with
 
-from cable_sim_ros import Simulator
 from cable_sim_ros.io.scenes.load import load_scene, override
 from cable_sim_ros.runs.mesh import check, extrapolated, kept
 from cable_sim_ros.runs.verdict import judge
@@ -16,6 +15,7 @@ from cable_sim_ros.sim.mesh.mesh_corners import Turn, error_per_turn, stiffness
 from cable_sim_ros.sim.mesh.mesh_kinds import places_outboard
 from verification.meshes import mesh_promise
 from verification.meshes.mesh_tows import other_tows
+from verification.shipped import started
 
 TOWS = {tow.scene.name: tow for tow in other_tows()}
 LIMP = override(TOWS["heavy_depressor"].scene, {"cable.bending_stiffness": 0.0, "cable.bending_damping": 0.0})
@@ -145,8 +145,7 @@ def test_a_haul_to_where_the_mesh_is_too_coarse_for_the_waves_is_doubtful():
     said = float(re.search(r"err by (\S+) %", reason.text)[1])
     error = {row.scope: row.tension for row in layout_of(scene).plan.expected}
     assert 1.5 < said / 100.0 / scene.accuracy.tension and said < 100.0 * error[135.0]
-    sim = Simulator(scene)
-    sim.start()
+    sim = started(scene)
     frames = sim.run(2).copy()
     assert "MESH_WAVES" not in {reason.flag for reason in judge(frames, scene).reasons}
     frames["scope"] = 200.0

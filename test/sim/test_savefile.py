@@ -25,6 +25,7 @@ from cable_sim_ros.physics.state import NODE_ROWS
 from cable_sim_ros.physics.towbody import LineBody
 from cable_sim_ros.sim.saved import savefile
 from cable_sim_ros.sim.simulator import SaveError, Simulator
+from verification.shipped import started
 
 pytestmark = pytest.mark.trust
 PLACE = (1e5, -3e4)  # m, in odom
@@ -38,8 +39,7 @@ def heave(sim, first: int, last: int) -> None:
 @pytest.fixture(scope="module")
 def underway():
     """A tow over a seabed, 0.6 s after its start, with motion and a command still to come."""
-    sim = Simulator(scene_with(seabed__depth=150.0, setpoint__algorithm="rigorous_sheave"))
-    sim.start(5, PLACE)
+    sim = started(scene_with(seabed__depth=150.0, setpoint__algorithm="rigorous_sheave"), time_ns=5, position=PLACE)
     heave(sim, 1, 80)
     sim.push(WinchCommand(rate=0.2))
     sim.run(60)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from functools import partial
 
 import numpy as np
 import pytest
@@ -16,16 +17,14 @@ from cable_sim_ros.sim.compensation_setup import impedance
 from cable_sim_ros.sim.live_parameters import set_live
 from cable_sim_ros.sim.simulator import Simulator, StartError
 from cable_sim_ros.sim.static_gradients import StaticGradients
+from verification.shipped import started
 
 pytestmark = pytest.mark.trust
 
-TOW = scene_with(setpoint__transfer_time=2.0)
+scene = partial(scene_with, setpoint__transfer_time=2.0)
+TOW = scene()
 SLOW = {"drive.model": "rate_loop", "drive.bandwidth": 6.0}
 WAVE = (0.5, 7.0)  # m, s
-
-
-def scene(**values):
-    return scene_with(**values, setpoint__transfer_time=2.0)
 
 
 def frames(what, seconds: float = 20.0):
@@ -64,8 +63,7 @@ def test_constant_tension_takes_the_wave_out_and_keeps_the_set_tension():
 
 
 def test_another_tension_set_while_it_runs_is_paid_out_for_and_limited():
-    sim = Simulator(scene(setpoint__algorithm="constant_tension", setpoint__max_amplitude=1.0))
-    sim.start()
+    sim = started(scene(setpoint__algorithm="constant_tension", setpoint__max_amplitude=1.0))
     begin = sim.run(100)
     assert np.ptp(begin.payout) < 1e-3
     set_live(sim, "setpoint.tension", float(begin.tension[-1]) - 1000.0)
@@ -77,8 +75,7 @@ def test_another_tension_set_while_it_runs_is_paid_out_for_and_limited():
 
 
 def test_options_set_while_it_runs_reach_the_law_and_are_part_of_the_state():
-    sim = Simulator(override(TOW, SLOW | {"drive.dead_time": 0.1}))
-    sim.start()
+    sim = started(override(TOW, SLOW | {"drive.dead_time": 0.1}))
     for name in ("feed_forward", "prediction"):
         set_live(sim, f"setpoint.{name}", True)
         assert sim.state.now.setpoint[name].on == 1
@@ -94,8 +91,7 @@ def test_options_set_while_it_runs_reach_the_law_and_are_part_of_the_state():
 
 def test_what_the_scene_leaves_out_follows_from_cable_and_drive():
     def law(**values):
-        sim = Simulator(scene(**values))
-        sim.start()
+        sim = started(scene(**values))
         return sim.state.now.setpoint
 
     matched = 1.0 / impedance(TOW)
@@ -114,13 +110,11 @@ def loop_gain(law) -> float:
 
 
 def test_the_return_of_constant_tension_follows_from_the_tow_at_rest():
-    sim = Simulator(scene(setpoint__algorithm="constant_tension"))
-    sim.start()
+    sim = started(scene(setpoint__algorithm="constant_tension"))
     law, at_rest = sim.state.now.setpoint.tension, sim.frame.tobytes()
     assert law.slope == pytest.approx(StaticGradients(TOW)("winch.scope").slopes[0].slope, rel=0.01)
     assert loop_gain(law) == pytest.approx(0.2) and 2.0 < 1.0 / law.back < 60.0
-    later = Simulator(TOW)
-    later.start()
+    later = started(TOW)
     assert later.state.now.setpoint.tension.back == 0.0
     assert later.frame.tobytes() == at_rest, "the tows beside it leave nothing behind"
     later.run(10)
@@ -141,8 +135,7 @@ def test_a_constant_tension_that_would_run_away_is_refused_with_the_number_that_
     tow, law = override(TOW, values), {"setpoint.algorithm": "constant_tension"}
     with pytest.raises(StartError, match=re.escape(key) + r".*tension of this tow at rest by 1.92 N/m") as refused:
         Simulator(override(tow, law)).start()
-    sim = Simulator(tow)
-    sim.start()
+    sim = started(tow)
     with pytest.raises(ValueError, match=re.escape(key)):
         set_live(sim, "setpoint.algorithm", "constant_tension")
     assert sim.scene.setpoint.algorithm == "simplified_sheave"

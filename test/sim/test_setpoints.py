@@ -12,7 +12,7 @@ from underway import cautioned, scene_with
 from cable_sim_ros.io.scenes.load import load_scene, override
 from cable_sim_ros.physics.heave_compensation import EXCESS_TENSION
 from cable_sim_ros.sim.compensation_setup import impedance
-from cable_sim_ros.sim.simulator import Simulator
+from verification.shipped import started
 
 pytestmark = pytest.mark.trust
 
@@ -63,15 +63,13 @@ def test_a_body_that_may_swing_by_itself_is_a_caution():
 
 
 def test_the_laws_start_from_the_static_tow():
-    sim = Simulator(load_scene("full_scale"))
-    sim.start(heading=2.0)
+    sim = started(load_scene("full_scale"), heading=2.0)
     setpoint, frame = sim.state.now.setpoint, sim.frame
     assert setpoint.engaged == setpoint.algorithm == 1, "taken up with the motion, not after it"
     assert setpoint.angle == setpoint.departure == pytest.approx(float(frame.departure_angle), abs=1e-6)
     np.testing.assert_allclose(setpoint.track, (*frame.sheave_position[:2], 2.0))
     assert impedance(sim.scene) == pytest.approx(np.sqrt(6.786e6 * 0.389))
     assert setpoint.max_excess_rate == pytest.approx(EXCESS_TENSION * frame.tension / np.sqrt(6.786e6 * 0.389))
-    given = Simulator(override(sim.scene, {"setpoint.max_excess_rate": 0.2, "setpoint.nominal_angle_deg": -5.0}))
-    given.start()
+    given = started(override(sim.scene, {"setpoint.max_excess_rate": 0.2, "setpoint.nominal_angle_deg": -5.0}))
     assert given.state.now.setpoint.max_excess_rate == 0.2
     assert given.state.now.setpoint.angle == pytest.approx(np.radians(-5.0))

@@ -20,6 +20,7 @@ from cable_sim_ros.sim.build import lock
 from cable_sim_ros.sim.layout import layout_of
 from cable_sim_ros.sim.loop import _drive, needs
 from cable_sim_ros.sim.simulator import Simulator, SolverError, StartError, _for_any_scene
+from verification.shipped import started
 
 pytestmark = pytest.mark.trust
 
@@ -49,15 +50,14 @@ def heave(sim: Simulator, seconds: float, start: float = 0.0) -> None:
 
 
 @pytest.fixture(scope="module")
-def started(scene):
-    sim = Simulator(scene)
-    sim.start()
+def begun(scene):
+    sim = started(scene)
     return sim, sim.snapshot()
 
 
 @pytest.fixture
-def sim(started):
-    sim, saved = started
+def sim(begun):
+    sim, saved = begun
     sim.restore(saved)
     return sim
 
@@ -74,8 +74,7 @@ def sim(started):
     ],
 )
 def test_static_tow_against_the_expected_figures(name, depth, angle, tension):
-    sim = Simulator(load_scene(name))
-    sim.start()
+    sim = started(load_scene(name))
     frame = sim.frame
     assert -frame.body_position[2] == pytest.approx(depth, abs=1.0)
     assert np.degrees(frame.departure_angle) == pytest.approx(angle, abs=0.3)
@@ -129,8 +128,8 @@ def test_static_tow_stays_where_it_is(sim):
     assert after.time == 3_000_000_000 and after.tick == 300
 
 
-def test_same_inputs_same_bits_and_chunks_leave_no_trace(started):
-    sim, saved = started
+def test_same_inputs_same_bits_and_chunks_leave_no_trace(begun):
+    sim, saved = begun
     runs = []
     for chunks in ((150,), (150,), (1, 49, 100)):
         sim.restore(saved)
@@ -139,8 +138,8 @@ def test_same_inputs_same_bits_and_chunks_leave_no_trace(started):
     assert runs[0].tobytes() == runs[1].tobytes() == runs[2].tobytes()
 
 
-def test_compensation_quietens_tension_and_towbody(started):
-    sim, saved = started
+def test_compensation_quietens_tension_and_towbody(begun):
+    sim, saved = begun
     metrics = {}
     for law in ("hold", "simplified_sheave", "rigorous_sheave"):
         sim.restore(saved)
@@ -213,8 +212,7 @@ def test_a_cable_too_soft_or_too_stiff_is_refused_naming_stiffness_and_step(stif
 
 
 def test_an_unsolvable_tick_halts_the_run_at_the_state_before(scene):
-    sim = Simulator(scene)
-    sim.start()
+    sim = started(scene)
     model = sim.model
     sim.model = changed(model, tolerance=1e-14, max_halvings=1)  # below the round-off: cannot be reached
     before = sim.state.q.copy()
@@ -233,14 +231,13 @@ def test_an_unsolvable_tick_halts_the_run_at_the_state_before(scene):
     assert sim.state.now.halted == 0 and sim.tick().tension > 0.0
 
 
-def test_every_scene_has_one_type_signature(started):
+def test_every_scene_has_one_type_signature(begun):
     """A scene that compiles a second version of the entry would stop a running node for a minute."""
     count = len(getattr(_drive, "overloads", [0]))
     scenes = [load_scene(path) for path in SCENES]
     scenes.append(override(load_scene("side_scan"), {"seabed.depth": 150.0}))
     for scene in scenes:
-        sim = Simulator(scene)
-        sim.start()
+        sim = started(scene)
         sim.tick()
     assert len(getattr(_drive, "overloads", [0])) == count
 
@@ -257,9 +254,9 @@ def test_what_is_compiled_ahead_is_what_every_scene_needs(monkeypatch):
     assert len(ahead) > 10 and all(ahead <= tasks(Simulator(load_scene(path))) for path in SCENES)
 
 
-def test_model_arrays_are_locked(started):
+def test_model_arrays_are_locked(begun):
     """But for the rows of the elements: where a winch feeds they follow what each element holds."""
-    model = started[0].model
+    model = begun[0].model
     for array in (model.line.held, model.feed.materials, model.settings):
         with pytest.raises(ValueError, match="read-only"):
             array[:] = 0.0

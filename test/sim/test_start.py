@@ -187,8 +187,7 @@ def test_a_cable_dragged_on_the_seabed_rests_where_its_shape_says(speed):
 def test_a_stiff_umbilical_dragged_at_half_a_metre_per_second_starts():
     cable = {**armoured(0.03), "bending_stiffness": 2000.0, "bending_damping": 20.0, "axial_stiffness": 1.8e8}
     sled = {"mass": 2000.0, "net_weight": 17000.0, "drag_area": (0.5, 1.5, 1.5)}
-    sim = Simulator(tow("x", one(130.0), 80.0, speed=0.1, cable=cable, body=sled, sheave=1.0, seabed={"depth": 40.0}))
-    sim.start()
+    sim = started(tow("x", one(130.0), 80.0, speed=0.1, cable=cable, body=sled, sheave=1.0, seabed={"depth": 40.0}))
     assert sim.start_report["residual_n"] <= sim.tolerance and sim.start_report["steps"] < 200
 
 

@@ -10,7 +10,7 @@ from underway import sail
 from cable_sim_ros.io.scenes.load import load_scene, override
 from cable_sim_ros.physics.tick_output import Flag
 from cable_sim_ros.sim.layout import layout_of
-from cable_sim_ros.sim.simulator import Simulator
+from verification.shipped import started
 
 pytestmark = pytest.mark.trust
 
@@ -18,14 +18,12 @@ HEAVE = {"side_scan": (1.2, 8.0), "lowered_ctd": (1.2, 8.0), "flume": (0.02, 2.0
 COMPENSATED = ("side_scan", "lowered_ctd")  # hauling in stops 1 m from the end: the flume has no more than that
 
 
-def started(name, **changes):
+def begun(name, **changes):
     """Simulator at its static start; any caution of the scene is an error."""
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         scene = override(load_scene(name), changes)
-    sim = Simulator(scene)
-    sim.start()
-    return sim
+    return started(scene)
 
 
 def frames_of_heave(sim, amplitude, period, seconds):
@@ -40,7 +38,7 @@ def frames_of_heave(sim, amplitude, period, seconds):
 
 @pytest.mark.parametrize("name", HEAVE)
 def test_heave_raises_no_flag_but_that_of_the_start(name):
-    sim = started(name)
+    sim = begun(name)
     assert len(layout_of(sim.scene).elements) < 150
     frames = frames_of_heave(sim, *HEAVE[name], 120)
     assert Flag(int(np.bitwise_or.reduce(frames["status"]))) == Flag.MOTION_BLENDING
@@ -53,7 +51,7 @@ def test_compensation_fits_the_mesh(name):
     """Winch driven by the heave: no caution, no flag, and less than a third of the tension's deviation is left."""
     deviation = []
     for law in ("hold", "simplified_sheave"):
-        frames = frames_of_heave(started(name, **{"setpoint.algorithm": law}), *HEAVE[name], 60)
+        frames = frames_of_heave(begun(name, **{"setpoint.algorithm": law}), *HEAVE[name], 60)
         assert Flag(int(np.bitwise_or.reduce(frames["status"]))) == Flag.MOTION_BLENDING
         deviation.append(frames["tension"][2000:].std())
     assert deviation[1] < deviation[0] / 3.0
@@ -61,7 +59,7 @@ def test_compensation_fits_the_mesh(name):
 
 def test_side_scan_hangs_at_the_critical_angle():
     """Just below the surface w cos b = C_D G rho/2 d V^2 sin^2 b for the angle b from the horizontal, C_D 1.2."""
-    sim = started("side_scan")
+    sim = begun("side_scan")
     scene, shape = sim.scene, sim.shape
     weight = (0.389 - 1026.0 * pi / 4.0 * 0.010**2) * 9.81
     k = weight / (1.2 * 1.8 * 0.5 * 1026.0 * 0.010 * scene.ship.tow_speed**2)
@@ -84,7 +82,7 @@ def test_the_body_of_the_full_scale_tow_moves_the_water_of_its_scene(name):
 
 def test_lowered_ctd_weighs_what_hangs():
     """Nearly vertical: tension is the weight of rosette, wet cable and dry cable."""
-    sim = started("lowered_ctd")
+    sim = begun("lowered_ctd")
     depth, height = -sim.frame.body_position[2], sim.scene.sheave.position[2]
     wet = (0.471 - 1026.0 * pi / 4.0 * 0.011**2) * 9.81
     assert sim.frame.tension == pytest.approx(2200.0 + wet * depth + 0.471 * 9.81 * height, rel=0.005)
@@ -93,6 +91,6 @@ def test_lowered_ctd_weighs_what_hangs():
 
 def test_flume_puts_the_sphere_where_it_was_measured():
     """Westin (2018) 4.3.1: 0.708 m downstream, 0.685 m below the top of the winch; his own model is 5.0 mm off."""
-    sim = started("flume")
+    sim = begun("flume")
     place = sim.frame.body_position - (0.0, 0.0, 0.46)
     assert np.hypot(place[0] + 0.708, place[2] + 0.685) < 0.010

@@ -25,8 +25,9 @@ from cable_sim_ros.sim.inputs import WinchCommand
 from cable_sim_ros.sim.layout import layout_of
 from cable_sim_ros.sim.live_parameters import set_live
 from cable_sim_ros.sim.rig.rig import Rig
-from cable_sim_ros.sim.simulator import Simulator, SolverError
+from cable_sim_ros.sim.simulator import SolverError
 from cable_sim_ros.sim.tables.viv_tables import drag_factor, strumming_of
+from verification.shipped import started
 
 pytestmark = pytest.mark.trust
 ON = {
@@ -42,14 +43,7 @@ def drag_factors(scene):
     return [partial(drag_factor, one) for one in strumming_of(scene)]
 
 
-def strumming(**changes):
-    return scene_with(**(ON | {"setpoint.algorithm": "hold"} | changes))
-
-
-def started(**changes):
-    sim = Simulator(strumming(**changes))
-    sim.start()
-    return sim
+strumming = partial(scene_with, **ON, setpoint__algorithm="hold")
 
 
 def row(sim):
@@ -65,7 +59,7 @@ def heave(sim, seconds, jump=0.0):
 
 @pytest.fixture(scope="module")
 def tow():
-    sim = started()
+    sim = started(strumming())
     return sim, sim.snapshot()
 
 
@@ -76,8 +70,7 @@ def sim(tow):
 
 
 def test_off_there_is_nothing():
-    sim = Simulator(load_scene("full_scale"))
-    sim.start()
+    sim = started(load_scene("full_scale"))
     sim.run(120)
     assert not row(sim).any() and sim.strum.shape == (0, len(STRUM_COLUMNS))
     assert sim.output.shape.shape[2] == len(SHAPE_COLUMNS + SLOPE_COLUMNS)
@@ -148,7 +141,7 @@ def test_a_factor_changes_no_faster_than_its_rate(sim):
 
 
 def test_more_vibration_is_more_drag():
-    depths = [-started(viv__multiplier=m).frame.body_position[2] for m in (0.3, 1.0, 1.5)]
+    depths = [-started(strumming(viv__multiplier=m)).frame.body_position[2] for m in (0.3, 1.0, 1.5)]
     assert (np.diff(depths) < -1.0).all()
     factors = [drag_factors(strumming(viv__multiplier=m))[0](0.7) for m in (0.0, 0.3, 0.6, 1.0, 1.5)]
     assert factors[0] == 1.0 and (np.diff(factors) > 0.1).all()
@@ -164,17 +157,17 @@ def test_sections_have_numbers_of_their_own():
 
 
 def test_a_cable_of_links_strums_alike(sim):
-    links = started(cable__model="segments")
+    links = started(strumming(cable__model="segments"))
     assert links.frame.body_position[2] == pytest.approx(sim.frame.body_position[2], abs=1.5)
     assert links.frame.amplification_mean == pytest.approx(sim.frame.amplification_mean, abs=0.02)
 
 
 def test_lock_in_leaves_what_sheds_alike(sim):
     """In a flow that is the same along a straight cable all of it locks in; in the bend of a tow a part."""
-    whole, part = sim, started(viv__lock_in_band=0.2)
+    whole, part = sim, started(strumming(viv__lock_in_band=0.2))
     assert (row(part)[:, AMPLITUDE] <= row(whole)[:, AMPLITUDE] + 1e-12).all()
     assert 0.2 * row(whole)[:, AMPLITUDE].max() < row(part)[:, AMPLITUDE].max() < 0.99 * row(whole)[:, AMPLITUDE].max()
-    wide = started(viv__lock_in_band=0.9)
+    wide = started(strumming(viv__lock_in_band=0.9))
     assert row(wide)[:, AMPLITUDE].max() > row(part)[:, AMPLITUDE].max()
 
 
@@ -186,7 +179,7 @@ def test_a_run_goes_on_bit_for_bit_from_a_snapshot_and_from_a_file(sim, tmp_path
 
 def test_a_halt_leaves_no_trace():
     """With new targets every tick: the one that is given up, after halvings, has none."""
-    sim = started(viv__period=0.01)
+    sim = started(strumming(viv__period=0.01))
     heave(sim, 1.0, jump=30.0)
     set_live(sim, "viv.multiplier", 0.5)
     with pytest.raises(SolverError):
@@ -218,7 +211,7 @@ def test_a_mesh_that_moves_keeps_its_factors(sim):
 
 
 def test_steps_that_are_chosen_take_it_too():
-    fixed, chosen = started(), started(solver__tension_error=1e-3, solver__tick=0.5)
+    fixed, chosen = started(strumming()), started(strumming(solver__tension_error=1e-3, solver__tick=0.5))
     for sim, ticks in ((fixed, 400), (chosen, 8)):
         set_live(sim, "viv.multiplier", 0.5)
         sim.run(ticks)

@@ -6,6 +6,7 @@ import pytest
 from cable_sim_ros import Simulator, load_scene, override, replay, run
 from cable_sim_ros.physics.swivel import leads, rolled, swung_to
 from cable_sim_ros.sim.flag_rules import DOUBTFUL, OK
+from verification.shipped import started
 
 TURN = "5 starboard 90 over 40"
 SWIVELS = {"winch.scope": 40.0, "sheave.swivel": True}
@@ -60,8 +61,7 @@ def test_a_block_goes_on_from_a_save_and_in_a_replay(free, tmp_path):
 
 
 def test_a_block_starts_in_the_plane_of_its_cables():
-    sim = Simulator(override(load_scene("side_scan"), {"sheave.swivel": True, "water.current": [0.0, 0.8]}))
-    sim.start()
+    sim = started(override(load_scene("side_scan"), {"sheave.swivel": True, "water.current": [0.0, 0.8]}))
     sw, f = sim.model.settings[0].swivel, sim.frame
     assert np.degrees(f.swivel_angle) > 20.0 and f.groove_margin > 0.029
     assert leads(sw, tuple(f.tension_vector / f.tension))[0] == pytest.approx(f.swivel_angle, abs=2e-3)

@@ -41,13 +41,17 @@ WET = WEIGHT - 1026.0 * 9.81 * 0.25 * math.pi * 0.016**2
 LEVEL = {"rate": (0.0, 0.0, 0.0), "attitude": (0.0, 0.0, 0.0)}
 
 
-def tow(scope: float = 150.0, mass: float = 0.25, accuracy: float = 0.01, **vehicle) -> Simulator:
-    """The tether with so much out, its vehicle otherwise."""
+def tow(scope: float = 150.0, mass: float = 0.25, accuracy: float = 0.01, said=None, **vehicle) -> Simulator:
+    """The tether after its start with so much out, its vehicle otherwise; said: a pose that came before."""
     scene = deepcopy(TETHER)
     scene["winch"]["scope"], scene["cable"]["mass_per_length"] = scope, mass
     scene["vehicle"] |= vehicle
     scene["accuracy"] = {"position": accuracy}
-    return Simulator(scene)
+    sim = Simulator(scene)
+    if said:
+        sim.push(at(0.01, said))
+    sim.start()
+    return sim
 
 
 def at(seconds: float, position, velocity=(0.0, 0.0, 0.0), **more) -> VehicleMotion:
@@ -64,7 +68,6 @@ def named(frames) -> set[str]:
 def test_in_air_the_nodes_lie_on_the_catenary_of_the_force_at_the_vehicle():
     """Force and place of the end determine an elastic catenary, here with EI of 1 N m^2 at its sheave."""
     sim = tow(46.0, accuracy=1e-3, position=[-60.0, 0.0, 9.0], attachment=[0.0, 0.0, 0.0])
-    sim.start()
     end, (level, _, first) = sim.frame.body_position, sim.frame.vehicle_force
     shape = sim.shape[sim.shape[:, 4] > sim.shape[-1, 4] - 41.0]
     s = shape[-1, 4] - shape[:, 4]  # from the vehicle
@@ -79,7 +82,6 @@ def test_in_air_the_nodes_lie_on_the_catenary_of_the_force_at_the_vehicle():
 
 def test_in_still_water_tension_falls_with_depth_and_the_pull_along_is_the_same_at_both_ends():
     sim = tow()
-    sim.start()
     f = sim.frame
     force, depth = f.vehicle_force, -float(f.body_position[2])
     out = sim.shape[(sim.shape[:, 2] < 3.5) & (sim.shape[:, 0] < -16.0)][0]  # past the bend at the sheave
@@ -114,7 +116,6 @@ def test_a_taut_cable_swings_with_the_period_of_a_string():
 
 def test_the_work_of_a_vehicle_on_a_circle_is_in_the_balance_of_energy():
     sim, (x, y, z), w = tow(), (-70.0, 20.0, -80.0), 2.0 * math.pi / 30.0
-    sim.start()
     for k in range(1, 402):
         c, s = math.cos(0.1 * k * w), math.sin(0.1 * k * w)
         sim.push(at(0.1 * k, (x + 5.0 * (c - 1.0), y + 5.0 * s, z), (-5.0 * w * s, 5.0 * w * c, 0.0)))
@@ -161,7 +162,6 @@ def test_a_tow_cut_at_its_towbody_does_the_same():
 def test_beyond_its_reach_the_end_stays_behind_and_nothing_is_lost():
     """Away at 2 m/s, and back: the flag comes and goes, the end stays within the reach, energy stays balanced."""
     sim = tow(95.0, position=[-70.0, 0.0, -60.0], start_blend=0.5)
-    sim.start()
     for k in range(1, 602):
         t = 0.1 * k
         out, v = (2.0 * t, -2.0) if t < 20.0 else (80.0 - 2.0 * t, 2.0)
@@ -191,7 +191,6 @@ def test_a_vehicle_does_not_go_into_the_seabed():
 
 def test_a_vehicle_that_falls_silent_keeps_its_depth_and_goes_on_at_its_mean_speed():
     sim = tow(start_blend=0.5)
-    sim.start()
     for k in range(1, 201):
         sim.push(at(0.1 * k, (-70.0 + 0.03 * k, 20.0, -80.0 + 0.02 * k), (0.3, 0.0, 0.2)))
     f = sim.run(4000)
@@ -210,7 +209,6 @@ def test_a_vehicle_that_falls_silent_keeps_its_depth_and_goes_on_at_its_mean_spe
 
 def test_a_jump_is_taken_up_at_the_largest_speed():
     sim = tow(start_blend=0.5, max_speed=3.0)
-    sim.start()
     for k in range(1, 302):
         sim.push(at(0.1 * k, (-70.0 if k < 50 else -40.0, 20.0, -80.0)))
     f = sim.run(3000)
@@ -220,9 +218,7 @@ def test_a_jump_is_taken_up_at_the_largest_speed():
 
 
 def test_the_first_pose_that_is_known_is_that_of_the_start():
-    sim = tow()
-    sim.push(at(0.01, (-60.0, 0.0, -70.0)))
-    sim.start()
+    sim = tow(said=(-60.0, 0.0, -70.0))
     np.testing.assert_allclose(sim.frame.vehicle_position, (-60.0, 0.0, -70.0), atol=1e-9)
     with pytest.raises(InputError, match="above vehicle.max_speed = 5 m/s"):
         sim.push(at(0.1, (-60.0, 0.0, -70.0), (6.0, 0.0, 0.0)))
@@ -232,7 +228,6 @@ def test_the_first_pose_that_is_known_is_that_of_the_start():
 def test_slack_cable_starts_and_runs(slack):
     """Twice as long as its chord; the neutrally buoyant one has no weight that draws it anywhere."""
     sim = tow(100.0, position=[-40.0, 0.0, -30.0], **slack)
-    sim.start()
     f = sim.run(500)
     assert np.isfinite(f["tension"]).all() and not named(f) & {"DETACHED", "VEHICLE_LIMITED"}
     assert abs(f["energy_residual"]).max() < 0.1
@@ -270,15 +265,12 @@ def test_no_motion_of_a_vehicle_is_taken_where_there_is_none():
 
 
 def test_it_begins_where_its_cable_reaches():
-    sim = tow()
-    sim.push(at(0.01, (-300.0, 0.0, -70.0)))
     with pytest.raises(StartError, match="m of straight cable away, and 150 m are out"):
-        sim.start()
+        tow(said=(-300.0, 0.0, -70.0))
 
 
 def test_a_saved_tow_goes_on_with_its_vehicle_bit_for_bit(tmp_path):
     sim = tow()
-    sim.start()
     for k in range(1, 60):
         sim.push(at(0.1 * k, (-70.0, 20.0 + 0.05 * k, -80.0), (0.0, 0.5, 0.0)))
     sim.run(200)

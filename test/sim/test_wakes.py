@@ -16,8 +16,8 @@ from cable_sim_ros.physics.state import NOW, WAKE
 from cable_sim_ros.physics.wake_oscillator import WAKE_Q, WAKE_RATE
 from cable_sim_ros.sim.layout import layout_of
 from cable_sim_ros.sim.rig.rig import Rig, RigError, cable_of
-from cable_sim_ros.sim.simulator import Simulator
 from cable_sim_ros.sim.wake_tables import min_tensions, wave_length
+from verification.shipped import started
 
 pytestmark = pytest.mark.trust
 
@@ -121,8 +121,7 @@ def test_a_key_of_a_wake_is_checked_like_every_other():
 
 def test_a_tow_with_a_wake_is_resumed_to_the_bit(tmp_path):
     """Saved, loaded and taken back: the wake goes on where it was, and works on the tow."""
-    sim = Simulator(scene_with("lowered_ctd", **CTD, **{f"{WIRE}.wake.law": "bai_qin"}))
-    sim.start()
+    sim = started(scene_with("lowered_ctd", **CTD, **{f"{WIRE}.wake.law": "bai_qin"}))
     sim.run(200)
     assert (sim.state.nodes[NOW, WAKE, 1:, WAKE_RATE] > 0.0).any()
     goes_on(sim, 100, tmp_path)

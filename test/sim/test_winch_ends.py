@@ -8,6 +8,7 @@ from cable_sim_ros.physics.inputs import push_command
 from cable_sim_ros.physics.tick_output import Flag
 from cable_sim_ros.runs import offline
 from cable_sim_ros.sim.simulator import Simulator
+from verification.shipped import started
 
 pytestmark = pytest.mark.trust
 
@@ -15,11 +16,9 @@ TICK = 0.05  # s
 STOPPED = Flag.DRUM_END | Flag.WINCH_LIMIT
 
 
-def started(**changes) -> Simulator:
+def held(**changes) -> Simulator:
     """full_scale at rest, its winch held but for the commands."""
-    sim = Simulator(scene_with(setpoint__algorithm="hold", solver__tick=TICK, winch__command_timeout=3600.0, **changes))
-    sim.start()
-    return sim
+    return started(scene_with(setpoint__algorithm="hold", solver__tick=TICK, winch__command_timeout=3600.0, **changes))
 
 
 def commanded(sim: Simulator, seconds: float, rate: float) -> np.recarray:
@@ -45,7 +44,7 @@ def keeps_cable(frames: np.recarray, total: float = 600.0) -> bool:
     ids=["soft limit, paying out", "soft limit, hauling in", "end stop with dead length", "end stop within the limit"],
 )
 def test_the_winch_stops_at_a_limit_and_reports_it(changes, rate, minimum, maximum, flag):
-    sim = started(**changes)
+    sim = held(**changes)
     before = sim.frame.scope
     frames = commanded(sim, 4.0, rate)
     assert keeps_cable(frames)
@@ -62,7 +61,7 @@ def test_the_winch_stops_at_a_limit_and_reports_it(changes, rate, minimum, maxim
 
 
 def test_hauling_in_ends_where_the_towbody_comes_to_the_mesh_of_the_sheave():
-    sim = started(**{"winch.scope": 30.0, "accuracy.position": 0.05})
+    sim = held(**{"winch.scope": 30.0, "accuracy.position": 0.05})
     minimum = sim.frame.payout + float(sim.model.settings[0].drum.min_length)
     frames = commanded(sim, 25.0, -2.0)
     assert keeps_cable(frames) and np.isfinite(frames.tension).all()
@@ -73,7 +72,7 @@ def test_hauling_in_ends_where_the_towbody_comes_to_the_mesh_of_the_sheave():
 
 def test_a_reversal_at_every_tick_moves_nothing_far():
     """200 m/s^2 are wanted and 2 allowed: in each of the hundred ticks the rate gets 0.1 m/s on its way and back."""
-    sim, frames = started(**{"winch.command_acceleration": 2.0}), []
+    sim, frames = held(**{"winch.command_acceleration": 2.0}), []
     for k in range(100):
         frames.append(commanded(sim, TICK, 5.0 if k % 2 else -5.0))
     frames = np.concatenate(frames).view(np.recarray)
@@ -98,7 +97,7 @@ def test_a_start_beyond_an_end_is_refused(changes, text):
 
 
 def test_a_start_at_a_limit_is_at_it():
-    sim = started(**{"winch.least_scope": 450.0})
+    sim = held(**{"winch.least_scope": 450.0})
     frames = commanded(sim, 1.0, -1.0)
     assert Flag(int(frames.status[-1])) & STOPPED == Flag.WINCH_LIMIT
     assert frames.scope[-1] == pytest.approx(450.0, abs=1e-6)
@@ -106,7 +105,7 @@ def test_a_start_at_a_limit_is_at_it():
 
 def test_a_haul_saved_half_way_goes_on_bit_for_bit(tmp_path):
     """The strain that the cable was wound with and the place of the nodes go with it."""
-    sim = started()
+    sim = held()
     commanded(sim, 10.0, -3.5)
     first = goes_on(sim, 200, tmp_path)
     assert first.payout[0] - first.payout[-1] == pytest.approx(3.5 * 9.95, abs=0.01) and keeps_cable(first)
@@ -115,7 +114,7 @@ def test_a_haul_saved_half_way_goes_on_bit_for_bit(tmp_path):
 def test_a_body_on_the_line_stops_before_it_comes_to_the_sheave():
     """A depressor at the end of the bare cable: the winch stops with it outboard, where it is clamped; and back."""
     depressor = {"at": "bare", "mass": 40.0, "net_weight": 250.0, "drag_area": (0.02, 0.2, 0.2)}
-    sim = started(**{"bodies": {"depressor": depressor}, "winch.scope": 158.0, "ship.tow_speed": 1.0})
+    sim = held(**{"bodies": {"depressor": depressor}, "winch.scope": 158.0, "ship.tow_speed": 1.0})
     node = int(sim.model.line.body_nodes[1])
     frames = commanded(sim, 8.0, -2.0)
     assert Flag(int(frames.status[-1])) & Flag.DRUM_END and keeps_cable(frames)

@@ -13,6 +13,7 @@ from cable_sim_ros.physics.sea import WIND
 from cable_sim_ros.physics.tick_output import Flag
 from cable_sim_ros.runs.offline import run
 from cable_sim_ros.sim.static_equilibrium import StartError
+from verification.shipped import started
 
 HELD = {"setpoint.algorithm": "hold"}
 
@@ -42,14 +43,12 @@ def test_a_body_that_begins_on_the_seabed_is_said_with_the_cable_that_lies_there
     assert f"began on the seabed, with {lies:.3g} m of cable on it" in done.verdict.notes[-1]
 
 
-def started(name: str, changes: dict) -> Simulator:
-    sim = Simulator(override(load_scene(name), STILL | changes))
-    sim.start()
-    return sim
+def lowered(changes: dict) -> Simulator:
+    return started(override(load_scene("lowered_ctd"), STILL | changes))
 
 
 def test_a_hanging_cable_stands_off_by_the_load_over_the_tension():
-    sim = started("lowered_ctd", {"air.wind": [0.0, 15.0], "winch.scope": 60.0})
+    sim = lowered({"air.wind": [0.0, 15.0], "winch.scope": 60.0})
     scene, shape = sim.scene, sim.shape
     load = 0.5 * scene.air.density * scene.air.drag_coefficient * scene.cable.diameter * 15.0**2  # N/m
     outboard = shape[np.abs(shape[:, 0] - shape[-1, 0]) < 0.1]  # the part that hangs
@@ -66,19 +65,19 @@ def test_a_hanging_cable_stands_off_by_the_load_over_the_tension():
 
 
 def test_wind_is_counted_as_it_blows_and_along_the_heading_where_the_scene_says_so():
-    east = started("lowered_ctd", {"air.wind": [0.0, 15.0], "winch.scope": 60.0}).frame.body_position
-    other = started("lowered_ctd", {"air.wind": [0.0, -15.0], "winch.scope": 60.0}).frame.body_position
+    east = lowered({"air.wind": [0.0, 15.0], "winch.scope": 60.0}).frame.body_position
+    other = lowered({"air.wind": [0.0, -15.0], "winch.scope": 60.0}).frame.body_position
     assert east[1] == pytest.approx(-other[1], rel=1e-6) and east[1] > 0.0
     turned = {"air.wind": [0.0, 15.0], "air.frame": "heading", "ship.heading_deg": 90.0, "winch.scope": 60.0}
-    to_port = started("lowered_ctd", turned).frame.body_position
-    still = started("lowered_ctd", {"ship.heading_deg": 90.0, "winch.scope": 60.0}).frame.body_position
+    to_port = lowered(turned).frame.body_position
+    still = lowered({"ship.heading_deg": 90.0, "winch.scope": 60.0}).frame.body_position
     assert to_port[0] - still[0] == pytest.approx(-east[1], rel=1e-3), "to port of a ship that heads north is west"
 
 
 def test_a_body_in_the_air_draws_its_cable_aside_even_where_the_cable_has_no_drag():
     """tan = rho A w^2 / 2 m g, A = 0.2 m^2."""
     in_air = {"air.wind": [0.0, 15.0], "air.drag_coefficient": 0.0, "winch.scope": 5.0}
-    sim = started("lowered_ctd", in_air | {"towbody.drag_area": [0.2, 0.2, 0.2]})
+    sim = lowered(in_air | {"towbody.drag_area": [0.2, 0.2, 0.2]})
     force, (above, end) = 0.5 * sim.scene.air.density * 0.2 * 15.0**2, sim.shape[-2:, 1:3]
     assert sim.state.work.around[-1, WIND : WIND + 3] == pytest.approx([0.0, force, 0.0], abs=1e-9)
     weight = sim.scene.towbody.mass * sim.scene.gravity

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import warnings
 
+import numpy as np
 import pytest
 
-from cable_sim_ros import ShipMotion
+from cable_sim_ros import ShipMotion, WinchCommand
 from cable_sim_ros.io.scenes.load import SceneError, SceneWarning, load_scene, override
 
 LEVEL = (0.0, 0.0, 0.0)
@@ -43,6 +44,15 @@ def goes_on(sim, ticks, folder):
         assert again.run(ticks).tobytes() == frames.tobytes()
         assert [name for name, array in again.snapshot().items() if array.tobytes() != end[name].tobytes()] == []
     return frames
+
+
+def at_rate(sim, rate, ticks, every=5):
+    """Tick outputs of a winch that is given its rate [m/s] again and again."""
+    parts = []
+    for _ in range(0, ticks, every):
+        sim.push(WinchCommand(rate=rate))
+        parts.append(sim.run(every))
+    return np.concatenate(parts).view(np.recarray)
 
 
 def sail(sim, t, up=0.0, rate=0.0, attitude=LEVEL, turns=LEVEL, at=(0.0, 0.0), begin=0):
