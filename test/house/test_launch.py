@@ -1,6 +1,8 @@
 """launch/: each file gives the processes, arguments and parameters of its page, and says which package is missing.
 
-No process is started. `launch` is a stand-in; with the real one the descriptions are made by it, too.
+No process is started. `launch` and `launch_ros` are a stand-in, of what the files of launch/ use and no more: actions
+keep what they are given, arguments are read from the context, a dictionary. With the real ones the descriptions are
+made by these, too.
 """
 
 from __future__ import annotations
@@ -12,9 +14,8 @@ import runpy
 import subprocess
 import sys
 from pathlib import Path
-from types import ModuleType
+from types import SimpleNamespace
 
-import launch_standin
 import pytest
 import yaml
 
@@ -29,6 +30,50 @@ PAGES = "".join((ROOT / "docs" / name).read_text("utf-8") for name in ("realtime
 REAL = importlib.util.find_spec("launch_ros") is not None
 
 
+class Kept:
+    """An action: its keyword arguments, and the positional ones as `given`."""
+
+    def __init__(self, *given, **named) -> None:
+        self.given, self.named = given, named
+
+
+class LaunchDescription:
+    def __init__(self, entities) -> None:
+        self.entities = list(entities)
+
+
+ACTIONS = ("DeclareLaunchArgument", "OpaqueFunction", "LogInfo", "ExecuteProcess", "RegisterEventHandler")
+KINDS = {name: type(name, (Kept,), {}) for name in (*ACTIONS, "OnProcessExit", "Node")}
+LogInfo, RegisterEventHandler, Node = KINDS["LogInfo"], KINDS["RegisterEventHandler"], KINDS["Node"]
+
+
+class ParameterValue:
+    def __init__(self, value, *, value_type) -> None:
+        self.value, self.value_type = value, value_type
+
+
+class LaunchConfiguration:
+    def __init__(self, name: str) -> None:
+        self.name = name
+
+    def perform(self, context) -> str:
+        return context[self.name]
+
+
+def modules() -> dict[str, SimpleNamespace]:
+    """The stand-in, name -> module, for sys.modules."""
+    has = {
+        "launch": (LaunchDescription,),
+        "launch.actions": [KINDS[name] for name in ACTIONS],
+        "launch.substitutions": (LaunchConfiguration,),
+        "launch.event_handlers": (KINDS["OnProcessExit"],),
+        "launch_ros": (),
+        "launch_ros.actions": (Node,),
+        "launch_ros.parameter_descriptions": (ParameterValue,),
+    }
+    return {name: SimpleNamespace(**{kind.__name__: kind for kind in kinds}) for name, kinds in has.items()}
+
+
 class NotFound(KeyError):
     """PackageNotFoundError of ament_index_python."""
 
@@ -37,17 +82,15 @@ class Launched:
     """One file under the stand-in; packages: those that are there, None: all."""
 
     def __init__(self, monkeypatch, name: str, packages: set[str] | None = None) -> None:
-        for module, made in launch_standin.modules().items():
+        for module, made in modules().items():
             monkeypatch.setitem(sys.modules, module, made)
-        index = ModuleType("ament_index_python.packages")
-        index.PackageNotFoundError = NotFound
 
         def prefix(package):
             if packages is not None and package not in packages:
                 raise NotFound(package)
 
-        index.get_package_prefix = prefix
-        monkeypatch.setitem(sys.modules, "ament_index_python", ModuleType("ament_index_python"))
+        index = SimpleNamespace(PackageNotFoundError=NotFound, get_package_prefix=prefix)
+        monkeypatch.setitem(sys.modules, "ament_index_python", SimpleNamespace())
         monkeypatch.setitem(sys.modules, "ament_index_python.packages", index)
         entities = runpy.run_path(str(FOLDER / f"{name}.launch.py"))["generate_launch_description"]().entities
         *self.declared, self.start = entities
@@ -59,7 +102,7 @@ class Launched:
 
     def nodes(self, **arguments) -> dict[str, dict]:
         """Executable -> what it is started with."""
-        found = [a.named for a in self.actions(**arguments) if isinstance(a, launch_standin.Node)]
+        found = [a.named for a in self.actions(**arguments) if isinstance(a, Node)]
         return {named["executable"]: named for named in found}
 
 
@@ -139,7 +182,7 @@ def test_foxglove_is_reached_from_this_host_alone_unless_asked(file):
     bridge = file("foxglove").nodes(use_sim_time="true")
     assert set(bridge) == {"node", "foxglove_bridge"}
     assert bridge["foxglove_bridge"]["parameters"] == [{"port": 8765, "address": "127.0.0.1", "use_sim_time": True}]
-    (said,) = [a.named["msg"] for a in file("foxglove").actions() if isinstance(a, launch_standin.LogInfo)]
+    (said,) = [a.named["msg"] for a in file("foxglove").actions() if isinstance(a, LogInfo)]
     assert said.startswith("Foxglove: ws://127.0.0.1:8765, layout ") and Path(said.split()[-1]).is_file()
 
 
@@ -180,12 +223,12 @@ def test_a_controller_is_spawned_when_the_winch_has_a_state(file, monkeypatch, c
     assert ">/tow_b/winch/command<" in description.value and ">/tow_sim/" not in description.value
     manager = nodes["ros2_control_node"]
     assert manager["parameters"][1] == {"use_sim_time": True} and "name" not in manager, "for every node of the process"
-    (handler,) = [a.given[0] for a in actions if isinstance(a, launch_standin.RegisterEventHandler)]
+    (handler,) = [a.given[0] for a in actions if isinstance(a, RegisterEventHandler)]
     waiting = handler.named["target_action"]
     assert waiting in actions and "/tow_b/winch/state" in waiting.named["cmd"]
-    (said,) = handler.named["on_exit"](launch_standin.exited(1), None)
-    assert isinstance(said, launch_standin.LogInfo), "no state came: nothing is spawned"
-    first, second = handler.named["on_exit"](launch_standin.exited(0), None)
+    (said,) = handler.named["on_exit"](SimpleNamespace(returncode=1), None)
+    assert isinstance(said, LogInfo), "no state came: nothing is spawned"
+    first, second = handler.named["on_exit"](SimpleNamespace(returncode=0), None)
     assert first.named["arguments"][0] == "joint_state_broadcaster"
     names = second.named["arguments"][: second.named["arguments"].index("--param-file")]
     assert controller in names and set(names) <= {*TYPES, "--activate-as-group"}
