@@ -79,6 +79,20 @@ def pulls(*forces: tuple[int, tuple[float, float, float] | np.ndarray]) -> list[
     return [load_of(node, force) for node, force in forces]
 
 
+def far_pulls(bend: Bend, total: float, tension: float) -> list[np.ndarray]:
+    """Dead pull [N] on both ends of a cable of ``total`` [m], outward along its straight parts."""
+    _, g = bend.nodes(np.array([0.0, total]))
+    return pulls((0, -tension * g[0]), (-1, tension * g[1]))
+
+
+def harden(rig: Rig, tension: float, penetrations: tuple[float, ...]) -> None:
+    """Settle with a surface that gives way by each of these shares of its radius in turn: Newton's way is short."""
+    surface = rig.state.surfaces[0]
+    for p in penetrations:
+        surface["stiffness"] = drum(float(surface["radius"]), tension, penetration=p)["stiffness"]
+        rig.settle()
+
+
 def distributed(arc: np.ndarray, per_length: np.ndarray) -> list[np.ndarray]:
     """A load per length [n, 3] lumped on the nodes [N]."""
     fraction = np.zeros(len(arc))

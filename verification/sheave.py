@@ -18,7 +18,7 @@ from cable_sim_ros.runs.message_run import Progress
 from cable_sim_ros.sim.rig.rig import FOLDING, Rig, RigError, cable_of
 from cable_sim_ros.terminal import markdown_table
 
-from .bend import Bend, drum, pieces, pulls
+from .bend import Bend, drum, far_pulls, harden, pieces
 from .contact_points import ContactPoints, contact_points
 
 TENSION, STIFF, RADIUS, MASS = 3190.0, 1.4, 0.255, 0.389  # N, N m^2, m, kg/m: config/full_scale.yaml
@@ -66,8 +66,6 @@ def _solve(wrap: float, ratio: float, phase: float, limit: float | None, fractio
         bending_stiffness=STIFF,
         compression_share=fraction,
     )
-    nodes = 1 + sum(s.elements for s in cable.sections.values())
-    _, g = bend.nodes(np.array([0.0, total]))
     surface = drum(RADIUS, TENSION)
     if limit is not None:
         surface = drum(RADIUS, TENSION, half_angle=HALF_THROAT, depth=RADIUS)
@@ -78,14 +76,12 @@ def _solve(wrap: float, ratio: float, phase: float, limit: float | None, fractio
         tension=TENSION,
         gravity=0.0,
         surfaces=[surface],
-        loads=pulls((0, -TENSION * g[0]), (nodes - 1, TENSION * g[1])),
+        loads=far_pulls(bend, total, TENSION),
     )
     rig.place(*bend.nodes(rig.arc))
     try:
         rig.settle()
-        for p in () if limit is not None else HARD:
-            rig.state.surfaces["stiffness"][0] = drum(RADIUS, TENSION, penetration=p)["stiffness"]
-            rig.settle()
+        harden(rig, TENSION, () if limit is not None else HARD)
     except RigError:
         return None
     return contact_points(rig)

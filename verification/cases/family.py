@@ -47,6 +47,10 @@ class Case(NamedTuple):
         """Outputs whose whole name fits a regular expression, with the match."""
         return [(o.name, m) for o in self.outputs if (m := re.fullmatch(pattern, o.name))]
 
+    def beginning(self, values: dict[str, Any]) -> dict[str, Any]:
+        """Values of the outputs whose names begin with these words."""
+        return {o.name: value for o in self.outputs for words, value in values.items() if o.name.startswith(words)}
+
 
 class Level(NamedTuple):
     """How fine to solve: verification level k, or (tick given) the real-time setting."""

@@ -25,7 +25,7 @@ def settle_moving(rig: Rig, bend: Bend, acceleration: float, mass: float, bodies
     rig.place(*bend.nodes(rig.arc))
     _, g = bend.nodes(rig.arc)
     rows = distributed(rig.arc, -mass * acceleration * g)
-    rows += pulls(*((n % rig.nodes, -m * acceleration * g[n]) for n, m in bodies.items()))
+    rows += pulls(*((n, -m * acceleration * g[n]) for n, m in bodies.items()))
     rig.reload(rows)
     rig.settle()
     rig.release_loads()
@@ -135,10 +135,9 @@ def lift_off(case: Case, level: Level) -> Values:
     cable = cable_of(
         pieces((free + bend.contact + tail, size)), mass_per_length=mass, axial_stiffness=tension / STRETCH
     )
-    nodes = 1 + sum(s.elements for s in cable.sections.values())
     rig = Rig(
         cable,
-        held={nodes - 1: "r"},
+        held={-1: "r"},
         tension=tension,
         gravity=gravity,
         loads=pulls((0, (0.0, 0.0, 0.0))),
@@ -159,7 +158,7 @@ def lift_off(case: Case, level: Level) -> Values:
     every = max(int(last / LOOKS / step), 1)
     places = np.linspace(0.0, wrap, max(int(round(wrap / radians(10.0))), 2) + 1)
     seen: list[tuple[float, list[float], float, float]] = []
-    walk = Walk(rig, moved=(nodes - 1,), motion=motion)
+    walk = Walk(rig, moved=(-1,), motion=motion)
     notes = [f"in steps of {step:.2g} s"] if level.realtime else []
     while walk.time < 0.95 * last:
         try:
@@ -183,13 +182,13 @@ def lift_off(case: Case, level: Level) -> Values:
         if np.mean([loads for _, loads, *_ in seen[-CALM:]], 0).min() < 0.0:
             break
     notes += walk.note(step)
-    of = _first_zero(case, seen, places, step)
+    of = _first_zero(seen, places, step)
     if of is None:
         notes.append("no line load came to zero")
     return Values(of or {}, rig.nodes - 1, step, notes)
 
 
-def _first_zero(case: Case, seen: list[tuple], places: np.ndarray, step: float) -> dict[str, float] | None:
+def _first_zero(seen: list[tuple], places: np.ndarray, step: float) -> dict[str, float] | None:
     """Values of a lift-off from time, line loads by place, speed and free length; None: no load came to zero."""
     if not seen:
         return None
@@ -221,7 +220,7 @@ def _first_zero(case: Case, seen: list[tuple], places: np.ndarray, step: float) 
         "free length left at lift-off": then(lengths),
         "angular position of first lift-off from the free-side tangent": np.degrees(where),
     }
-    return {o.name: float(report[o.name]) for o in case.outputs if o.name in report}
+    return {name: float(value) for name, value in report.items()}
 
 
 @family(
@@ -297,7 +296,7 @@ def wrapping(case: Case, level: Level) -> Values:
         "largest tension": tension[once].max(),
         "smallest tension": tension[once].min(),
     }
-    of = {o.name: float(report[o.name]) for o in case.outputs if o.name in report}
+    of = {name: float(value) for name, value in report.items()}
     series = {"wrap": 90.0 - angle, "tension": tension, "total contact force": contact, "angle from vertical": angle}
     for name, m in case.asked(r"(wrap|tension|total contact force|angle from vertical) at ([\d.eE+-]+) period"):
         of[name] = float(np.interp(float(m[2]) * period, t, series[m[1]]))

@@ -8,7 +8,7 @@ import numpy as np
 
 from cable_sim_ros.sim.rig.rig import Rig, cable_of
 
-from ..bend import MOVING, Bend, Walk, drum, pieces, pulls
+from ..bend import MOVING, Bend, Walk, drum, far_pulls, harden, pieces
 from ..contact_points import ContactPoints, contact_points
 from .family import Case, Level, Values, family
 
@@ -17,12 +17,6 @@ MASS = 0.389  # kg/m where a case at rest gives none: it only carries the way to
 STRETCH = 1e-5  # of an inextensible cable at its working tension
 TRACE = 1e-6  # penetration over radius where the ends of the contact are looked for
 FINEST = 48  # elements over the bending length; more only meets the round-off of EA
-
-
-def ends_of(bend: Bend, total: float, nodes: int, tension: float) -> list[np.ndarray]:
-    """Dead pull on both ends of a cable, outward along its straight parts [N]."""
-    _, g = bend.nodes(np.array([0.0, total]))
-    return pulls((0, -tension * g[0]), (nodes - 1, tension * g[1]))
 
 
 def symmetric(
@@ -37,15 +31,8 @@ def symmetric(
     if leg > fine:
         parts = [(leg - fine, 4.0 * size), *parts, (leg - fine, 4.0 * size)]
     cable = cable_of(pieces(*parts), **{"mass_per_length": MASS, "axial_stiffness": tension / STRETCH} | numbers)
-    nodes = 1 + sum(s.elements for s in cable.sections.values())
-    rig = Rig(
-        cable,
-        held={},
-        tension=tension,
-        gravity=0.0,
-        surfaces=[surface],
-        loads=ends_of(bend, 2.0 * leg + bend.contact, nodes, tension),
-    )
+    loads = far_pulls(bend, 2.0 * leg + bend.contact, tension)
+    rig = Rig(cable, held={}, tension=tension, gravity=0.0, surfaces=[surface], loads=loads)
     rig.place(*bend.nodes(rig.arc))
     return rig
 
@@ -61,11 +48,10 @@ def static_wrap(case: Case, level: Level) -> Values:
     tension = case.number("tension_N")
     radius = case.number("sheave_root_radius_m") + 0.5 * case.number("cable_diameter_m")
     size = radius * FINE / level.mesh(1)
-    names = [o.name for o in case.outputs]
     totals = {float(m[1]): name for name, m in case.asked(r"total contact force, wrap ([-+\d.eE]+) deg")}
     widest = max([*totals, *(float(w) for w in case.inputs["wraps_deg"])])
-    of, notes, elements = {}, [], 0
-    groove = [n for n in names if "each flank" in n]
+    of, elements = {}, 0
+    groove = [o.name for o in case.outputs if "each flank" in o.name]
 
     def solved(wrap: float, half: float | None) -> ContactPoints:
         nonlocal elements
@@ -83,16 +69,13 @@ def static_wrap(case: Case, level: Level) -> Values:
         of[name] = float(np.linalg.norm(solved(wrap, None).resultant))
     middle = 0.25 * radians(widest)
     table = solved(widest, None)
-    for name in names:
-        if name.startswith("contact line load"):
-            of[name] = table.mean(-middle, middle)
-        elif name.startswith("penetration"):
-            of[name] = -table.mean(-middle, middle, table.gap)
+    deep = -table.mean(-middle, middle, table.gap)
+    of |= case.beginning({"contact line load": table.mean(-middle, middle), "penetration": deep})
     if groove and "groove_half_angle_deg" in case.inputs:
         table = solved(widest, radians(case.number("groove_half_angle_deg")))
         for name in groove:
             of[name] = table.mean(-middle, middle, table.flanks.mean(1))
-    return Values(of, elements, 0.0, notes)
+    return Values(of, elements, 0.0)
 
 
 @family(
@@ -111,19 +94,17 @@ def bending_boundary(case: Case, level: Level) -> Values:
     size = min(scale / min(level.mesh(2), FINEST), FINE * radius)
     surface = drum(radius, tension, penetration=TRACE)
     rig = symmetric(tension, radius, wrap, 25.0 * scale, size, surface, 6.0 * scale, bending_stiffness=stiff)
-    soften(rig, tension)
+    harden(rig, tension, (1e-4, 1e-5, TRACE))
     table = contact_points(rig)
-    report = boundary(table, wrap, 3.0 * scale)
-    of, notes = {}, []
-    for output in case.outputs:
-        if output.name.startswith("angle by which contact stops short"):
-            of[output.name] = report["lost"]
-        elif output.name.startswith("concentrated reaction"):
-            of[output.name] = report["end"]
-        elif output.name.startswith("line load inside"):
-            of[output.name] = report["inside"]
-        elif output.name.startswith("total contact force"):
-            of[output.name] = float(np.linalg.norm(table.resultant))
+    report, notes = boundary(table, wrap, 3.0 * scale), []
+    of = case.beginning(
+        {
+            "angle by which contact stops short": report["lost"],
+            "concentrated reaction": report["end"],
+            "line load inside": report["inside"],
+            "total contact force": float(np.linalg.norm(table.resultant)),
+        }
+    )
     if report["gap"] is not None:
         notes.append(f"the gap of the penalty closes {report['gap']:.3g} deg short of the geometric tangent")
     if report["end"] is None:
@@ -132,19 +113,6 @@ def bending_boundary(case: Case, level: Level) -> Values:
             "coarse a mesh for sqrt(EI/T)"
         )
     return Values(of, rig.nodes - 1, 0.0, notes)
-
-
-def soften(rig: Rig, tension: float, penetration: float = TRACE) -> None:
-    """Settle with a soft surface first, then stiffer up to the wanted penetration [radius]: Newton's way is short."""
-    surface = rig.state.surfaces[0]
-    radius = float(surface["radius"])
-    for p in (1e-4, 1e-5, 1e-6, 1e-7):
-        if p < 3.0 * penetration:
-            break
-        surface["stiffness"] = drum(radius, tension, penetration=p)["stiffness"]
-        rig.settle()
-    surface["stiffness"] = drum(radius, tension, penetration=penetration)["stiffness"]
-    rig.settle()
 
 
 def boundary(table: ContactPoints, wrap: float, reach: float) -> dict[str, float | None]:
@@ -186,10 +154,9 @@ def heavy_static(case: Case, level: Level) -> Values:
     cable = cable_of(pieces(*(p for p in parts if p[0] > 0.0)), mass_per_length=mass, axial_stiffness=heavy / STRETCH)
     ends = {0: case.number("end_mass_left_kg", 0.0), -1: case.number("end_mass_right_kg")}
     light = 0 if mass * left + ends[0] < mass * right + ends[-1] else -1  # held there the rope stays taut
-    nodes = 1 + sum(s.elements for s in cable.sections.values())
     rig = Rig(
         cable,
-        held={light % nodes: "r"},
+        held={light: "r"},
         tension=heavy,
         gravity=gravity,
         bodies={n: m for n, m in ends.items() if m > 0.0},
@@ -226,7 +193,7 @@ def running(case: Case, level: Level) -> Values:
     """Line load and resultant of a cable that runs over a sheave, and the speed that lifts it off."""
     tension, mass, radius = case.numbers("tension_N mass_per_length_kg_m radius_to_centreline_m")
     speed, wrap = case.number("speed_m_s"), radians(case.number("wrap_deg"))
-    of, elements, step, notes = {}, 0, 0.0, []
+    elements, step, notes = 0, 0.0, []
     size, way = 2.0 * FINE * radius / level.mesh(1), 1.5 * radius
     leg = way + 2.0 * radius
     bend = Bend(radius, -0.5 * wrap, 0.5 * wrap, leg)
@@ -260,20 +227,16 @@ def running(case: Case, level: Level) -> Values:
         )
 
     load, total = run(speed)
-    for output in case.outputs:
-        if output.name.startswith("contact line load"):
-            of[output.name] = load
-        elif output.name.startswith("total contact force"):
-            of[output.name] = total
-        elif output.name.startswith("lift-off speed"):
-            _, rest = run(0.5 * speed)
-            squares, forces = [0.25 * speed**2, speed**2], [rest, total]
+    of = case.beginning({"contact line load": load, "total contact force": total})
+    for name, _ in case.asked("lift-off speed.*"):
+        _, rest = run(0.5 * speed)
+        squares, forces = [0.25 * speed**2, speed**2], [rest, total]
+        zero = line_to_zero(squares, forces)
+        if squares[-1] < 0.4 * zero:  # a far way to go: once more from half way
+            squares.append(0.5 * zero)
+            forces.append(run(sqrt(squares[-1]))[1])
             zero = line_to_zero(squares, forces)
-            if squares[-1] < 0.4 * zero:  # a far way to go: once more from half way
-                squares.append(0.5 * zero)
-                forces.append(run(sqrt(squares[-1]))[1])
-                zero = line_to_zero(squares, forces)
-            of[output.name] = sqrt(zero) if zero > 0.0 else None
+        of[name] = sqrt(zero) if zero > 0.0 else None
     return Values(of, elements, step, notes)
 
 
