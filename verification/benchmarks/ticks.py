@@ -1,14 +1,11 @@
 """Longest tick in real time with the winch at work. ``cable-sim bench --ticks``.
 
-The compiled real-time loop of the node (sim/loop.py) in a thread of its own, fed with a heave and a winch plan as they
-go, without topics: the work of a tick is from its waking to its tick output, with caches as cold as the sleep left
-them.
+The real-time loop of the node (ros/loop.py), fed with a heave and a winch plan as they go, without topics: the work of
+a tick is from its waking to its tick output, with caches as cold as the sleep left them.
 """
 
 from __future__ import annotations
 
-import os
-import threading
 import time
 from math import cos, pi, radians, sin
 from typing import NamedTuple
@@ -17,32 +14,12 @@ import numpy as np
 
 from cable_sim_ros.io.scenes.load import load_scene, override
 from cable_sim_ros.io.scenes.winch_plan import WinchPlan
+from cable_sim_ros.ros.loop import REACHED, SKIPPED, Loop
 from cable_sim_ros.runs.message_run import Progress, silent
 from cable_sim_ros.sim.build import make_output
 from cable_sim_ros.sim.inputs import ShipMotion, WinchCommand
 from cable_sim_ros.sim.inputs import push as push_to
-from cable_sim_ros.sim.loop import (
-    CONTROL_WORDS,
-    COUNT,
-    DONE,
-    EVENTFD,
-    HALTED,
-    HEADS,
-    LIVE,
-    MAPPING,
-    MAX_CATCHUP,
-    ONE,
-    OVERRUNS,
-    PERIOD,
-    REACHED,
-    SKIPPED,
-    SLEW,
-    STATS_COLUMNS,
-    STOP,
-    TARGET,
-    WAKE,
-    drive,
-)
+from cable_sim_ros.sim.loop import DONE, WAKE
 from cable_sim_ros.sim.simulator import Simulator
 from cable_sim_ros.terminal import markdown_table
 
@@ -109,45 +86,27 @@ def ticks(seconds: float | None = None, progress: Progress = silent) -> Ticks:
     minimum = maximum = float(sim.run(REHEARSED).payout[-1])
     now, period = int(sim.frame.time), int(sim.model.settings[0].tick_ns)
     output = make_output(sim.model, sim.nodes, ROWS)
-    control, stats = np.zeros(CONTROL_WORDS, np.int64), np.zeros((ROWS, STATS_COLUMNS), np.int64)
-    heads = np.zeros((ROWS, HEADS), np.int64)
-    bell = os.eventfd(0, os.EFD_CLOEXEC)
-    offset = time.monotonic_ns() - now + SECOND // 10
-    control[[PERIOD, SLEW, MAX_CATCHUP, EVENTFD, ONE]] = period, period // 50, 3, bell, 1
-    control[[TARGET, MAPPING, REACHED]] = offset, offset, now
-    scheduler = ["other"]
-
-    def enter() -> None:
-        try:
-            os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(PRIORITY))
-            scheduler[0] = f"fifo {PRIORITY}"
-        except OSError:
-            pass
-        drive(sim.model, sim.state, sim.inputs, output, LIVE, 0, control, stats, heads)
-
-    thread = threading.Thread(target=enter, daemon=True)
-    thread.start()
+    loop = Loop(sim.model, sim.state, sim.inputs, output, period_ns=period, priority=PRIORITY)
+    loop.start(now, time.monotonic_ns() - now + SECOND // 10)
     work, seen, wanted = [], 0, round(seconds * SECOND) // period
     try:
-        while seen < wanted and thread.is_alive():
+        while seen < wanted and loop.running:
             time.sleep(POLL)
-            count = int(control[COUNT])
+            count = loop.count
             rows = [k % ROWS for k in range(seen, count)]
-            work += list(stats[rows, DONE] - stats[rows, WAKE])
+            work += list(loop.stats[rows, DONE] - loop.stats[rows, WAKE])
             payout = output.frame["payout"][rows]
             minimum, maximum = min(minimum, *payout, maximum), max(maximum, *payout, minimum)
             seen = count
-            push(int(control[REACHED]))
+            push(int(loop.control[REACHED]))
             progress("ticks", seen * period / SECOND, seconds)
     finally:
-        control[STOP] = 1
-        thread.join()
-        os.close(bell)
-    if control[HALTED]:
+        loop.close()
+    if loop.halted:
         raise RuntimeError(f"the solver gave up after {seen * period / SECOND:.2f} s")
     shown = np.quantile(np.array(work) * 1e-6, SHARES).tolist()
-    missed = int(control[OVERRUNS] + control[SKIPPED])
-    return Ticks(sim.nodes - 1, maximum - minimum, scheduler[0], len(work), missed, *shown)
+    missed = loop.overruns + int(loop.control[SKIPPED])
+    return Ticks(sim.nodes - 1, maximum - minimum, loop.scheduler, len(work), missed, *shown)
 
 
 def study(repeats: None, progress: Progress) -> tuple[dict, str]:
