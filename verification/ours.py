@@ -119,16 +119,8 @@ def catenary(setting: Setting) -> Ours:
     tension = p["EA"] * (np.linalg.norm(q[:, 3:], axis=1) - 1.0)
     ends = np.linalg.norm(rig.state.reaction[[0, -1], :3], axis=1)
     tension[[0, -1]] = ends
-    return Ours(
-        str(setting),
-        setting.elements,
-        0.0,
-        np.column_stack((rig.arc, q[:, 0], q[:, 2], tension)),
-        cpu,
-        1.0,
-        rig.iterations,
-        steps,
-    )
+    history = np.column_stack((rig.arc, q[:, 0], q[:, 2], tension))
+    return Ours(str(setting), setting.elements, 0.0, history, cpu, 1.0, rig.iterations, steps)
 
 
 def released(setting: Setting) -> Ours:
@@ -238,13 +230,5 @@ def towed(setting: Setting) -> Ours:
     rig.straight((0.0, 0.0, DEEP), (1.0, 0.0, -0.5))
     rig.settle()
     first = (0.0, rig.state.q[-1, 0], rig.state.q[-1, 2] - DEEP, float(np.linalg.norm(rig.state.reaction[0, :3])))
-    return _run(
-        rig,
-        setting,
-        p["T"],
-        p["dt_out"],
-        lambda h: _tip_and_top(h, DEEP),
-        first,
-        moved=(0,),
-        motion=lambda t: ramped_heave(p, t),
-    )
+    heaved = {"moved": (0,), "motion": lambda t: ramped_heave(p, t)}
+    return _run(rig, setting, p["T"], p["dt_out"], lambda h: _tip_and_top(h, DEEP), first, **heaved)

@@ -143,11 +143,6 @@ def coefficient(law: DragLaw, re: float) -> float:
     return float(_unit_force(rows_of(drag_law=law), re, 0.5 * pi)[0])
 
 
-def friction(law: DragLaw, re: float) -> float:
-    """C_T of a cable along a stream of this Reynolds number."""
-    return float(_unit_force(rows_of(drag_law=law), re, 0.0)[1])
-
-
 def _unit_force(rows: np.ndarray, re: float, angle: float) -> np.ndarray:
     """Force over rho d V^2/2, across and along, at this Reynolds number: by the viscosity of the water, for the floor
     of 1 mm/s does not show at a speed of 1 km/s."""
@@ -175,10 +170,11 @@ def _differences() -> list[Comparison]:
     reversed_[BUOYANCY] = 0.0
     along = float(forces(reversed_[None], np.array([1.0]), np.array([pi]))[0, 1])
     small = _loading(DragLaw.DRISCOLL_NAHON, 0, 4.0)
+    still = float(_unit_force(rows_of(drag_law=ten), 0.05, 0.0)[1])
     said = (
         ("C_N eq. 6 at Re 0.1", "1", coefficient(DragLaw.HUSTON_KAMMAN_6, 0.1), 0.0,
          "HK: 0 up to 0.1 is a guard, the branch above it is 13.13 there and is extended"),
-        ("C_T eq. 7 at Re 0.05", "1", friction(ten, 0.05), None, "HK: not defined below 0.1, held there"),
+        ("C_T eq. 7 at Re 0.05", "1", still, None, "HK: not defined below 0.1, held there"),
         ("C_N eq. 10 row 1 at Re 10", "1", coefficient(ten, 10.0), 1.45 + 8.55 * 10.0**-0.4,
          "HK: Re^-0.40 printed, -0.90 in W (61): 3.64 printed at 30, where row 2 has 1.83"),
         ("C_N eq. 10 row 2 at Re 50", "1", coefficient(ten, 50.0), 1.0 + 4.0 / 50.0**0.5,

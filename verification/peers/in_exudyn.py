@@ -268,13 +268,5 @@ def exudyn_pulled_over(setting: Setting) -> Ours:
         tension = np.column_stack([system.GetSensorStoredData(s)[:, 1] for s in pulls])
     travel = place[0, 2] - place[:, 2]
     left = [leaving_tension(middle[seen], tangent - x, row) for x, row in zip(travel, tension, strict=True)]
-    return Ours(
-        str(setting),
-        setting.elements,
-        setting.dt,
-        np.column_stack((place[:, 0], travel, left)),
-        cpu,
-        p["T"],
-        0,
-        len(place) - 1,
-    )
+    history = np.column_stack((place[:, 0], travel, left))
+    return Ours(str(setting), setting.elements, setting.dt, history, cpu, p["T"], 0, len(place) - 1)
