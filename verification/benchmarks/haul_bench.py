@@ -81,13 +81,13 @@ class Haul(NamedTuple):
     off: tuple[float, ...]
 
 
-def haul(sim: Simulator, rate: float, static: np.record, rests: tuple[float, ...] = RESTS) -> Haul:
+def haul(sim: Simulator, rate: float, static: np.record) -> Haul:
     """Haul METRES at ``rate`` [m/s, out positive], then rest, against the tick output of a static start there."""
     frames, cpu = go(sim, METRES / RATE, f"0 rate {rate:g}")
     tick = sim.scene.solver.tick
     jump, ripple = smoothness(frames.tension[round(STARTED / tick) :], tick)
     away, off, done = [], [], 0.0
-    for until in rests:
+    for until in RESTS:
         go(sim, until - done)
         done = until
         frame = sim.frame
