@@ -33,7 +33,6 @@ class Reference(NamedTuple):
     params: dict[str, float]
     data: dict[str, Any]  # the whole file
     history: np.ndarray  # [samples, columns]
-    columns: tuple[str, ...]
 
 
 @cache
@@ -41,7 +40,7 @@ def reference(scene: str) -> Reference:
     """Parameters and reference history of P1 to P6."""
     data = json.loads((FOLDER / f"{FILES[scene]}.json").read_text("utf-8"))
     table = np.genfromtxt(FOLDER / f"{FILES[scene]}.csv", delimiter=",", names=True)
-    return Reference(data["params"], data, np.column_stack([table[n] for n in table.dtype.names]), table.dtype.names)
+    return Reference(data["params"], data, np.column_stack([table[n] for n in table.dtype.names]))
 
 
 @cache

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import tempfile
 import time
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -80,41 +79,36 @@ def _tow_path(dt: float, start: float, duration: float, heave: bool) -> np.ndarr
     return path
 
 
-def _towed(setting: Setting, step: Callable, look: Callable) -> Ours:
-    """Spin up, then P5 from t = 0. step(row of the path, time); look(top) -> x, z of the body, tension."""
-    p = reference("P5").params
-    for i, row in enumerate(_tow_path(setting.dt, 0.0, SPIN_UP, False)):
-        step(row, i * setting.dt)
-    path, every = _tow_path(setting.dt, SPIN_UP, p["T"], True), max(int(round(p["dt_out"] / setting.dt)), 1)
-    report = [(0.0, *look(np.array((path[0, 0], 0.0, TOP))))]
-    begin = time.process_time()
-    for i, row in enumerate(path):
-        step(row, SPIN_UP + i * setting.dt)
-        if (i + 1) % every == 0:
-            report.append(((i + 1) * setting.dt, *look(np.array((row[0], 0.0, TOP)))))
-    cpu = time.process_time() - begin
-    return Ours(str(setting), setting.elements, setting.inner, np.array(report), cpu, p["T"], 0, len(path))
-
-
 def moordyn_towed(setting: Setting) -> Ours:
-    """P5 and P6 in MoorDyn: lumped masses, explicit, axial damping 0.05 of critical."""
+    """P5 and P6 in MoorDyn: lumped masses, explicit, axial damping 0.05 of critical; spun up, then P5 from t = 0."""
     import moordyn
 
+    p = reference("P5").params
     with silent(), tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / "p5.txt"
-        path.write_text(_deck(setting))
-        system = moordyn.Create(str(path))
+        file = Path(folder) / "p5.txt"
+        file.write_text(_deck(setting))
+        system = moordyn.Create(str(file))
         moordyn.Init(system, [0.0, 0.0, TOP], [0.0, 0.0, 0.0])
         line, body = moordyn.GetLine(system, 1), moordyn.GetPoint(system, 1)
 
         def step(row, t):
             moordyn.Step(system, list(row[:3]), list(row[3:6]), t, setting.dt)
 
-        def look(top):
-            x = np.array(moordyn.GetPointPos(body)) - top
-            return abs(x[0]), x[2], moordyn.GetLineFairTen(line)
+        def look(t, along):
+            x = np.array(moordyn.GetPointPos(body)) - (along, 0.0, TOP)
+            return t, abs(x[0]), x[2], moordyn.GetLineFairTen(line)
 
         try:
-            return _towed(setting, step, look)
+            for i, row in enumerate(_tow_path(setting.dt, 0.0, SPIN_UP, False)):
+                step(row, i * setting.dt)
+            path, every = _tow_path(setting.dt, SPIN_UP, p["T"], True), max(int(round(p["dt_out"] / setting.dt)), 1)
+            report = [look(0.0, path[0, 0])]
+            begin = time.process_time()
+            for i, row in enumerate(path):
+                step(row, SPIN_UP + i * setting.dt)
+                if (i + 1) % every == 0:
+                    report.append(look((i + 1) * setting.dt, row[0]))
+            cpu = time.process_time() - begin
         finally:
             moordyn.Close(system)
+    return Ours(str(setting), setting.elements, setting.inner, np.array(report), cpu, p["T"], 0, len(path))
