@@ -128,10 +128,8 @@ class ContactPoints:
         return found
 
 
-def contact_points(
-    rig: Rig, surface: int = 0, q: np.ndarray | None = None, v: np.ndarray | None = None
-) -> ContactPoints:
-    """Contact on one of a rig's surfaces, of the present state or of a sample q, v of a run."""
+def contact_points(rig: Rig, surface: int = 0, q: np.ndarray | None = None) -> ContactPoints:
+    """Contact on one of a rig's surfaces, of the present state or of a sample q of a run."""
     count = CONTACT_POINTS_PER_ELEMENT * (rig.nodes - 1)
-    rows = rig.contact_table(q, v)[surface * count : (surface + 1) * count]
+    rows = rig.contact_table(q)[surface * count : (surface + 1) * count]
     return ContactPoints(rows.copy(), rig.state.surfaces["axis"][surface].copy())

@@ -41,7 +41,9 @@ def bounce(case: Case, level: Level) -> Values:
     rig = Rig(
         cable, held={}, tension=k * (speed * scale) ** 1.5, gravity=case.number("gravity", 0.0), surfaces=[surface]
     )
-    rig.place(*crosswise(rig.arc - 0.5 * LENGTH, radius), v=np.tile((0.0, 0.0, -speed), (2, 1)))
+    y, each = rig.arc - 0.5 * LENGTH, (rig.nodes, 1)
+    crosswise = np.stack([0.0 * y, y, 0.0 * y + radius], 1)
+    rig.place(crosswise, np.tile((0.0, 1.0, 0.0), each), v=np.tile((0.0, 0.0, -speed), each))
     rig.balance()
     step = scale / (SAMPLES << level.k)
     walk, deep, seen = Walk(rig), 0.0, [(0.0, 0.0, -speed)]
@@ -64,11 +66,6 @@ def bounce(case: Case, level: Level) -> Values:
         "contact time": t0 + fraction * (t1 - t0),
     }
     return Values(report, 1, step, walk.note(step))
-
-
-def crosswise(y: np.ndarray, z: float) -> tuple[np.ndarray, np.ndarray]:
-    """A straight cable along y at height z."""
-    return (np.stack([0.0 * y, y, 0.0 * y + z], 1), np.tile((0.0, 1.0, 0.0), (len(y), 1)))
 
 
 def turn(before: tuple, after: tuple, deep: float) -> float:

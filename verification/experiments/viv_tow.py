@@ -168,7 +168,7 @@ def miss(landing: Landing) -> float:
     return 1e3 * hypot(landing.x - MEASURED[0], landing.z - MEASURED[1])
 
 
-def flume_rows(progress) -> list[Comparison]:
+def flume_rows() -> list[Comparison]:
     """What the flume says."""
     ours = factor_at(scene_with("flume", FLUME), 0, 0.25)
     rows = [Comparison("flume: factor at 0.25 m/s, damping 0.02", "1", ours, 1.536, 0.005, "formulas by hand")]
@@ -196,7 +196,7 @@ def _against(name: str, found: Landing, printed: tuple[float, float, float], why
     return [Comparison(f"{name}: {what}", unit, *numbers, STATICS, why) for what, unit, *numbers in rows]
 
 
-def full_rows(progress) -> list[Comparison]:
+def full_rows() -> list[Comparison]:
     """What the tow at full scale says."""
     scene = scene_with("full_scale", FULL)
     ours = factor_at(scene, 0, 0.75)
@@ -230,9 +230,9 @@ def experiment(duration: float | None, progress, quick: bool = False) -> Result:
     quick: no assumption made otherwise, less drawn.
     """
     progress("flume", 0, 4)
-    rows = flume_rows(progress)
+    rows = flume_rows()
     progress("full scale", 1, 4)
-    rows += full_rows(progress)
+    rows += full_rows()
     choices = []
     for k, (name, base, changes) in enumerate(
         (("flume", FLUME, OTHERWISE_FLUME), ("full_scale", FULL, OTHERWISE_FULL))

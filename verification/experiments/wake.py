@@ -132,8 +132,12 @@ def experiment(duration: float | None, progress, quick: bool = False) -> Result:
     choices = []
     for i, (name, other) in enumerate(others.items()):
         progress(name, 2 + i, count)
-        found = {row.case: row for row in run_span(other, ["case_1", "case_4"]).rows}
-        choices.append({"choice": name} | _difference(found, base))
+        changes = {
+            f"{row.case} {what}": 1e6 * (getattr(row, f"{what}_peak_m") - getattr(base[row.case], f"{what}_peak_m"))
+            for row in run_span(other, ["case_1", "case_4"]).rows
+            for what in ("vertical", "streamwise")
+        }
+        choices.append({"choice": name} | changes)
     progress("lock-in", count - 1, count)
     found_locks = locks(span)
     water = found_locks[0]
@@ -198,14 +202,6 @@ def otherwise(span: Span) -> dict[str, Span]:
         "twice the elements": changed(span, elements=2 * span.elements),
         "half the step": changed(span, steps=2 * span.steps),
     }
-
-
-def _difference(found: dict[str, SpanRow], base: dict[str, SpanRow]) -> dict[str, float]:
-    out = {}
-    for name, row in found.items():
-        out[f"{name} vertical"] = 1e6 * (row.vertical_peak_m - base[name].vertical_peak_m)
-        out[f"{name} streamwise"] = 1e6 * (row.streamwise_peak_m - base[name].streamwise_peak_m)
-    return out
 
 
 def draw(found: list[Lock], path: Path) -> Path:

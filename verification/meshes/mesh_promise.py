@@ -10,7 +10,7 @@ import numpy as np
 from cable_sim_ros.io.scenes.winch_plan import WinchPlan
 from cable_sim_ros.io.sources.motion_table import sine_heave
 from cable_sim_ros.physics.heave_compensation import SetpointLaw
-from cable_sim_ros.runs.mesh import at_scope, check, heave_of, kept
+from cable_sim_ros.runs.mesh import at_scope, check, heave_of, kept, plan_of
 from cable_sim_ros.runs.message_run import MessageRun, Progress, silent
 from cable_sim_ros.runs.step_choice import stepped
 from cable_sim_ros.sim.layout import layout_of
@@ -46,9 +46,7 @@ class Promise(NamedTuple):
 
 def promise_of(scene: Scene, seconds: float = 60.0) -> Promise:
     """Promise and check of one tow; seconds 0: statics alone (zeros for the heave). The step is the plan's."""
-    plan = layout_of(scene).plan
-    if plan is None:
-        raise ValueError(f"{scene.name} has no mesh made for it")
+    _, plan = plan_of(scene)
     scene = scene.model_copy(update={"solver": scene.solver.model_copy(update={"tick": plan.tick})})
     start = layout_of(scene).route.scope
     promised, changes = at_scope(plan, start), check(scene, plan, seconds=seconds)
@@ -69,11 +67,6 @@ def promise_of(scene: Scene, seconds: float = 60.0) -> Promise:
         kept(plan, start, changes),
         NOTES.get(scene.name, ""),
     )
-
-
-def promises(seconds: float = 60.0) -> list[Promise]:
-    """Every tow of mesh_tows."""
-    return [promise_of(scene, seconds) for scene in tows()]
 
 
 def promised_table(rows: list[Promise]) -> str:
@@ -141,10 +134,7 @@ def _with_step(scene: Scene, step: float) -> Scene:
 def measure(tow: Tow, seconds: float = SECONDS, small_step: float = SMALL_STEP) -> Got:
     """Promise and result of one tow; seconds 0: statics alone (zeros for the rest)."""
     hold = tow.scene.setpoint.model_copy(update={"algorithm": SetpointLaw.HOLD})
-    scene = tow.scene.model_copy(update={"setpoint": hold})
-    plan = layout_of(scene).plan
-    if plan is None:
-        raise ValueError(f"{scene.name} has no mesh made for it")
+    scene, plan = plan_of(tow.scene.model_copy(update={"setpoint": hold}))
     start, fine = layout_of(scene).route.scope, plan.mesh.doubled.doubled
     promised, rest = at_scope(plan, start), []
     for mesh in (plan.mesh, fine):
@@ -199,7 +189,7 @@ def others(seconds: float = SECONDS, progress: Progress = silent) -> list[Got]:
 
 def study(repeats: None, progress: Progress) -> tuple[dict, str]:
     """Both kinds of tows as data, and docs/mesh_tables.md."""
-    first, second = promises(), others(progress=progress)
+    first, second = [promise_of(scene) for scene in tows()], others(progress=progress)
     text = (
         "# Is the promise of the mesh kept?\n\n"
         "Made by `cable-sim bench --mesh --out DIR` as `DIR/mesh.md`; do not edit. Conditions and\n"
