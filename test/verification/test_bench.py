@@ -59,7 +59,7 @@ def of_the_sheave(found, text):
     assert "| resultant | 6 | 6 | 6 | 6 |" in text and "largest_line_load" in text
 
 
-def of_ticks(found, text):
+def of_ticks(found, _):
     assert found["ticks"] >= 200 and 0.0 < found["p50"] <= found["p99"] <= found["longest"]
     assert 1.0 < found["travel"] < 4.0
 
@@ -68,6 +68,11 @@ def of_lockstep(rows, text):
     assert [(row["controller_hz"], row["topics"]) for row in rows] == [(k, t) for k in (0, 100) for t in ("few", "all")]
     assert all((row["controller_ms"] > 0.0) == (row["controller_hz"] > 0) for row in rows)
     assert all(row["factor"] > 0.0 for row in rows) and len(text.splitlines()) == 2 + len(rows)
+
+
+def of_a_sweep(rows, text):
+    assert [row["workers"] for row in rows] == list(range(len(rows))) and rows[0]["share"] == 1.0
+    assert all(row["simulated_per_wall_s"] > 0.0 for row in rows) and len(text.splitlines()) == 2 + len(rows)
 
 
 SHORT_HAUL = {"SECONDS": 1.0, "ON_DRUM": (50.0, 100.0), "PAID_OUT": (300.0, 450.0), "DOUBLINGS": (0, 1)}
@@ -84,6 +89,7 @@ FEW_MESHES = {"RATIOS": (6.0, 1.0, 0.15), "PHASES": (0.0,), "LIMITS": sheave.LIM
         ("sheave_mesh", sheave, FEW_MESHES, of_the_sheave),
         ("ticks", ticks, {"SECONDS": 2.0}, of_ticks),
         ("lockstep", lockstep, {"SECONDS": 0.5, "RATES": (0, 100)}, of_lockstep),
+        ("sweep", sweep_cost, {"SECONDS": 1.0, "CASES": 4, "workers_of": lambda asked: 1}, of_a_sweep),
     ],
     ids=lambda value: value if isinstance(value, str) else "",
 )
@@ -171,16 +177,6 @@ def test_a_worker_is_counted_while_all_of_them_have_work(monkeypatch):
     timed, _ = sweep_cost._timed(list(range(12)), 2)
     assert timed.busy == pytest.approx(10.0) and timed.cpu == pytest.approx(0.2)
     assert timed.whole == pytest.approx(120.0 / 20.0)
-
-
-@pytest.mark.nightly
-def test_the_throughput_of_a_sweep_is_a_command(monkeypatch, tmp_path):
-    smaller(monkeypatch, sweep_cost, SECONDS=1.0, CASES=4, workers_of=lambda asked: 1)
-    invoke("--sweep", "--repeats", "1", "--out", str(tmp_path))
-    rows = json.loads((tmp_path / "sweep.json").read_text())
-    assert [row["workers"] for row in rows] == list(range(len(rows))) and rows[0]["share"] == 1.0
-    assert all(row["simulated_per_wall_s"] > 0.0 for row in rows)
-    assert len((tmp_path / "sweep.md").read_text().splitlines()) == 2 + len(rows)
 
 
 @pytest.mark.nightly

@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from verification.experiments import MISSED, OPEN, Comparison, Result, verdict_of, viv_tow
+from verification.experiments import MISSED, OPEN, Comparison, Result, turbulence, verdict_of, viv_tow
 from verification.experiments.flume import CASES, CHOSEN, case_rows, trace, winch_motion
 from verification.experiments.flume_line import EI, bent, damping_per_c, golden, off, photograph, stiffness_of
 from verification.experiments.table import markdown
@@ -30,6 +30,16 @@ def test_validate_prints_printed_ours_allowed_and_why(short, validated, kept):
     assert rows["full scale: mean factor on the bare part"]["ours"] == pytest.approx(2.05, abs=0.05)
     assert 100 < rows["full scale, lowest mode"]["ours"] < rows["full scale, highest mode"]["ours"] < 250
     assert report["choices"][0]["choice"] == "flume: no strumming" and report["choices"][0]["x"] > 100.0
+
+
+def test_validate_repeats_the_turbulent_flume(validated, monkeypatch):
+    monkeypatch.setattr(turbulence, "OTHERWISE", {"another seed": turbulence.OTHERWISE["another seed"]})
+    monkeypatch.setattr(turbulence, "SETTLING", 4.0)
+    report, rows = validated("turbulence", "--duration", "1")
+    measured = rows["standard deviation along X_E"]
+    assert measured["measured"] == 1.19 and abs(measured["allowed"] - 0.37) < 1e-9 and measured["unit"] == "cm"
+    assert abs(rows["mean place x"]["ours"] + 0.708) < 0.05 and rows["ellipsoid volume"]["measured"] == 4.82
+    assert set(report["choices"][0]) == {"choice", "X_E in cm", "Y_E in cm", "Z_E in cm"}
 
 
 def test_golden_section_finds_the_least_cost():

@@ -16,13 +16,11 @@ from cable_sim_ros.physics.wake_oscillator import WAKE_Q
 from cable_sim_ros.tools.spans.in_frequency.response import vibration
 from cable_sim_ros.tools.spans.in_time import wake_run
 from cable_sim_ros.tools.spans.in_time.wake_run import run_span, span_line
-from cable_sim_ros.tools.spans.load import load_span, span_from_dict
+from cable_sim_ros.tools.spans.load import load_span
 from cable_sim_ros.tools.spans.span_file import SpanEnds, natural_frequency
 from cable_sim_ros.tools.spans.to_frequency import frequency_case
 from verification.experiments import wake
 from verification.experiments.wake import PRINTED, WATER, against_modes, changed, lock, printed
-
-CASE = {"length": 2.0, "tension": 200.0, "wind": 0.302}
 
 
 @pytest.fixture(scope="module")
@@ -125,7 +123,7 @@ def test_the_command_has_a_case_of_table_a3_in_json_and_a_picture(tmp_path, monk
     assert row.steady and row.wake_amplitude == pytest.approx(2.7, abs=0.1) and abs(row.wake_shift_percent) < 0.2
 
 
-def test_a_span_is_no_scene_and_a_scene_is_no_span(tmp_path):
+def test_a_span_is_no_scene_and_a_scene_is_no_span(span, tmp_path):
     with pytest.raises(SceneError, match="span_in_wind.yaml:3: span stands at the top: this is a span in a wind"):
         load_scene("span_in_wind")
     with pytest.raises(
@@ -141,17 +139,5 @@ def test_a_span_is_no_scene_and_a_scene_is_no_span(tmp_path):
     broken.write_bytes(b"span: \xff\n")
     with pytest.raises(SceneError, match="is not UTF-8 text .byte 6.; nothing was started. Save the span as UTF-8"):
         load_span(broken)
-
-
-def test_mistakes_in_a_span_are_reported_like_those_of_a_scene(span):
-    data = json.loads(span.model_dump_json())
-    with pytest.raises(SceneError, match=r"span.cases.one.wind = -1.0 m/s is outside \[0, 100\] m/s"):
-        span_from_dict({"span": data | {"cases": {"one": CASE | {"wind": -1.0}}}}, "here")
-    with pytest.raises(SceneError, match="span.cases.one = 3 is a number, expected a block of keys.*wind: 0.3"):
-        span_from_dict({"span": data | {"cases": {"one": 3}}}, "here")
-    with pytest.raises(SceneError, match="span.dampingratio = 0.1: there is no such key.*mean span.damping_ratio"):
-        span_from_dict({"span": data | {"dampingratio": 0.1}}, "here")
-    with pytest.raises(SceneError, match="span.cases has no case; nothing was started. Give length, tension and wind"):
-        span_from_dict({"span": data | {"cases": {}}}, "here")
     with pytest.raises(SceneError, match="case 'two' is not in span_in_wind; nothing was run. Known: case_1, case_2"):
         run_span(span, ["two"])

@@ -57,8 +57,12 @@ def command(tmp_path, *arguments, case=None, **values):
             ("span.cases.a.wind = 30 m/s", " m, more than ", "Give less wind, or a smaller span.sheave.radius"),
         ),
         ({"wind": 90.0, "length": 100.0}, {"ends": "pinned"}, ("It would take",)),
+        ({"wind": -1.0}, {}, ("span.cases.a.wind = -1.0 m/s is outside [0, 100] m/s",)),
+        ({}, {"cases": {"one": 3}}, ("span.cases.one = 3 is a number, expected a block of keys", "wind: 0.3")),
+        ({}, {"dampingratio": 0.1}, ("span.dampingratio = 0.1: there is no such key", "mean span.damping_ratio")),
+        ({}, {"cases": {}}, ("span.cases has no case; nothing was started. Give length, tension and wind",)),
     ],
-    ids=["current", "odd", "law", "deep", "short", "slack", "coarse", "coarse at the sheave", "too many"],
+    ids=lambda value: " ".join(value) if isinstance(value, dict) else "",
 )
 def test_a_refusal_has_key_bound_and_remedy(case, values, parts):
     text = refusal(case, **values)
