@@ -68,19 +68,16 @@ def links(*settings: Setting) -> tuple[Setting, ...]:
     return tuple(setting._replace(model=CableModel.SEGMENTS) for setting in settings)
 
 
-def _sections(length: float, setting: Setting, **more) -> list[dict]:
-    return [{"length": fraction * length, "elements": n} | more for fraction, n in setting.mesh]
-
-
-def _dry(p: dict, length: float, setting: Setting, held: dict, tension: float, **more) -> Rig:
+def _rig(p: dict, length: float, setting: Setting, held: dict, tension: float, wet: dict | None = None, **more) -> Rig:
+    """The line of a scene; wet: drag of its sections, without it they are in air; more: of Rig."""
     cable = cable_of(
-        _sections(length, setting),
+        [{"length": fraction * length, "elements": n} | (wet or {}) for fraction, n in setting.mesh],
         mass_per_length=p["mu"],
         axial_stiffness=p["EA"],
         bending_stiffness=p["EI"],
         diameter=p.get("d", 0.01),
-        compression_share=1.0,
         model=setting.model,
+        **({"added_mass_coefficient": p["Ca"]} if wet else {"compression_share": 1.0}),
     )
     return Rig(cable, held=held, tension=tension, gravity=p["g"], solver=Solver(rho_inf=setting.rho), **more)
 
@@ -106,7 +103,7 @@ def catenary(setting: Setting) -> Ours:
     """P1: s, x, z, T at the nodes."""
     p = reference("P1").params
     length, span = p["L"], p["span"]
-    rig = _dry(p, length, setting, {0: "r", -1: "r"}, tension=p["mu"] * p["g"] * length)
+    rig = _rig(p, length, setting, {0: "r", -1: "r"}, tension=p["mu"] * p["g"] * length)
     s = rig.arc / length
     sag = np.sqrt(max(length**2 - span**2, 0.0) * 3.0 / 16.0)
     g = np.column_stack((np.full_like(s, span / length), 0.0 * s, -4.0 * sag / length * (1.0 - 2.0 * s)))
@@ -126,7 +123,7 @@ def catenary(setting: Setting) -> Ours:
 def released(setting: Setting) -> Ours:
     """P2: t, tip_x, tip_z, top_tension of a cable pinned and released level."""
     p = reference("P2").params
-    rig = _dry(p, p["L"], setting, {0: "r"}, tension=p["mu"] * p["g"] * p["L"])
+    rig = _rig(p, p["L"], setting, {0: "r"}, tension=p["mu"] * p["g"] * p["L"])
     rig.straight((0.0, 0.0, 0.0), (1.0, 0.0, 0.0))
     rig.balance()
     first = (0.0, p["L"], 0.0, float(np.linalg.norm(rig.state.reaction[0, :3])))
@@ -136,7 +133,7 @@ def released(setting: Setting) -> Ours:
 def cantilever(setting: Setting) -> Ours:
     """P3, released straight under gravity: t, tip_x, tip_z."""
     p = reference("P3").params
-    rig = _dry(p, p["L"], setting, {0: "rg"}, tension=p["mu"] * p["g"] * p["L"])
+    rig = _rig(p, p["L"], setting, {0: "rg"}, tension=p["mu"] * p["g"] * p["L"])
     rig.straight((0.0, 0.0, 0.0), (1.0, 0.0, 0.0))
     rig.balance()
     return _run(rig, setting, p["T"], p["dt_out"], lambda h: h.q[:, -1, [0, 2]], (0.0, p["L"], 0.0))
@@ -151,7 +148,7 @@ def pulled_over(setting: Setting) -> Ours:
     stiffness = weight / rc / (Contact().penetration_limit * p["d"]) ** 1.5
     # at rest with the tension of the first instant (massless cable): left mass held, right one partly carried
     start_tension = 2.0 * p["m1"] * p["m2"] / (p["m1"] + p["m2"]) * p["g"]
-    rig = _dry(
+    rig = _rig(
         p,
         length,
         setting,
@@ -208,25 +205,9 @@ def towed(setting: Setting) -> Ours:
     """P5 and P6: t, tip_x, tip_z, top_tension of a cable in a stream whose top heaves."""
     p = reference("P5").params
     law = {"drag_law": DragLaw.CROSSFLOW, "drag_coefficient": p["Cdn"], "tangential_coefficient": np.pi * p["Cdt"]}
-    cable = cable_of(
-        _sections(p["L"], setting, **law),
-        mass_per_length=p["mu"],
-        axial_stiffness=p["EA"],
-        bending_stiffness=p["EI"],
-        diameter=p["d"],
-        added_mass_coefficient=p["Ca"],
-        model=setting.model,
-    )
-    tension = p["Wnet"] + p["w"] * p["L"]
-    rig = Rig(
-        cable,
-        held={0: "r"},
-        tension=tension,
-        gravity=p["g"],
-        solver=Solver(rho_inf=setting.rho),
-        water=Water(density=p["rho"], current=(p["U"], 0.0)),
-        bodies={-1: Towbody(mass=p["M"], net_weight=p["Wnet"])},
-    )
+    tension, water = p["Wnet"] + p["w"] * p["L"], Water(density=p["rho"], current=(p["U"], 0.0))
+    body = Towbody(mass=p["M"], net_weight=p["Wnet"])
+    rig = _rig(p, p["L"], setting, {0: "r"}, tension, law, water=water, bodies={-1: body})
     rig.straight((0.0, 0.0, DEEP), (1.0, 0.0, -0.5))
     rig.settle()
     first = (0.0, rig.state.q[-1, 0], rig.state.q[-1, 2] - DEEP, float(np.linalg.norm(rig.state.reaction[0, :3])))

@@ -133,21 +133,11 @@ def rows(repeats: int, progress: Progress = silent) -> list[Row]:
 
 def of_reference(name: str, law: str, fine: Fine, check: Fine, driven: Stepped, wrong: Errors) -> Row:
     """The row of a reference, run once, against one that is finer still."""
-    tick, frames = fine.scene.solver.tick, driven.frames
-    cost, iterations = driven.stepping_cpu_s / simulated(frames, fine.scene), float(frames.iterations.sum())
-    return Row(
-        name,
-        "cable_sim_ros",
-        f"{law}, feed refined, {1e3 * tick:g} ms",
-        fine.elements,
-        tick,
-        wrong.tension,
-        wrong.place,
-        cost,
-        1e6 * driven.stepping_cpu_s / (fine.elements * iterations),
-        iterations / float(frames.substeps.sum()),
-        f"the reference, one run, against {check.elements} elements at {1e3 * check.scene.solver.tick:g} ms",
-    )
+    scene, frames = fine.scene, driven.frames
+    cost = driven.stepping_cpu_s / simulated(frames, scene)
+    setting = f"{law}, feed refined, {1e3 * scene.solver.tick:g} ms"
+    note = f"the reference, one run, against {check.elements} elements at {1e3 * check.scene.solver.tick:g} ms"
+    return row_of(name, setting, fine.elements, scene, frames, cost, wrong)._replace(note=note)
 
 
 def drive(
@@ -208,31 +198,27 @@ def errors(frames: np.recarray, fine: np.recarray) -> Errors:
     )
 
 
+def row_of(
+    name: str, setting: str, elements: int, scene: Scene, frames: np.recarray, cost: float, wrong: Errors
+) -> Row:
+    """The row of a run without its note; cost: CPU s per simulated s."""
+    iterations = float(frames.iterations.sum())
+    each = 1e6 * cost * simulated(frames, scene) / (elements * iterations)
+    step, per_step = scene.solver.tick, iterations / float(frames.substeps.sum())
+    return Row(name, "cable_sim_ros", setting, elements, step, wrong.tension, wrong.place, cost, each, per_step)
+
+
 def compared(name: str, setting: str, scene: Scene, frames: np.recarray, cost: float, fine: np.recarray) -> Row:
     """The row of a run against a finer one at the same times; cost: CPU s per simulated s."""
-    elements, iterations = sum(mesh_numbers(scene)), float(frames.iterations.sum())
     wrong = errors(sampled(frames, scene), fine)
-    each = 1e6 * cost * simulated(frames, scene) / (elements * iterations)
     metrics = {
         "realtime_factor": 1.0 / cost,
         "error_mean": wrong.mean,
         "error_deviation": wrong.deviation,
         "rms_difference_n": wrong.rms,
     }
-    return Row(
-        name,
-        "cable_sim_ros",
-        setting,
-        elements,
-        scene.solver.tick,
-        wrong.tension,
-        wrong.place,
-        cost,
-        each,
-        iterations / float(frames.substeps.sum()),
-        f"{1.0 / cost:.0f} x real time",
-        metrics,
-    )
+    row = row_of(name, setting, sum(mesh_numbers(scene)), scene, frames, cost, wrong)
+    return row._replace(note=f"{1.0 / cost:.0f} x real time", metrics=metrics)
 
 
 def _row(job: Setting, driven: Stepped, cost: float, fine: np.recarray, yardstick: dict[float, float]) -> Row:

@@ -83,19 +83,11 @@ def frequencies(case: Case, rig: Rig, level: Level) -> dict[str, float]:
     asked = {name: int(m[1]) for name, m in case.asked(r"omega_(\d+)") if 1 <= int(m[1]) <= len(omega)}
     if not level.realtime:
         return {name: float(omega[k - 1]) for name, k in asked.items()}
-    rest, own = rig.state.q.copy(), free_of(rig, 0)
-    return {
-        name: swing(
-            rig,
-            rest,
-            own,
-            SWING / k * rig.arc[-1] * shapes[:, k - 1],
-            weights[:, k - 1],
-            level.tick,
-            PERIODS * 2.0 * np.pi / omega[k - 1],
-        )
-        for name, k in asked.items()
-    }
+    rest, own, of = rig.state.q.copy(), free_of(rig, 0), {}
+    for name, k in asked.items():
+        shape, duration = SWING / k * rig.arc[-1] * shapes[:, k - 1], PERIODS * 2.0 * np.pi / omega[k - 1]
+        of[name] = swing(rig, rest, own, shape, weights[:, k - 1], level.tick, duration)
+    return of
 
 
 def swing(rig: Rig, rest, own, shape, weight, step: float, duration: float) -> float | None:

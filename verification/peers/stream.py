@@ -101,19 +101,8 @@ class Stream:
 
     def jacobian(self, t: float, q: np.ndarray, v: np.ndarray, by_q: float, by_v: float) -> np.ndarray:
         """Derivative of the left-hand side, by_q and by_v its factors, as [entries, 3]: row, column, value."""
+        rise, unused = self._state(t)[0], np.zeros(len(q))
         self.blocks[:] = TINY
-        _wet(
-            q,
-            v,
-            self.arc,
-            *self.rule,
-            self.p["U"],
-            self._state(t)[0],
-            *self.drag,
-            np.zeros(len(q)),
-            self.blocks,
-            by_q,
-            by_v,
-        )
+        _wet(q, v, self.arc, *self.rule, self.p["U"], rise, *self.drag, unused, self.blocks, by_q, by_v)
         self.triplets[:, 2] = self.blocks.ravel()
         return self.triplets
