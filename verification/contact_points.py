@@ -8,6 +8,7 @@ load times weight.
 from __future__ import annotations
 
 from functools import cached_property
+from math import degrees
 
 import numpy as np
 
@@ -125,6 +126,21 @@ class ContactPoints:
                 return None
             place = cut - inward * (force - left**0.5) / inside
             found.append((float(np.interp(place, self.s, self.angle)), float(left**0.5)))
+        return found
+
+    def boundary(self, wrap: float, reach: float) -> dict[str, float | None]:
+        """Of a wrap [rad]: angle lost at each end and by the gap [deg], end reaction [N], line load inside [N/m]; None:
+        there is no such thing."""
+        edges = self.edges()
+        if edges is None:
+            return dict.fromkeys(("lost", "end", "inside", "gap"))
+        centre, half = 0.5 * sum(edges), 0.3 * 0.5 * (edges[1] - edges[0])
+        inside = self.mean(centre - half, centre + half)
+        found = {"lost": None, "end": None, "inside": inside, "gap": degrees(0.5 * (wrap - edges[1] + edges[0]))}
+        ends = self.ends(inside, reach)
+        if ends is not None:
+            (low, first), (high, last) = ends
+            found |= {"lost": degrees(0.5 * (wrap - high + low)), "end": 0.5 * (first + last)}
         return found
 
 

@@ -89,19 +89,15 @@ def _solve(wrap: float, ratio: float, phase: float, limit: float | None, fractio
 
 def answers(table: ContactPoints, wrap: float) -> dict[str, float]:
     """Resultant [N], contact and lost angle [deg], end reaction [N], line load inside [N/m]; nan: there is none."""
-    edges = table.edges()
-    of = dict.fromkeys(ANSWERS[:-1], float("nan")) | {"resultant": float(np.linalg.norm(table.resultant))}
-    if edges is None:
-        return of
-    centre = 0.5 * sum(edges)
-    half = 0.3 * 0.5 * (edges[1] - edges[0])
-    of["contact_deg"] = degrees(edges[1] - edges[0])
-    of["inside"] = table.mean(centre - half, centre + half)
-    ends = table.ends(of["inside"], 3.0 * scale())
-    if ends is not None:
-        of["lost_deg"] = degrees(0.5 * (wrap - ends[1][0] + ends[0][0]))
-        of["end_reaction"] = 0.5 * (ends[0][1] + ends[1][1])
-    return of
+    edges, found = table.edges(), table.boundary(wrap, 3.0 * scale())
+    of = {
+        "resultant": float(np.linalg.norm(table.resultant)),
+        "contact_deg": None if edges is None else degrees(edges[1] - edges[0]),
+        "lost_deg": found["lost"],
+        "end_reaction": found["end"],
+        "inside": found["inside"],
+    }
+    return {name: float("nan") if value is None else value for name, value in of.items()}
 
 
 def accumulated(table: ContactPoints, places: np.ndarray) -> np.ndarray:

@@ -200,7 +200,8 @@ def test_the_whole_tow_has_both_drums_and_says_what_feeding_brings(monkeypatch):
 @pytest.mark.nightly
 def test_a_haul_and_back_is_a_row(monkeypatch):
     # the mean flow knows the haul after 5 s
-    smaller(monkeypatch, haul_bench, METRES=24.0, STARTED=20.0, RESTS=(5.0, 30.0), HAULS=haul_bench.HAULS[1:2])
+    one = {"50 ms": haul_bench.HAULS["50 ms"]}
+    smaller(monkeypatch, haul_bench, METRES=24.0, STARTED=20.0, RESTS=(5.0, 30.0), HAULS=one)
     (row,) = haul_bench.hauled(1)
     assert row.setting.startswith("hold, feed ") and row.setting.endswith("50 ms")
     report = row.metrics

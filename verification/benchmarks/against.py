@@ -206,13 +206,9 @@ def ratios(name: str, mine: list[list[Found]], theirs: list[list[Found]], other:
 def partner_of(mine: Found, theirs: list[Found]) -> int | None:
     """Which of the other tree's settings a setting is compared with: the same one, or of a whole tow the same set-point
     and step on the mesh that the other tree had for it; None: none."""
-    for k, found in enumerate(theirs):
-        if found.setting == mine.setting:
-            return k
-    for k, found in enumerate(theirs):
-        if _tow(mine.setting) is not None and _same_tow(_tow(mine.setting), _tow(found.setting)):
-            return k
-    return None
+    same = (k for k, found in enumerate(theirs) if found.setting == mine.setting)
+    alike = (k for k, found in enumerate(theirs) if _same_tow(_tow(mine.setting), _tow(found.setting)))
+    return next(same, next(alike, None))
 
 
 def _tow(setting: str) -> tuple[str, str, str] | None:
@@ -224,8 +220,8 @@ def _tow(setting: str) -> tuple[str, str, str] | None:
     return law, mesh.partition(" ")[0] if " " in mesh else "", step
 
 
-def _same_tow(mine: tuple[str, str, str], other: tuple[str, str, str] | None) -> bool:
-    if other is None or (mine[0], mine[2]) != (other[0], other[2]):
+def _same_tow(mine: tuple[str, str, str] | None, other: tuple[str, str, str] | None) -> bool:
+    if mine is None or other is None or (mine[0], mine[2]) != (other[0], other[2]):
         return False
     return mine[1] == other[1] or "" in (mine[1], other[1])
 

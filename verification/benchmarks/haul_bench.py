@@ -117,28 +117,20 @@ def _hung(frame: np.record) -> np.ndarray:
     return np.array(frame.body_position) - np.array(frame.sheave_position)
 
 
-class HaulSetting(NamedTuple):
-    """A row of P8: tick [s], and what of the scene is changed."""
-
-    tick: float
-    values: dict[str, float]
-    name: str
-
-
-HAULS = (
-    HaulSetting(0.02, {}, "20 ms"),
-    HaulSetting(0.05, {}, "50 ms"),
-    HaulSetting(0.05, {"cable.mean_flow_time": SHORT_MEMORY}, f"50 ms, mean flow {SHORT_MEMORY:g} s"),
-)
+HAULS = {  # rows of P8: what of the scene is changed
+    "20 ms": {"solver.tick": 0.02},
+    "50 ms": {"solver.tick": 0.05},
+    f"50 ms, mean flow {SHORT_MEMORY:g} s": {"solver.tick": 0.05, "cable.mean_flow_time": SHORT_MEMORY},
+}
 
 
 def hauled(repeats: int, progress: Progress = silent) -> list[Row]:
     """P8: each setting once to its rests, then its hauls ``repeats`` times in turn for the speed."""
     base = override(load_scene("full_scale"), {"setpoint.algorithm": "hold"})
-    scenes = [override(base, {"solver.tick": s.tick} | s.values) for s in HAULS]
-    found = []
+    scenes = [override(base, values) for values in HAULS.values()]
+    names, found = [f"P8 {name}" for name in HAULS], []
     for k, scene in enumerate(scenes):
-        progress(f"P8 {HAULS[k].name}", k, len(scenes))
+        progress(names[k], k, len(scenes))
         sim = started(scene)
         first = sim.frame.copy()
         go(sim, BEFORE)
@@ -147,9 +139,8 @@ def hauled(repeats: int, progress: Progress = silent) -> list[Row]:
         inward = haul(sim, -RATE, short)
         outward = haul(sim, RATE, first)
         found.append((inward, outward, float(sim.frame.scope - first.scope)))
-    names = [f"P8 {setting.name}" for setting in HAULS]
     times, _ = in_turn([partial(_both_ways, scene) for scene in scenes], repeats, progress, names)
-    return [_haul_row(s.name, scene, statistics.median(t), *f) for s, scene, t, f in zip(HAULS, scenes, times, found)]
+    return [_haul_row(name, scene, statistics.median(t), *f) for name, scene, t, f in zip(HAULS, scenes, times, found)]
 
 
 def _both_ways(scene: Scene) -> tuple[float, None]:

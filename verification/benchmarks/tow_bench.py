@@ -36,12 +36,11 @@ FINE_TOLERANCE = 2e-8  # of the working tension; ten times that leaves millimetr
 
 
 class Setting(NamedTuple):
-    """What is run and what it is measured against: a name of `scenes`."""
+    """What is run; it is measured against the reference of its drum."""
 
     law: str
     drum: str
     scene: Scene
-    against: str
 
     @property
     def name(self) -> str:
@@ -89,10 +88,8 @@ def settings(law: str) -> list[Setting]:
     """The rows of one set-point algorithm."""
     feed = override(load_scene("full_scale"), {"setpoint.algorithm": law})
     contact = override(load_scene("full_scale_contact"), {"setpoint.algorithm": law})
-    rows = [
-        Setting(law, "feed", stepped(feed, "chosen" if tick is None else "fixed", tick), "feed") for tick in FEED_TICKS
-    ]
-    return rows + [Setting(law, "contact", stepped(contact, "fixed", tick), "contact") for tick in CONTACT_TICKS]
+    rows = [Setting(law, "feed", stepped(feed, "chosen" if tick is None else "fixed", tick)) for tick in FEED_TICKS]
+    return rows + [Setting(law, "contact", stepped(contact, "fixed", tick)) for tick in CONTACT_TICKS]
 
 
 def references(law: str) -> dict[str, Fine]:
@@ -123,7 +120,7 @@ def rows(repeats: int, progress: Progress = silent) -> list[Row]:
         here = [k for k, job in enumerate(jobs) if job.law == law]
         yardstick = {jobs[k].scene.solver.tick: costs[k] for k in here if jobs[k].drum == "contact"}
         for k in here:
-            by, reference = fine[jobs[k].against]
+            by, reference = fine[jobs[k].drum]
             found.append(_row(jobs[k], last[k], costs[k], sampled(reference.frames, by.scene), yardstick))
         (by, driven), (check, checked) = fine["feed"], fine["check"]
         wrong = errors(sampled(driven.frames, by.scene), sampled(checked.frames, check.scene))

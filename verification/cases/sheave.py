@@ -96,7 +96,7 @@ def bending_boundary(case: Case, level: Level) -> Values:
     rig = symmetric(tension, radius, wrap, 25.0 * scale, size, surface, 6.0 * scale, bending_stiffness=stiff)
     harden(rig, tension, (1e-4, 1e-5, TRACE))
     table = contact_points(rig)
-    report, notes = boundary(table, wrap, 3.0 * scale), []
+    report, notes = table.boundary(wrap, 3.0 * scale), []
     of = case.beginning(
         {
             "angle by which contact stops short": report["lost"],
@@ -113,25 +113,6 @@ def bending_boundary(case: Case, level: Level) -> Values:
             "coarse a mesh for sqrt(EI/T)"
         )
     return Values(of, rig.nodes - 1, 0.0, notes)
-
-
-def boundary(table: ContactPoints, wrap: float, reach: float) -> dict[str, float | None]:
-    """Angle lost at each end [deg], end reaction [N], line load inside [N/m], and the angle lost by the gap [deg]."""
-    edges = table.edges()
-    if edges is None:
-        return dict.fromkeys(("lost", "end", "inside", "gap"))
-    inside = table.mean(0.3 * edges[0], 0.3 * edges[1])
-    ends = table.ends(inside, reach)
-    gap = float(np.degrees(0.5 * (wrap - edges[1] + edges[0])))
-    if ends is None:
-        return {"lost": None, "end": None, "inside": inside, "gap": gap}
-    (low, first), (high, last) = ends
-    return {
-        "lost": float(np.degrees(0.5 * (wrap - high + low))),
-        "end": 0.5 * (first + last),
-        "inside": inside,
-        "gap": gap,
-    }
 
 
 @family(

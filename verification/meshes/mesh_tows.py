@@ -87,6 +87,7 @@ def tows() -> list[Scene]:
     """The tows of the table in docs/mesh.md."""
     g = {"drag_amplification": 2.37, **BOTH}
     faired = {"drag_law": "ribbon", **g}
+    full = {"bare": {"length": 450.0, **g}, "faired": {"length": 150.0, **faired}}
     rope = {"diameter": 0.02, "mass_per_length": 0.35, "axial_stiffness": 2.0e6, "axial_damping": 200.0}
     umbilical = {**armoured(0.03), "bending_stiffness": 2000.0, "bending_damping": 20.0}
     lead = {"mass": 2000.0, "net_weight": 17000.0, "drag_area": (0.5, 1.5, 1.5)}
@@ -102,11 +103,9 @@ def tows() -> list[Scene]:
         tow("harbour_60m", one(60.0), 40.0, speed=1.5, body=side_scan),
         tow("side_scan_200m", one(250.0, drag_amplification=1.8), 200.0, speed=2.06, body=side_scan, sheave=0.3),
         tow("side_scan_fast", one(250.0, drag_amplification=1.8), 200.0, speed=4.0, body=side_scan, sheave=0.3),
-        tow("full_scale", {"bare": {"length": 450.0, **g}, "faired": {"length": 150.0, **faired}}, 450.0, speed=2.2),
-        tow("full_scale_no_ei", {"bare": {"length": 450.0, **g}, "faired": {"length": 150.0, **faired}}, 450.0,
-            speed=2.2, cable=chain),
-        tow("full_scale_stiff", {"bare": {"length": 450.0, **g}, "faired": {"length": 150.0, **faired}}, 450.0,
-            speed=2.2, cable=rods),
+        tow("full_scale", full, 450.0, speed=2.2),
+        tow("full_scale_no_ei", full, 450.0, speed=2.2, cable=chain),
+        tow("full_scale_stiff", full, 450.0, speed=2.2, cable=rods),
         tow("faired_300m", {"faired": {"length": 400.0, **faired}}, 300.0, speed=5.0),
         tow("three_cables", {"upper": {"length": 300.0, **g}, "faired": {"length": 100.0, **faired},
             "tail": {"length": 40.0, "drag_amplification": 1.5, **BOTH}}, 350.0, speed=2.5),
@@ -124,8 +123,7 @@ def tows() -> list[Scene]:
             sheave=0.5),
         tow("deep_tow_6km_fast", one(6300.0, drag_amplification=1.5), 6000.0, speed=2.0, cable=armoured(0.0173),
             body=lead, sheave=0.5),
-        tow("last_metres", {"bare": {"length": 450.0, **g}, "faired": {"length": 150.0, **faired}}, 20.0, speed=2.2,
-            winch={"most_scope": 40.0}),
+        tow("last_metres", full, 20.0, speed=2.2, winch={"most_scope": 40.0}),
     ]  # fmt: skip
 
 
