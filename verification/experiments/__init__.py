@@ -55,8 +55,9 @@ class Result(NamedTuple):
     shown: Callable[[], list[str]] | None = None  # Markdown of its own in docs/experiments.md
 
 
-# each a module of this folder with experiment(duration, progress); duration: s, None: its own. One that can be quick
-# takes `quick` and says in QUICK what that leaves out; one that hands out its runs takes `over` (workers.py)
+# each a module of this folder with experiment(progress). One whose runs have a length takes `seconds`, by default its
+# SECONDS or QUICK_SECONDS; one that can be quick takes `quick` and says in QUICK what that leaves out; one that hands
+# out its runs takes `over` (workers.py)
 EXPERIMENTS = (
     "pulley",
     "moving_pulley",
@@ -97,9 +98,10 @@ def run(
     Raises KeyError for an unknown name.
     """
     module = module_of(name)
-    takes = signature(module.experiment).parameters
-    options = {key: value for key, value in (("quick", quick), ("over", over)) if key in takes}
-    result = module.experiment(duration, progress, **options)
+    takes, own = signature(module.experiment).parameters, getattr(module, "SECONDS", None)
+    seconds = (getattr(module, "QUICK_SECONDS", own) if quick else own) if duration is None else duration
+    options = {"seconds": seconds, "quick": quick, "over": over}
+    result = module.experiment(progress, **{key: value for key, value in options.items() if key in takes})
     if not quick or "quick" not in takes:
         return result
     longer = "" if duration is None else f"; runs of {duration:g} s where it has any"

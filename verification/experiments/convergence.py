@@ -181,9 +181,8 @@ def rows_of(family: Family) -> list[Comparison]:
     ]
 
 
-def experiment(duration: float | None, progress, quick: bool = False, over: Over = here) -> Result:
-    """Every family; duration [s]: of each run, of the pulley at most 1 s; quick: 4 s; over: what runs are handed to."""
-    seconds = (QUICK_SECONDS if quick else SECONDS) if duration is None else duration
+def experiment(progress, seconds: float, quick: bool = False, over: Over = here) -> Result:
+    """Every family; seconds: of each run, of the pulley at most 1 s; quick: 4 s; over: what runs are handed to."""
     found = families(seconds, progress, over)
     rows = [row for family in found for row in rows_of(family)]
 

@@ -206,8 +206,8 @@ def _otherwise() -> list[dict]:
     ]
 
 
-def experiment(duration: float | None, progress) -> Result:
-    """Coefficients, critical angles, loading functions and what differs from the print; ``duration`` has no part."""
+def experiment(progress) -> Result:
+    """Coefficients, critical angles, loading functions and what differs from the print."""
     rows = [
         Comparison(f"C_N of {law.value} at Re {re}", "1", coefficient(law, re), value, 1e-3, "formula, mended")
         for law, values in COEFFICIENTS.items()

@@ -316,11 +316,8 @@ def render_row() -> Comparison:
     return _row(name, "N", late.max(), SET_PULL, 0.02, "drive.set_pull")
 
 
-def experiment(duration: float | None, progress=lambda *_: None, quick: bool = False) -> Result:
-    """All of it; ``duration`` has no effect: each row is as long as its closed form needs.
-
-    quick: pendulum, overhauling load, heat and dead time.
-    """
+def experiment(progress, quick: bool = False) -> Result:
+    """All of it, each row as long as its closed form needs; quick: pendulum, overhauling load, heat and dead time."""
     parts = (
         ("free drum", free_rows),
         ("pendulum", lambda: [pendulum_row()]),

@@ -193,12 +193,11 @@ def case_rows(found: dict[str, list[Trace]]) -> list[Comparison]:
     return rows
 
 
-def experiment(duration: float | None, progress, quick: bool = False, over: Over = here) -> Result:
+def experiment(progress, seconds: float, quick: bool = False, over: Over = here) -> Result:
     """Bend test, damping, drag factor, the four cases over seeds, and every choice made otherwise.
 
-    duration [s]: of each run; quick: one seed, no choices; over: what runs the cases.
+    seconds: of each run; quick: one seed, no choices; over: what runs the cases.
     """
-    seconds = (QUICK_SECONDS if quick else SECONDS) if duration is None else duration
     seeds, changes = (1, {}) if quick else (SEEDS, OTHERWISE)
     runs = [(case, seconds, seed, CHOSEN) for case in CASES for seed in range(1, seeds + 1)]
     runs += [(case, seconds, 1, CHOSEN._replace(**change)) for change in changes.values() for case in CHANGED]

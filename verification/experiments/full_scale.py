@@ -168,9 +168,8 @@ def moving_rows(found: dict[tuple[str, str], tuple[float, ...]]) -> list[Compari
     return rows
 
 
-def experiment(duration: float | None, progress, quick: bool = False) -> Result:
-    """Statics, contact, three set-points under two motions; duration [s]: of each run; quick: one motion, shorter."""
-    seconds = (QUICK_SECONDS if quick else SECONDS) if duration is None else duration
+def experiment(progress, seconds: float, quick: bool = False) -> Result:
+    """Statics, contact, three set-points under two motions; seconds: of each run; quick: one motion, shorter."""
     motions = MOTIONS[:1] if quick else MOTIONS
     total = 2 + len(motions) * len(LAWS)
     progress("profile and sheave at rest", 0, total)

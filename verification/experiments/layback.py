@@ -10,7 +10,7 @@ import time
 from collections.abc import Callable
 from math import asin, cos, pi
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -133,8 +133,8 @@ def _apart(gap: np.ndarray, after: np.ndarray) -> tuple[float, float]:
     return float(np.nanmean(size)), float(np.nanmax(size))
 
 
-def experiment(duration: float | None, progress: Any = lambda *_: None, quick: bool = False) -> Result:
-    """All situations of both tows; ``duration`` has no effect; quick: the turn of the shorter tow."""
+def experiment(progress, quick: bool = False) -> Result:
+    """All situations of both tows; quick: the turn of the shorter tow."""
     found, all_of = [], [(tow, scene, name) for tow, scene in tows().items() for name in SITUATIONS]
     if quick:
         all_of = [one for one in all_of if one[2] == QUICK_SITUATION][:1]

@@ -46,8 +46,8 @@ def recorded() -> tuple[np.ndarray, np.ndarray, Moved]:
     return t[inside], force[inside], motion
 
 
-def experiment(duration: float | None, progress=lambda *_: None) -> Result:
-    """Fit and judge; a duration is not used: the record is as long as it is."""
+def experiment(progress) -> Result:
+    """Fit and judge."""
     t, force, motion = recorded()
     middle = 0.5 * (t[0] + t[-1])
     halves = [(t[part], force[part]) for part in (t < middle, t >= middle)]

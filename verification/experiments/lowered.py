@@ -90,9 +90,8 @@ def slope(gains: dict[float, float]) -> float:
     return float(np.polyfit(1e-3 * lengths, np.log(list(gains.values())), 1)[0])
 
 
-def experiment(duration: float | None, progress, quick: bool = False) -> Result:
-    """Growth of the swing in the record and in the model; duration [s]: of each run; quick: two lengths."""
-    seconds = SECONDS if duration is None else duration
+def experiment(progress, seconds: float, quick: bool = False) -> Result:
+    """Growth of the swing in the record and in the model; seconds: of each run; quick: two lengths."""
     lengths = LENGTHS[:: len(LENGTHS) - 1] if quick else LENGTHS
     progress("record", 0, 3)
     t, depth = recorded()

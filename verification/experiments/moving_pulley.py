@@ -13,14 +13,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from cable_sim_ros.physics.integrate import Solver
 from cable_sim_ros.plots.run import BLUE, FAINT, ORANGE, canvas
 from cable_sim_ros.sim.rig.rig import HALVED, Rig
 from cable_sim_ros.terminal import markdown_table
 
 from ..bend import drum
 from . import Comparison, Result, unjudged
-from .pulley import DIAMETER, MODULUS, SECOND_MOMENT, rigid_load, rope_of
+from .pulley import DIAMETER, MODULUS, SECOND_MOMENT, loaded, rigid_load
 
 RADIUS, ROPE = 0.0318 + 0.5 * DIAMETER, 1.32  # m, of the centreline; from the cell to the load
 MASS, INERTIA, CENTRE = 4.749, 0.0855, 0.0685  # kg, L_PI and L_PG [m]
@@ -108,19 +107,11 @@ def carried(place: np.ndarray, turn: tuple[np.ndarray, np.ndarray, np.ndarray]) 
 def build(choice: Choice) -> Rig:
     """Rope and load at rest over the pulley of a level arm."""
     pull, ea = MASS * GRAVITY, MODULUS * choice.modulus * 0.25 * pi * DIAMETER**2
-    cable = rope_of([(ROPE, choice.elements), (INERTIA, 1)], ea, MODULUS * choice.modulus * SECOND_MOMENT)
+    sections, ei = [(ROPE, choice.elements), (INERTIA, 1)], MODULUS * choice.modulus * SECOND_MOMENT
     surface = drum(RADIUS, pull, 0.3, choice.penetration)
     surface["centre"] = surface["body"] = (PULLEY[0], 0.0, PULLEY[1])
-    rig = Rig(
-        cable,
-        held={0: "r", -1: "g"},
-        tension=pull,
-        surfaces=[surface],
-        struts=[rigid_load(choice.elements, MASS, INERTIA, CENTRE)],
-        solver=Solver(),
-        mass_damping=choice.mass_damping,
-    )
-    rig.empty_element(-1)
+    load = rigid_load(choice.elements, MASS, INERTIA, CENTRE)
+    rig = loaded(sections, ea, ei, pull, surface, load, mass_damping=choice.mass_damping)
     away = PULLEY - CELL
     far = hypot(*away)
     up = atan2(away[1], away[0]) + asin(RADIUS / far)  # of the straight part between cell and pulley
@@ -131,7 +122,6 @@ def build(choice: Choice) -> Rig:
     r = np.column_stack((PULLEY[0] - RADIUS * np.sin(heading), 0.0 * s, PULLEY[1] + RADIUS * np.cos(heading)))
     r += (np.minimum(s, 0.0) + np.maximum(s - RADIUS * (up + 0.5 * pi), 0.0))[:, None] * g
     rig.place(r, g * (1.0 + pull / ea))
-    rig.hold({0: "r", -1: "g"})
     rig.settle(steps=800)
     rig.balance()
     return rig
@@ -171,12 +161,11 @@ def low_pass(choice: Choice) -> np.ndarray:
     return firwin(number | 1, 0.5 * (PASS_BAND + choice.stop_band), window=("kaiser", beta), fs=rate)
 
 
-def experiment(duration: float | None, progress, quick: bool = False) -> Result:
+def experiment(progress, seconds: float, quick: bool = False) -> Result:
     """The family over amplitude, each end of the measured range predicted from the other, and the choices.
 
     quick: shorter, a smaller family, no choices.
     """
-    seconds = (QUICK_SECONDS if quick else SECONDS) if duration is None else duration
     family = QUICK_FAMILY if quick else FAMILY
     runs, total = {}, len(FAMILY) + 3 + len(OTHERWISE)
     for n, amplitude in enumerate(family):

@@ -14,7 +14,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from cable_sim_ros.physics.cable_assembly import Cable
 from cable_sim_ros.physics.integrate import Solver
 from cable_sim_ros.physics.state import STRUT
 from cable_sim_ros.plots.run import BLUE, FAINT, ORANGE, canvas
@@ -64,16 +63,22 @@ class Swing(NamedTuple):
     energy: np.ndarray  # J, kinetic and potential of the load, from the start
 
 
-def rope_of(sections: list[tuple[float, int]], stiffness: float, bending: float) -> Cable:
-    """The rope: length [m] and elements of its sections, EA [N] and EI [N m^2]."""
-    return cable_of(
+def loaded(
+    sections: list[tuple[float, int]], ea: float, ei: float, pull: float, surface: np.ndarray, load: np.ndarray, **more
+) -> Rig:
+    """The rope, fast at its first node, on a surface, with its load; sections: length [m] and elements, the last only
+    carries the second point of the load; EA [N], EI [N m^2], weight [N]; load: a STRUT; more: of Rig."""
+    cable = cable_of(
         [{"length": length, "elements": n} for length, n in sections],
         mass_per_length=DENSITY,
-        axial_stiffness=stiffness,
-        bending_stiffness=bending,
+        axial_stiffness=ea,
+        bending_stiffness=ei,
         axial_damping=DAMPING,
         diameter=DIAMETER,
     )
+    rig = Rig(cable, held={0: "r", -1: "g"}, tension=pull, surfaces=[surface], struts=[load], **more)
+    rig.empty_element(-1)
+    return rig
 
 
 def rigid_load(node: int, mass: float, inertia: float, centre: float, stiffness: float = 1e6) -> np.ndarray:
@@ -94,18 +99,10 @@ def build(number: int, choice: Choice) -> Rig:
     lead = max(round(choice.lead / choice.element), 1)
     ea, ei = MODULUS * area, MODULUS * SECOND_MOMENT * choice.bending
     sections = [(choice.lead, lead), (ROPE, rope), (inertia, 1)]
-    load = lead + rope  # its first point; the last element only carries the unknowns of the second
+    load = lead + rope  # its first point
     strut, fraction = rigid_load(load, mass, inertia, gravity_centre, choice.stiffness), gravity_centre / inertia
-    rig = Rig(
-        rope_of(sections, ea, ei),
-        held={0: "r", -1: "g"},
-        tension=pull,
-        surfaces=[drum(radius, pull, choice.contact_damping, choice.penetration)],
-        struts=[strut],
-        solver=Solver(rho_inf=choice.rho_inf),
-        mass_damping=choice.loss,
-    )
-    rig.empty_element(-1)
+    surface, solver = drum(radius, pull, choice.contact_damping, choice.penetration), Solver(rho_inf=choice.rho_inf)
+    rig = loaded(sections, ea, ei, pull, surface, strut, solver=solver, mass_damping=choice.loss)
     s = rig.arc - choice.lead
     psi = np.clip(s / radius, 0.0, angle)
     g = np.column_stack((np.cos(psi), 0.0 * s, -np.sin(psi)))
@@ -114,7 +111,6 @@ def build(number: int, choice: Choice) -> Rig:
     # stretched by the pull of the first instant: the part of the weight along the rope
     first = pull * sin(angle)
     rig.place(r, g * (1.0 + first / ea))
-    rig.hold({0: "r", -1: "g"})
     # held as by a hand across the rope: the part of the weight across it is carried until the release
     across = np.array((sin(angle), 0.0, cos(angle)))
     carried = pull * cos(angle)
@@ -209,13 +205,12 @@ def lossy(seconds: float = SECONDS) -> list[Comparison]:
     return rows
 
 
-def experiment(duration: float | None, progress, quick: bool = False) -> Result:
+def experiment(progress, seconds: float, quick: bool = False) -> Result:
     """All three configurations, and configuration 1 with every choice made otherwise; quick: shorter, no choices."""
-    duration = (QUICK_SECONDS if quick else SECONDS) if duration is None else duration
     swings, rows, choices = {}, [], []
     for n in CONFIGURATIONS:
         progress(f"configuration {n}", n - 1, 3 + len(OTHERWISE))
-        swings[n] = swing(n, duration)
+        swings[n] = swing(n, seconds)
         got = ranges(swings[n])
         for what, unit in (("wrap", "deg"), ("tension", "N"), ("raw tension", "N")):
             for k, end in enumerate(("smallest", "largest")):
@@ -227,7 +222,7 @@ def experiment(duration: float | None, progress, quick: bool = False) -> Result:
     base = ranges(swings[1])
     for i, (name, change) in enumerate(() if quick else OTHERWISE.items()):
         progress(name, 3 + i, 3 + len(OTHERWISE))
-        other = ranges(swing(1, duration, Choice()._replace(**change)))
+        other = ranges(swing(1, seconds, Choice()._replace(**change)))
         changed = {
             f"{end} {what}": other[what][k] - base[what][k]
             for what in ("wrap", "tension")

@@ -203,8 +203,8 @@ def _rows(progress) -> tuple[list[Comparison], Chain, Chain]:
     return rows + _forms(), two, cable
 
 
-def experiment(duration: float | None, progress=lambda *_: None) -> Result:
-    """All of it; ``duration`` has no effect, the references say how long each case lasts."""
+def experiment(progress) -> Result:
+    """All of it; the references say how long each case lasts."""
     rows, links, smooth = _rows(progress)
     return Result("segments", rows, [], lambda folder: picture(links, smooth, folder))
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from math import ceil
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -115,10 +115,8 @@ def study(name: str, number: int, passes: int) -> list[Passed]:
         return [passed(name, tow, copies, known, (number, k)) for k in range(passes)]
 
 
-def experiment(
-    duration: float | None, progress: Any = lambda *_: None, quick: bool = False, over: Over = here
-) -> Result:
-    """All passes; ``duration`` has no effect; over: what tows are handed to."""
+def experiment(progress, quick: bool = False, over: Over = here) -> Result:
+    """All passes; over: what tows are handed to."""
     asked = [(name, k, PASSES) for name in SETS for k in range(TOWS)]
     if quick:
         asked = [("calibrated", 0, 20)]

@@ -124,10 +124,8 @@ def _gaps(nominal: np.ndarray, truths: np.ndarray) -> np.ndarray:
     )
 
 
-def experiment(
-    duration: float | None, progress: Any = lambda *_: None, quick: bool = False, over: Over = here
-) -> Result:
-    """All surveys; ``duration`` has no effect; quick: one turn; over: what logs are handed to."""
+def experiment(progress, quick: bool = False, over: Over = here) -> Result:
+    """All surveys; quick: one turn; over: what logs are handed to."""
     asked = [(kind, k, TRUTHS) for kind in KINDS for k in range(GEOMETRIES)]
     if quick:
         asked = [(QUICK_KIND, 0, QUICK_TRUTHS)]

@@ -70,9 +70,8 @@ def drift(seconds: float, changes: dict) -> Swarm:
     return Swarm(path, deviations, volume, 1e3 * float(f.tension.std()))
 
 
-def experiment(duration: float | None, progress, quick: bool = False) -> Result:
+def experiment(progress, seconds: float, quick: bool = False) -> Result:
     """Table 4 with the chosen time scale, and with every choice made otherwise; quick: shorter, no choices."""
-    seconds = (QUICK_SECONDS if quick else SECONDS) if duration is None else duration
     progress("turbulent flume", 0, 1 + len(OTHERWISE))
     base, rows, choices = drift(seconds, {}), [], []
     for axis, ours, measured, his in zip(AXES, base.deviations.tolist(), MEASURED, HIS, strict=True):

@@ -75,7 +75,7 @@ def converged(span: Span, finer: int) -> Span:
     return changed(span, response=grid, damping={"segments": 4000})
 
 
-def experiment(duration: float | None, progress=lambda *_: None) -> Result:
+def experiment(progress) -> Result:
     """All four cases."""
     rows: list[Comparison] = []
     shown: list[tuple[Case, Vibration, Vibration]] = []

@@ -224,8 +224,8 @@ def full_rows() -> list[Comparison]:
     return rows
 
 
-def experiment(duration: float | None, progress, quick: bool = False) -> Result:
-    """Both tows, and every assumption made otherwise; ``duration`` [s] is that of the tow drawn by the plot.
+def experiment(progress, seconds: float, quick: bool = False) -> Result:
+    """Both tows, and every assumption made otherwise; seconds: of the tow that is drawn.
 
     quick: no assumption made otherwise, less drawn.
     """
@@ -247,8 +247,7 @@ def experiment(duration: float | None, progress, quick: bool = False) -> Result:
             change |= {"tension": unit * (found.tension - first.tension)}
             choices.append({"choice": f"{name}: {what}"} | change)
     chosen = "chosen otherwise: what changes; flume in mm and mN, full scale in m and N"
-    shown = (QUICK_SECONDS if quick else SECONDS) if duration is None else duration
-    return Result("viv_tow", rows, choices, lambda folder: draw(folder / "strumming.png", shown), chosen)
+    return Result("viv_tow", rows, choices, lambda folder: draw(folder / "strumming.png", seconds), chosen)
 
 
 def draw(path: Path, duration: float) -> Path:

@@ -116,7 +116,7 @@ def locks(span: Span, all_of: bool = True) -> list[Lock]:
     ]
 
 
-def experiment(duration: float | None, progress, quick: bool = False) -> Result:
+def experiment(progress, quick: bool = False) -> Result:
     """Table A3, the sum of modes, what was chosen, and the lock-in; quick: table A3 alone."""
     span = load_span("span_in_wind")
     others = {} if quick else otherwise(span)
