@@ -3,23 +3,56 @@
 from __future__ import annotations
 
 import numpy as np
-import pytest
 
 from cable_sim_ros.compiler.jit import LANES, NO, YES
 from cable_sim_ros.physics import ancf
 from cable_sim_ros.physics.cable_assembly import Cable, Section, _assemble, link_assembly
 from cable_sim_ros.physics.contact_surface import SURFACE, floor_row, surface_row
 from cable_sim_ros.physics.drag_laws import CHOO_CASARELLA, LAWS, DragLaw, element_rows
-from cable_sim_ros.physics.state import ARC, LINE_SETTINGS, MEAN, NOW, A, Change, Q, V, make_state
+from cable_sim_ros.physics.state import ARC, LINE_SETTINGS, MEAN, NOW, A, Change, Q, State, V, make_state, records
 from cable_sim_ros.physics.towbody import BODY
 from cable_sim_ros.physics.water import Water
 from cable_sim_ros.physics.water_kinematics import link_stir
 from cable_sim_ros.sim.build import build_line
 
+C1, C2 = 30.0, 900.0  # 1/s, 1/s^2: what velocity and acceleration change by with the place
+
 
 def record(row: np.ndarray) -> np.record:
     """One record, its fields as attributes, in the memory of ``row`` [1] or []."""
     return np.atleast_1d(row).view(np.recarray)[0]
+
+
+def filled(kind: np.dtype, **values) -> np.record:
+    """One record of a kind, zero but for these fields."""
+    row = records(1, kind)[0]
+    for name, value in values.items():
+        row[name] = value
+    return row
+
+
+def dense(band: np.ndarray, lower: np.ndarray) -> np.ndarray:
+    """The matrix of a block-tridiagonal system of n nodes [6 n, 6 n]."""
+    i = np.arange(len(band))
+    k = np.zeros((len(i), 6, len(i), 6))
+    k[i, :, i] = band[:, :, :6]
+    k[i[:-1], :, i[1:]] = band[:-1, :, 6:12]
+    k[i[1:], :, i[:-1]] = lower[1:]
+    return k.reshape(6 * len(i), 6 * len(i))
+
+
+def differences(state: State, change: Change, force, step: float) -> np.ndarray:
+    """d force()/dq of n nodes [6 n, 6 n] by central differences, with v and a following by ``change``."""
+    start, columns = state.nodes[NOW].copy(), []
+    for i in range(state.q.size):
+        sides = []
+        for s in (step, -step):
+            for table, factor in ((state.q, 1.0), (state.v, change.velocity), (state.a, change.acceleration)):
+                table.ravel()[i] += factor * s
+            sides.append(force())
+            state.nodes[NOW] = start
+        columns.append((sides[0] - sides[1]).ravel() / (2.0 * step))
+    return np.array(columns).T
 
 
 def node_rows(row: int) -> property:
@@ -137,64 +170,42 @@ class Bench:
         self.energy = self.assemble(Change(0.0, 0.0, sigma, self.fraction), NO)
         return -self.work.band[:, :, 12].copy()
 
-    def tangent(self, c1: float, c2: float, sigma: float = 0.0) -> np.ndarray:
-        """dR/dq with v and a following by c1 and c2 [6 nodes, 6 nodes]."""
-        self.assemble(Change(c1, c2, sigma, self.fraction), YES)
-        n = self.n + 1
-        k = np.zeros((6 * n, 6 * n))
-        for i in range(n):
-            k[6 * i : 6 * i + 6, 6 * i : 6 * i + 6] = self.work.band[i, :, :6]
-            if i < n - 1:
-                k[6 * i : 6 * i + 6, 6 * i + 6 : 6 * i + 12] = self.work.band[i, :, 6:12]
-            if i > 0:
-                k[6 * i : 6 * i + 6, 6 * i - 6 : 6 * i] = self.work.lower[i]
-        return k
+    def tangent(self, sigma: float = 0.0) -> np.ndarray:
+        """dR/dq with v and a following by C1 and C2 [6 nodes, 6 nodes]."""
+        self.assemble(Change(C1, C2, sigma, self.fraction), YES)
+        return dense(self.work.band, self.work.lower)
 
-    def difference(self, c1: float, c2: float, sigma: float = 0.0, step: float = 1e-7) -> np.ndarray:
-        """The same by central differences."""
-        n = self.n + 1
-        k = np.zeros((6 * n, 6 * n))
-        start = self.state.nodes[NOW].copy()
-        for i in range(n):
-            for c in range(6):
-                r = []
-                for s in (step, -step):
-                    self.q[i, c] += s
-                    self.v[i, c] += c1 * s
-                    self.a[i, c] += c2 * s
-                    r.append(self.residual(sigma))
-                    self.state.nodes[NOW] = start
-                k[:, 6 * i + c] = ((r[0] - r[1]) / (2 * step)).ravel()
-        return k
+    def worst(self, sigma: float = 0.3) -> float:
+        """Largest difference of the tangent from central differences, over the largest number of its column."""
+        exact = self.tangent(sigma)
+        near = differences(self.state, Change(C1, C2, 0.0, 0.0), lambda: self.residual(sigma), 1e-7)
+        return float((np.abs(near - exact) / np.abs(exact).max(0)).max())
 
 
-@pytest.fixture
-def bench():
-    """Factory of Bench."""
-    return Bench
+PRESSED = 0.007  # m
 
 
-def touching(bench: Bench, node: int, throat: float | None, radius: float = 0.3, depth: float = 0.007) -> np.ndarray:
-    """A moving, turning surface that the cable presses by ``depth`` at ``node``."""
-    row = surface_row((0.0, 0.0, 0.0), radius, throat, 0.05, 0.03, 1e6, 0.2)
-    row["centre"] = bench.q[node, :3] + np.array([0.01, 0.003, depth - radius])
+def touching(bench: Bench, node: int, throat: float | None) -> np.ndarray:
+    """A moving, turning surface that the cable presses by PRESSED at ``node``."""
+    row = surface_row((0.0, 0.0, 0.0), 0.3, throat, 0.05, 0.03, 1e6, 0.2)
+    row["centre"] = bench.q[node, :3] + np.array([0.01, 0.003, PRESSED - 0.3])
     row["speed"], row["spin"], row["axis"] = (0.1, -0.2, 0.15), (0.1, 0.2, 0.3), (0.0, 1.0, 0.0)
     return row
 
 
-def floor_under(bench: Bench, node: int, slip: float = 0.01, depth: float = 0.007) -> np.ndarray:
-    """A drifting floor that the cable presses by ``depth`` at ``node``; slip: speed [m/s] of 0.7 of the friction."""
-    row = floor_row(bench.q[node, 2] + depth, 1e6, 0.2, 0.4, slip)
+def floor_under(bench: Bench, node: int, slip: float = 0.01) -> np.ndarray:
+    """A drifting floor that the cable presses by PRESSED at ``node``; slip: speed [m/s] of 0.7 of the friction."""
+    row = floor_row(bench.q[node, 2] + PRESSED, 1e6, 0.2, 0.4, slip)
     row["speed"] = (0.1, -0.2, 0.0)
     return row
 
 
-def lay_on(bench: Bench, row: np.ndarray, where: str, side: float, node: int = 2) -> None:
-    """Put a node on the flank, the round rim or the cheek of a groove, on one side of it: the only surface there is."""
+def lay_on(bench: Bench, row: np.ndarray, where: str, side: float) -> None:
+    """Put node 2 on the flank, the round rim or the cheek of a groove, on one side of it: the only surface there is."""
     y, gap = {
         "flank": (0.3 * row["crest"], 0.0),
         "cheek": (row["crest"] + 0.5 * row["rim"], -0.1),
         "rim": (row["crest"] + 0.1 * row["rim"], row["top"] - 0.2 * row["rim"]),
     }[where]
-    row["centre"] = bench.q[node, :3] - (0.0, side * y, row["radius"] + gap)
+    row["centre"] = bench.q[2, :3] - (0.0, side * y, row["radius"] + gap)
     bench.surfaces = row[None]

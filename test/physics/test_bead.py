@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from bench_cable import record
+from bench_cable import dense, differences, record
 
 from cable_sim_ros.compiler.jit import NO, YES, prepare
 from cable_sim_ros.physics.energy import energies
@@ -127,13 +127,7 @@ def system(state, place: float, change: Change, tangent) -> tuple[np.ndarray, np
     """R [30], dR/dq [30, 30] and the water's power [W] of one bead."""
     state.work.band[:], state.work.lower[:] = 0.0, 0.0
     power = carry(record(bead_record(place, MASS, NET, GRAVITY, DENSITY)), state, change, tangent)
-    k = np.zeros((30, 30))
-    for i in range(5):
-        k[6 * i : 6 * i + 6, 6 * i : 6 * i + 6] = state.work.band[i, :, :6]
-        if i < 4:
-            k[6 * i : 6 * i + 6, 6 * i + 6 : 6 * i + 12] = state.work.band[i, :, 6:12]
-            k[6 * i + 6 : 6 * i + 12, 6 * i : 6 * i + 6] = state.work.lower[i + 1]
-    return -state.work.band[:, :, 12].ravel().copy(), k, power
+    return -state.work.band[:, :, 12].ravel().copy(), dense(state.work.band, state.work.lower), power
 
 
 @pytest.mark.parametrize("place", [0.0, 0.9, 1.4, 2.8], ids=["first node", "inside", "node", "last node"])
@@ -141,16 +135,7 @@ def system(state, place: float, change: Change, tangent) -> tuple[np.ndarray, np
 def test_tangent(place, z):
     state, change = wavy(z + place), Change(30.0, 900.0, 0.4, 0.0)
     exact = system(state, place, change, YES)[1]
-    found = np.zeros((30, 30))
-    for k in range(30):
-        r = []
-        for s in (1e-6, -1e-6):
-            for row, c in ((state.q, 1.0), (state.v, change.velocity), (state.a, change.acceleration)):
-                row.ravel()[k] += c * s
-            r.append(system(state, place, change, NO)[0])
-            for row, c in ((state.q, 1.0), (state.v, change.velocity), (state.a, change.acceleration)):
-                row.ravel()[k] -= c * s
-        found[:, k] = (r[0] - r[1]) / 2e-6
+    found = differences(state, change, lambda: system(state, place, change, NO)[0], 1e-6)
     np.testing.assert_allclose(found, exact, atol=1e-6 * np.abs(exact).max())
 
 

@@ -224,9 +224,7 @@ def test_a_whole_cable_of_the_new_laws_has_its_exact_tangent():
     for law in (DragLaw.HUSTON_KAMMAN_6, DragLaw.HUSTON_KAMMAN_10):
         bench = Bench(6, 3, law=law, current=(-1.0, 0.4, 0.02, -0.01))
         bench.wander(top=0.25)
-        exact = bench.tangent(30.0, 900.0, 0.3)
-        off = np.abs(bench.difference(30.0, 900.0, 0.3) - exact) / np.abs(exact).max(0)
-        assert off.max() < 1e-6
+        assert bench.worst() < 1e-6
 
 
 def test_a_law_leaves_the_lanes_of_others_as_they_are():

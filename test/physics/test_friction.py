@@ -4,11 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from bench_cable import Bench, floor_under, lay_on, record, touching
+from bench_cable import Bench, floor_under, record, touching
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from test_flow import worst as worst_of_flow
-from test_tangent import worst
 
 from cable_sim_ros.physics.contact import acts, rubs, touch
 from cable_sim_ros.physics.contact_detection import rubbed
@@ -65,20 +63,7 @@ def test_tangent(kind, slip):
     bench.surfaces["friction"] = 0.0
     assert np.abs(with_it - bench.residual()).max() > 1.0, "friction must matter"
     bench.surfaces["friction"] = 0.3
-    assert worst(bench) < 1e-6
-
-
-@pytest.mark.parametrize("side", [1.0, -1.0])
-@pytest.mark.parametrize("where", ["flank", "rim", "cheek"])
-def test_tangent_on_each_part_of_the_sheave(where, side):
-    bench = Bench(4, 3)
-    bench.wander(top=5.0)
-    row = rubbing(bench, 2, "groove", slip=0.3)
-    lay_on(bench, row, where, side)
-    s = solid(record(row))
-    touched = touch(s, s.stiffness, tuple(bench.q[2, :3]), tuple(bench.v[2, :3]))
-    assert touched.own.load > 0.1 and (touched.gap.own.bend > 0.0) == (where == "rim")
-    assert worst(bench) < 1e-6
+    assert bench.worst() < 1e-6
 
 
 @pytest.mark.parametrize("kind", ["drum", "groove"])
@@ -90,7 +75,7 @@ def test_tangent_where_the_material_runs_through_the_mesh(kind):
     still = rubbed(bench.state)
     bench.state.nodes[NOW, ARC, :, 1], bench.state.nodes[NOW, ARC, :, 2] = 0.8, 3.0
     assert abs(rubbed(bench.state) - still) > 0.1 * still, "the slip must know of it"
-    assert worst_of_flow(bench) < 1e-6
+    assert bench.worst(0.0) < 1e-6
 
 
 @pytest.mark.parametrize("kind", ["drum", "groove"])
@@ -101,7 +86,7 @@ def test_the_loops_without_friction_are_the_same_law(kind):
     found = []
     for friction, slip in ((0.0, 0.01), (0.0, 0.5), (1e-300, 0.01)):
         bench.surfaces = rubbing(bench, 3, kind, friction, slip)[None]
-        found.append((bench.tangent(30.0, 900.0), bench.residual()))
+        found.append((bench.tangent(), bench.residual()))
     for off, other_slip, next_to_none in zip(*found, strict=True):
         np.testing.assert_array_equal(off, other_slip)
         np.testing.assert_allclose(next_to_none, off, rtol=0.0, atol=1e-12 * np.abs(off).max())

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from bench_cable import dense
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
@@ -89,11 +90,7 @@ def whole(rig):
     """Tangent of nodes and rotation as one matrix, of the last residual with tangent, the condensed one undone."""
     state, nodes = rig.state, rig.nodes
     matrix, k = np.zeros((6 * nodes + 3, 6 * nodes + 3)), 6 * (nodes - 1)
-    for i in range(nodes):
-        matrix[6 * i : 6 * i + 6, 6 * i : 6 * i + 6] = state.work.band[i, :, :6]
-        if i + 1 < nodes:
-            matrix[6 * i : 6 * i + 6, 6 * i + 6 : 6 * i + 12] = state.work.band[i, :, 6:12]
-            matrix[6 * i + 6 : 6 * i + 12, 6 * i : 6 * i + 6] = state.work.lower[i + 1]
+    matrix[:-3, :-3] = dense(state.work.band, state.work.lower)
     attitude, free = state.attitude[NOW, 0], rig.model.held[-1, :3] == 0.0
     by_turn, turned = attitude.carries @ attitude.stiffness, attitude.stiffness @ attitude.follows
     matrix[k : k + 3, k : k + 3] += free[:, None] * (by_turn @ attitude.follows)

@@ -172,9 +172,7 @@ def test_tangent_of_cable_in_moving_water(what):
     work.stream[0] = 0.2 * rows[None, :, None] * along
     if what == "crossing":
         work.around[:, ELEVATION] = 0.02 * np.arange(7)
-    exact = bench.tangent(30.0, 900.0, 0.3)
-    near = bench.difference(30.0, 900.0, 0.3)
-    assert float((np.abs(near - exact) / np.abs(exact).max(0)).max()) < 1e-6
+    assert bench.worst() < 1e-6
     assert np.abs(bench.residual() - still).max() > 1e-3
 
 

@@ -14,13 +14,6 @@ from cable_sim_ros.physics.viv_amplification import EXTRA
 
 pytestmark = pytest.mark.check
 
-C1, C2, SIGMA = 30.0, 900.0, 0.3
-
-
-def worst(bench: Bench, step: float = 1e-7) -> float:
-    exact = bench.tangent(C1, C2, SIGMA)
-    return float((np.abs(bench.difference(C1, C2, SIGMA, step) - exact) / np.abs(exact).max(0)).max())
-
 
 @pytest.mark.parametrize("seed", range(3))
 def test_every_term_on(seed):
@@ -34,7 +27,7 @@ def test_every_term_on(seed):
     free.q, free.v, free.a = bench.q, bench.v, bench.a
     loaded = np.abs(bench.residual() - free.residual()).max(1) > 1.0
     assert loaded[2:5].any() and loaded[7:10].any(), "both surfaces must be touched"
-    assert worst(bench) < 1e-6
+    assert bench.worst() < 1e-6
 
 
 @pytest.mark.parametrize("what", ["dry", "wet", "crossing", "drum", "groove"])
@@ -43,28 +36,30 @@ def test_each_alone(what):
     bench.wander(top={"wet": -5.0, "crossing": 0.25}.get(what, 5.0))
     if what in ("drum", "groove"):
         bench.surfaces = touching(bench, 3, None if what == "drum" else np.pi / 3)[None]
-    assert worst(bench) < 1e-6
+    assert bench.worst() < 1e-6
 
 
+@pytest.mark.parametrize("friction", [0.0, 0.3])
 @pytest.mark.parametrize("side", [1.0, -1.0])
 @pytest.mark.parametrize("where", ["flank", "rim", "cheek"])
-def test_each_part_of_the_sheave(where, side):
+def test_each_part_of_the_sheave(where, side, friction):
     """On flank, round rim and cheek of either half the force has its exact derivative."""
     bench = Bench(4, 3)
     bench.wander(top=5.0)
     row = touching(bench, 2, np.pi / 3)
+    row["friction"], row["slip"] = friction, 0.3
     lay_on(bench, row, where, side)
     found, own, _ = touch(solid(record(row)), row["stiffness"], tuple(bench.q[2, :3]), tuple(bench.v[2, :3]))
     assert own.load > 0.1 and found.side == side and (found.own.bend > 0.0) == (where == "rim")
     assert (abs(found.own.normal[1]) == 1.0) == (where == "cheek")
-    assert worst(bench) < 1e-6
+    assert bench.worst() < 1e-6
 
 
 def test_slow_water_takes_the_low_branches_of_the_drag_coefficient():
     bench = Bench(4, 5, current=(-0.002, 0.001, 0.0, 0.0))
     bench.wander(top=-5.0)
     bench.v *= 1e-3
-    assert worst(bench) < 1e-5
+    assert bench.worst() < 1e-5
 
 
 @pytest.mark.parametrize("fraction", [0.0, 0.01])
@@ -74,7 +69,7 @@ def test_folding_elements_with_axial_damping(fraction):
     bench.wander(top=50.0)
     bench.residual()
     assert (bench.tension < 0.01).any() and (bench.tension > 1.0).any()
-    assert worst(bench) < 1e-6
+    assert bench.worst() < 1e-6
 
 
 @pytest.mark.parametrize("of, fraction", [("both", 0.01), ("both", 0.3), ("both", 1.0), ("normal", 0.3)])
@@ -89,7 +84,7 @@ def test_the_mean_flow_of_the_amplified_drag(top, of, fraction):
     still = bench.residual()
     bench.fraction = fraction
     assert np.abs(bench.residual() - still).max() > 1e-3, "the mean flow must matter"
-    assert worst(bench) < 1e-6
+    assert bench.worst() < 1e-6
 
 
 def test_a_cable_that_is_drawn_along_itself():
@@ -99,15 +94,15 @@ def test_a_cable_that_is_drawn_along_itself():
     along = bench.q[:, 3:] / np.linalg.norm(bench.q[:, 3:], axis=1)[:, None]
     bench.v = 1e-3 * bench.v
     bench.v[:, :3] += np.geomspace(0.01, 2.0, 21)[:, None] * along
-    assert worst(bench) < 1e-6
+    assert bench.worst() < 1e-6
 
 
 def test_without_amplification_the_mean_flow_has_no_part():
     bench = Bench(20, 6, current=(-1.0, 0.4, 0.02, -0.01), amplification=1.0)
     bench.wander(top=0.25)
-    before, tangent = bench.residual(), bench.tangent(C1, C2)
+    before, tangent = bench.residual(), bench.tangent()
     bench.mean, bench.fraction = bench.rng.normal(size=bench.mean.shape), 0.5
-    assert (bench.residual() == before).all() and (bench.tangent(C1, C2) == tangent).all()
+    assert (bench.residual() == before).all() and (bench.tangent() == tangent).all()
 
 
 @pytest.mark.parametrize("fraction", [0.01, 1.0])
@@ -127,4 +122,4 @@ def test_a_floor_under_the_cable(slip, fraction):
     along = np.abs(pressed[:, :2]).max() / np.abs(pressed[:, 2]).max()
     assert {"sliding": along > 0.2, "creeping": 0.01 < along < 0.2, "at rest": along < 0.01}[slip]
     bench.fraction = fraction
-    assert worst(bench) < 1e-6
+    assert bench.worst() < 1e-6
