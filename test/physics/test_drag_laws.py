@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from bench_cable import Bench
-from hypothesis import given, settings
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from cable_sim_ros.compiler.jit import LANES
@@ -141,15 +141,17 @@ def test_choo_casarella_and_crossflow_without_a_constant_are_one():
 
 
 @given(
-    st.sampled_from([law for law in DragLaw if law is not DragLaw.DRISCOLL_NAHON_PRINTED]),
+    st.sampled_from(DragLaw),
     st.tuples(*[st.floats(-1.0, 1.0)] * 3),
     st.floats(-5.0, 1.2),
     st.sampled_from(("both", "normal")),
 )
 @settings(max_examples=100)
 def test_no_law_adds_energy(law, way, size, of):
-    """Drag takes power from any relative flow, from 1e-5 to 16 m/s, amplified or not."""
+    """Drag takes power from any relative flow, from 1e-5 to 16 m/s, amplified or not, but for 0.11 as printed below 8
+    degrees."""
     flow = 10.0**size * np.array(way)
+    assume(law is not DragLaw.DRISCOLL_NAHON_PRINTED or np.hypot(*flow[1:]) > np.tan(np.radians(8.0)) * abs(flow[0]))
     factor = {"drag_amplification": 2.4, "drag_amplification_of": of}
     rows = section_rows(drag_law=law, drag_coefficient=1.2 if LAWS[law].min_drag else None, **factor)
     plain, more = (force(rows, flow, steady=steady)[0] @ flow for steady in (False, True))
