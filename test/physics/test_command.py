@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from bench_cable import filled
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cable_sim_ros.physics.inputs import make_inputs, push_command
-from cable_sim_ros.physics.state import records
 from cable_sim_ros.physics.winch import DRUM, WINCH, servo
 from cable_sim_ros.physics.winch_command import approach, between, command, command_between
 from cable_sim_ros.sim.loop import look
@@ -24,17 +24,14 @@ def drum_of(**values) -> np.record:
     usual |= {"gain_p": 250.0, "gain_d": 50.0, "min_reach": -400.0, "max_reach": 100.0} | values
     for end in ("min", "max"):
         usual[f"{end}_length"] = usual[f"{end}_limit"] = usual[f"{end}_reach"]
-    row = records(1, DRUM)[0]
-    for name, value in usual.items():
-        row[name] = value
-    return row
+    return filled(DRUM, **usual)
 
 
 class Carried:
     """Commands carried out tick by tick."""
 
     def __init__(self, **values) -> None:
-        self.inputs, self.winch, self.drum = make_inputs(), records(1, WINCH)[0], drum_of(**values)
+        self.inputs, self.winch, self.drum = make_inputs(), filled(WINCH), drum_of(**values)
         self.now, self.lengths, self.rates = 0, [], []
 
     def give(self, payout=NAN, rate=NAN, at=None) -> None:
@@ -78,12 +75,8 @@ def test_length_alone_is_gone_to_at_the_largest_rate_and_lands_at_rest():
     it.run(5.99)
     assert max(it.rates) == pytest.approx(2.0) and it.lengths[-1] < 10.0
     it.run(60.0)
-    assert (
-        it.lengths[-1] == 10.0
-        and max(it.lengths) < 10.0 + 1e-12
-        and it.rates[-1] == 0.0
-        and it.jump <= 0.02 * (1 + 1e-9)
-    )
+    assert it.lengths[-1] == 10.0 and max(it.lengths) < 10.0 + 1e-12
+    assert it.rates[-1] == 0.0 and it.jump <= 0.02 * (1 + 1e-9)
     assert it.winch.stale == 0, "a length alone is held for as long as nothing else comes"
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from bench_cable import filled
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
@@ -20,11 +21,9 @@ FREE = 1e6
 
 
 def records(w, zeta, gain):
-    drum, drive, winch, driving = (np.zeros(1, kind).view(np.recarray)[0] for kind in (DRUM, DRIVE, WINCH, DRIVING))
-    drum.max_rate = drum.max_accel = drum.max_length = drum.max_limit = FREE
+    drum = filled(DRUM, **dict.fromkeys(("max_rate", "max_accel", "max_length", "max_limit"), FREE))
     drum.min_length = drum.min_limit = -FREE
-    drive.bandwidth, drive.damping, drive.length_gain = w, zeta, gain
-    return drum, drive, winch, driving
+    return drum, filled(DRIVE, bandwidth=w, damping=zeta, length_gain=gain), filled(WINCH), filled(DRIVING)
 
 
 def answer(w, zeta, gain, tick, ticks, goal, rate):
@@ -43,8 +42,6 @@ def integrated(w, zeta, gain, tick, ticks, goal, rate):
 
     def change(t, y):
         want = rate(t) + gain * (goal(t) - y[0])
-        if zeta == 0.0:
-            return [y[1], 0.0, w * (want - y[1])]
         return [y[1], y[2], w * w * (want - y[1]) - 2.0 * zeta * w * y[2]]
 
     def of_first_order(t, y):
@@ -74,8 +71,7 @@ def test_a_length_that_lags_is_made_good_to_second_order(w, zeta):
     swell = (lambda t: np.sin(2.0 * t) - 2.0 * t), (lambda t: 2.0 * np.cos(2.0 * t) - 2.0)
     apart = []
     for tick in (0.02, 0.01):
-        ticks = round(0.4 / tick)
-        way = w, zeta, 0.25 * w, tick, ticks, *swell
+        way = w, zeta, 0.25 * w, tick, round(0.4 / tick), *swell
         apart.append(np.abs(answer(*way)[:, 0] - integrated(*way)[:, 0]).max())
     assert apart[1] < 2e-5 and (apart[0] / apart[1] > 2.5 or apart[1] < 1e-6)
 
@@ -96,12 +92,8 @@ def bare(w, zeta, tick, ticks, goal, rate, mass=500.0):
     drum, drive, winch, driving = records(w, zeta, 0.0)
     drive.mass, drive.points, drive.peak, drive.max_power = mass, 2, 1e12, np.inf
     drive.curve_speed[1], drive.curve_pull[:2] = FREE, 1e12
-    drive.gain_p, drive.gain_i, drive.brake_set_time, drive.brake_lift_time = (
-        2.0 * zeta * w * mass,
-        w * w * mass,
-        1.0,
-        1.0,
-    )
+    drive.gain_p, drive.gain_i = 2.0 * zeta * w * mass, w * w * mass
+    drive.brake_set_time = drive.brake_lift_time = 1.0
     found = []
     for k in range(1, ticks + 1):
         old, before = winch.copy(), driving.copy()
@@ -121,8 +113,6 @@ def test_a_motor_takes_its_reference_to_second_order_also_where_it_jumps(jumps):
     goal, rate = step if jumps else swell
     apart = []
     for tick in (0.01, 0.005):
-        ticks = round(1.0 / tick)
-        way = 6.0, 0.7, tick, ticks, goal, rate
-        exact = integrated(6.0, 0.7, 0.0, tick, ticks, goal, rate)[:, 0]
-        apart.append(np.abs(bare(*way) - exact).max())
+        way = tick, round(1.0 / tick), goal, rate
+        apart.append(np.abs(bare(6.0, 0.7, *way) - integrated(6.0, 0.7, 0.0, *way)[:, 0]).max())
     assert apart[0] < 3e-4 and apart[0] / apart[1] > 3.0

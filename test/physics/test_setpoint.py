@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from bench_cable import filled
 
 from cable_sim_ros.physics.heave_compensation import (
     SETPOINT,
@@ -13,20 +14,12 @@ from cable_sim_ros.physics.heave_compensation import (
     signed_departure,
     within,
 )
-from cable_sim_ros.physics.state import SHEAVE, records
+from cable_sim_ros.physics.state import SHEAVE
 
 pytestmark = pytest.mark.check
 
 HOLD, SIMPLE, RIGOROUS, SIMPLE_WATERLINE, RIGOROUS_WATERLINE = range(5)
 H = 0.01  # s
-
-
-def filled(kind: np.dtype, **values) -> np.record:
-    """One record of a kind, zero but for these fields."""
-    row = records(1, kind)[0]
-    for name, value in values.items():
-        row[name] = value
-    return row
 
 
 def setpoint_of(law: int, **values) -> np.record:

@@ -4,25 +4,18 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from bench_cable import filled
 
 from cable_sim_ros.physics.heave_compensation import SETPOINT, set_point
 from cable_sim_ros.physics.setpoint_feed_forward import FEED_FORWARD, begin_lead, lead_drive
 from cable_sim_ros.physics.setpoint_prediction import MARGIN, PREDICTION, begin_prediction, predict
 from cable_sim_ros.physics.setpoint_tension import TENSION, begin_tension, hold_tension
-from cable_sim_ros.physics.state import SHEAVE, records
+from cable_sim_ros.physics.state import SHEAVE
 
 pytestmark = pytest.mark.check
 
 H = 0.02  # s
 SIMPLE, CONSTANT_TENSION = 1, 5
-
-
-def filled(kind: np.dtype, **values) -> np.record:
-    """One record of a kind, zero but for these fields."""
-    row = records(1, kind)[0]
-    for name, value in values.items():
-        row[name] = value
-    return row
 
 
 def looked_ahead(tau: float, length, rate, h: float = H) -> np.ndarray:
@@ -92,24 +85,22 @@ def test_a_motion_that_stops_begins_anew_or_is_noise_stays_bounded(tau):
     assert np.isfinite(lead).all() and np.abs(lead[:, 0]).max() < 2.0 * MARGIN * tau * np.abs(rate).max()
 
 
-def drives(w: float = 6.0, zeta: float = 0.7, g: float = 1.5):
-    """Factors of the feed-forward, and drum over set-point of the drive for s."""
-    k1, k2 = 250.0, 50.0
-    return {
-        "servo": ((1.0 / k2, 0.0, k1 / k2), lambda s: (k2 * s + k1) / (s * s + k2 * s + k1)),
-        "first order": ((1.0 / w, 0.0, g), lambda s: w * (s + g) / (s * s + w * s + w * g)),
-        "second order": (
-            (2.0 * zeta / w, 1.0 / w**2, g),
-            lambda s: w * w * (s + g) / (s**3 + 2.0 * zeta * w * s * s + w * w * s + w * w * g),
-        ),
-    }
+K1, K2, W, ZETA, G = 250.0, 50.0, 6.0, 0.7, 1.5
+DRIVES = {  # factors of the feed-forward, and drum over set-point of the drive for s
+    "servo": ((1.0 / K2, 0.0, K1 / K2), lambda s: (K2 * s + K1) / (s * s + K2 * s + K1)),
+    "first order": ((1.0 / W, 0.0, G), lambda s: W * (s + G) / (s * s + W * s + W * G)),
+    "second order": (
+        (2.0 * ZETA / W, 1.0 / W**2, G),
+        lambda s: W * W * (s + G) / (s**3 + 2.0 * ZETA * W * s * s + W * W * s + W * W * G),
+    ),
+}
 
 
-@pytest.mark.parametrize("drive", ["servo", "first order", "second order"])
+@pytest.mark.parametrize("drive", DRIVES)
 @pytest.mark.parametrize("period", [5.0, 9.0])
 def test_the_drum_behind_the_drive_is_where_the_law_wants_it(drive, period):
     """Phasor of the set-point with its lead, times the response of the drive: 1, without the lead up to 0.3 off."""
-    (second, third, back), response = drives()[drive]
+    (second, third, back), response = DRIVES[drive]
     w, t = 2.0 * np.pi / period, np.arange(0.0, 12.0 * period, 0.01)
     law = filled(FEED_FORWARD, second=second, third=third, back=back, bandwidth=20.0)
     begin_lead(law, 0.0)

@@ -4,29 +4,22 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from bench_cable import filled
 from scipy.signal import lsim
 
-from cable_sim_ros.physics.state import records
 from cable_sim_ros.physics.winch import DRUM, WINCH, drum_point, servo
 
 pytestmark = pytest.mark.check
-
-
-def filled(kind: np.dtype, **values) -> np.record:
-    """One record of a kind, zero but for these fields."""
-    row = records(1, kind)[0]
-    for name, value in values.items():
-        row[name] = value
-    return row
 
 
 def drum_of(**values) -> np.record:
     """A drum of the full-scale winch."""
     usual = {"radius": 0.305, "angle_0": 3.8, "side": 1.0, "gain_p": 250.0, "gain_d": 50.0, "max_rate": 5.0}
     usual |= {"max_accel": 20.0, "timeout": 0.5, "payout_0": 450.0, "min_length": -400.0, "max_length": 1.0}
-    row = usual | values
-    row = {"min_limit": row["min_length"], "max_limit": row["max_length"]} | row  # no soft limits
-    return filled(DRUM, **row)
+    usual |= values
+    return filled(
+        DRUM, **{"min_limit": usual["min_length"], "max_limit": usual["max_length"]} | usual
+    )  # no soft limits
 
 
 def test_servo_follows_the_printed_equation():
