@@ -55,6 +55,17 @@ def differences(state: State, change: Change, force, step: float) -> np.ndarray:
     return np.array(columns).T
 
 
+def body_slopes(band_at, step: float) -> np.ndarray:
+    """Derivatives [3, 3] of the load in ``band_at``(d) of a body that is moved by d, by central differences."""
+    return np.array([(band_at(-d) - band_at(d))[:3, 12] / (2.0 * step) for d in step * np.eye(3)]).T
+
+
+def about_z(yaw: float) -> np.ndarray:
+    """The rotation [3, 3]."""
+    c, s = np.cos(yaw), np.sin(yaw)
+    return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+
+
 def node_rows(row: int) -> property:
     """A row of State.nodes of the present as an attribute [nodes, 6] that may be assigned."""
 

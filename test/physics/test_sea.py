@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from bench_cable import Bench, record
+from bench_cable import Bench, about_z, record
 from scipy.interpolate import PchipInterpolator
+from test_towbody import BODY, body_band
 
-from cable_sim_ros.compiler.jit import LANES, NO, YES, driver
+from cable_sim_ros.compiler.jit import LANES, NO, driver
 from cable_sim_ros.physics.drag import POINT_ROWS
 from cable_sim_ros.physics.sea import (
     ELEVATION,
@@ -26,8 +27,8 @@ from cable_sim_ros.physics.sea import (
     sincos,
     wave_lanes,
 )
-from cable_sim_ros.physics.state import AT_REST, Change
-from cable_sim_ros.physics.towbody import Towbody, body_record, load
+from cable_sim_ros.physics.state import AT_REST
+from cable_sim_ros.physics.towbody import body_record, load
 from cable_sim_ros.physics.water import CurrentTable, Turbulence, Waves
 from cable_sim_ros.physics.workspace import make_work
 from cable_sim_ros.sim.tables.sea_tables import eddy_table, profile_table, wave_number, wave_table
@@ -55,11 +56,16 @@ def test_sine_cosine_and_decay_are_those_of_the_library():
     assert (out[~near, 2] < 4e-7).all() and (out[:, 2] > 0.0).all()
 
 
-def kinematics(points, t, depth=np.inf, fraction=(1.0, 0.0)):
-    """Velocity and acceleration [n, 3] of the wave at points [n, 3] and time t, by the kernel."""
+def airy(t, depth):
+    """The table of the wave, and its phases at time t."""
     table = wave_table(Waves(kind="airy", height=HEIGHT, period=PERIOD, towards_deg=np.degrees(TOWARDS)), G, depth)
     k, omega = table[0, 1], table[0, 2]
-    phase = np.array([[k * np.cos(TOWARDS), k * np.sin(TOWARDS), -omega * t]])
+    return table, np.array([[k * np.cos(TOWARDS), k * np.sin(TOWARDS), -omega * t]])
+
+
+def kinematics(points, t, depth=np.inf, fraction=(1.0, 0.0)):
+    """Velocity and acceleration [n, 3] of the wave at points [n, 3] and time t, by the kernel."""
+    table, phase = airy(t, depth)
     place, out = np.zeros((POINT_ROWS, LANES)), np.full((STREAM_ROWS, LANES), np.nan)
     place[:3, : len(points)] = np.transpose(points)
     wave_lanes(table, phase, np.array(fraction), max(p[2] for p in points), place, out)
@@ -89,10 +95,8 @@ def test_a_regular_wave_is_the_closed_form(depth):
 @pytest.mark.parametrize("depth", [np.inf, 5.0])
 def test_the_flow_of_waves_has_no_source_no_turn_and_the_acceleration_that_it_says(depth):
     point, t, h = np.array((3.0, -2.0, -1.5)), 1.1, 1e-4
-    jacobian = np.array([kinematics([point + d], t, depth)[0][0] for d in h * np.eye(3)]) - np.array(
-        [kinematics([point - d], t, depth)[0][0] for d in h * np.eye(3)]
-    )
-    jacobian /= 2.0 * h  # [i, j] = d u_j / d x_i
+    ahead, behind = (kinematics([point + s * d for d in np.eye(3)], t, depth)[0] for s in (h, -h))
+    jacobian = (ahead - behind) / (2.0 * h)  # [i, j] = d u_j / d x_i
     assert abs(np.trace(jacobian)) < 1e-7 < 1e-2 < np.abs(jacobian).max()
     np.testing.assert_allclose(jacobian, jacobian.T, atol=1e-7)
     rate = (kinematics([point], t + h, depth)[0] - kinematics([point], t - h, depth)[0]) / (2.0 * h)
@@ -192,31 +196,6 @@ def test_the_wet_part_ends_at_the_elevated_surface():
     assert lift[0] - lift[2] == pytest.approx(per_length * 0.25 / 0.8, rel=1e-9)
 
 
-BODY = Towbody(
-    mass=250.0, net_weight=445.0, added_mass=(11.0, 212.0, 200.0), drag_area=(0.0641, 0.9, 1.485), lift_area=-0.29836
-)
-
-
-def body_band(z, water, change=AT_REST, tangent=NO, d=None):
-    """The body's load in moving water, its node moved by d with velocity and acceleration following."""
-    d, band = np.zeros(3) if d is None else d, np.zeros((6, 16))
-    q, v, a = np.array((0.0, 0.0, z)), np.array((1.2, 0.3, -0.5)), np.array((0.5, -0.2, 0.8))
-    node = (q + d, v + change.velocity * d, a + change.acceleration * d, np.array((-1.0, -0.6, 0.1, 0, 0, 0.4)), water)
-    load(record(body_record(BODY, 9.81, 1026.0)), node, (-2.0, 0.4, 0.02, -0.01), change, tangent, band)
-    return band
-
-
-@pytest.mark.parametrize("z", [-50.0, 0.45])
-def test_tangent_of_a_body_in_moving_water(z):
-    water, change = 0.2 * np.random.default_rng(1).normal(size=NODE_COLUMNS), Change(30.0, 900.0, 0.4, 0.0)
-    water[ELEVATION] = 0.4
-    exact = body_band(z, water, change, YES)[:3, :3]
-    for k in range(3):
-        d = 1e-6 * np.eye(3)[k]
-        slope = (body_band(z, water, change, NO, -d) - body_band(z, water, change, NO, d))[:3, 12] / 2e-6
-        np.testing.assert_allclose(slope, exact[:, k], atol=1e-6 * np.abs(exact).max())
-
-
 def test_a_body_in_accelerating_water_bears_its_displaced_and_its_added_mass():
     water = np.zeros(NODE_COLUMNS)
     still = body_band(-50.0, water)[:3, 12]
@@ -224,7 +203,7 @@ def test_a_body_in_accelerating_water_bears_its_displaced_and_its_added_mass():
     more = body_band(-50.0, water)[:3, 12] - still
     displaced = 250.0 - 445.0 / 9.81
     yaw = np.arctan2(0.6, 1.0) + 0.1  # against the low-passed flow, and lagging behind
-    turn = np.array([[np.cos(yaw), -np.sin(yaw), 0.0], [np.sin(yaw), np.cos(yaw), 0.0], [0.0, 0.0, 1.0]])
+    turn = about_z(yaw)
     np.testing.assert_allclose(more, displaced * rate + turn @ np.diag(BODY.added_mass) @ turn.T @ rate, rtol=1e-9)
 
 
@@ -251,13 +230,8 @@ def test_elevation_is_the_sum_of_the_components():
 @pytest.mark.parametrize("depth", [np.inf, 12.0], ids=["deep", "finite"])
 def test_the_pressure_of_waves_is_what_accelerates_the_water(depth):
     """Linear Euler: a = -g grad(head); at the surface the head is its elevation."""
-    table, h = (
-        wave_table(Waves(kind="airy", height=HEIGHT, period=PERIOD, towards_deg=np.degrees(TOWARDS)), G, depth),
-        1e-4,
-    )
-    k, omega, t, full = table[0, 1], table[0, 2], 1.3, np.array((1.0, 0.0))
-    phase = np.array([[k * np.cos(TOWARDS), k * np.sin(TOWARDS), -omega * t]])
-    point = np.array((2.0, -1.0, -5.0))
+    t, h, full, point = 1.3, 1e-4, np.array((1.0, 0.0)), np.array((2.0, -1.0, -5.0))
+    table, phase = airy(t, depth)
     slope = [
         pressure_head(table, phase, full, *(point + d)) - pressure_head(table, phase, full, *(point - d))
         for d in h * np.eye(3)
