@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -17,7 +16,6 @@ from cable_sim_ros.physics.state import MEMORY, NOW, SLOTS, STEP, TICK, checkpoi
 from cable_sim_ros.physics.tick_output import Flag
 from cable_sim_ros.sim.simulator import Simulator, SolverError
 
-ROOT = Path(__file__).parents[2]
 WRITTEN = [ancf.LENGTH, ancf.PER_LENGTH, ancf.EXTRA_NOW, *range(ancf.FLOW_0, ancf.FLOW_RATE_1 + 1)]  # by gather()
 pytestmark = pytest.mark.check
 
@@ -74,7 +72,7 @@ def heave(sim: Simulator, seconds: float, jump: float = 0.0) -> None:
 
 @pytest.fixture(scope="module")
 def started():
-    sim = Simulator(load_scene(ROOT / "config" / "full_scale.yaml"))
+    sim = Simulator(load_scene("full_scale"))
     sim.start()
     return sim, sim.snapshot()
 

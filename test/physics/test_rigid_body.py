@@ -322,12 +322,6 @@ def test_the_static_start_trims_the_body(ahead):
     assert np.degrees(pitch) == pytest.approx(page, abs=0.12)  # that of a drag which stays with the flow
 
 
-def flying(gravity=GRAVITY, **numbers):
-    """A body all of whose centres are in its tow point, on its way without a line."""
-    carried = body((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), **numbers)
-    return rig_of(carried, held=(), down=False, gravity=gravity)
-
-
 def test_a_wing_glides_at_its_angle():
     """tan = C_D/C_L, U^2 = 2 W cos/(rho S C_L): 15.096 deg and 1.9242 m/s with 200 N on 0.5 m^2, its pitch held."""
     wing = Wing(place=(0.0, 0.0, 0.0), span=np.sqrt(2.0), chord=np.sqrt(0.125), drag_coefficient=0.05, stall_angle=60.0)
@@ -335,7 +329,8 @@ def test_a_wing_glides_at_its_angle():
     drag = 0.05 + lift**2 / (np.pi * 0.9 * 4.0)
     glide = np.arctan2(drag, lift)
     speed = np.sqrt(2.0 * 200.0 * np.cos(glide) / (RHO * 0.5 * lift))
-    rig = flying(net_weight=200.0, wings={"wing": wing})
+    carried = body((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), net_weight=200.0, wings={"wing": wing})
+    rig = rig_of(carried, held=(), down=False)
     rig.turn(Rotation.from_euler("y", glide - np.radians(3.0)).as_quat())
     rig.state.v[:, 0], rig.state.v[:, 2] = speed * np.cos(glide), -speed * np.sin(glide)
     rig.residual()

@@ -38,7 +38,7 @@ def motion(t: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     return AMPLITUDE * np.sin(a), AMPLITUDE * OMEGA * np.cos(a), -AMPLITUDE * OMEGA**2 * np.sin(a)
 
 
-def sheave(t: float, slide: float = 0.0):
+def sheave(t: float, slide: float):
     """Hull point that slides along x of base_link at ``slide`` m/s."""
     now = records(1, MOTION)[0]
     now.coord[:], now.rate[:], now.accel[:] = motion(t)
@@ -70,10 +70,13 @@ def test_rotation_there_and_back(c, s):
 class Ship:
     """A ship that is ticked every 10 ms, with a tow frame at rest in the origin."""
 
-    def __init__(self, start_blend=1.0, source_blend=0.5):
+    def __init__(self, start_blend=1.0, samples=0):
+        """With so many samples of its motion pushed at 50 Hz."""
         self.inputs, self.memory, self.times = make_inputs(), records(1, MEMORY)[0], records(1, SHIP_TIMES)[0]
         self.memory.ship.epoch = NO_EPOCH
-        self.times.stale_decay, self.times.start_blend, self.times.source_blend = 3.0, start_blend, source_blend
+        self.times.stale_decay, self.times.start_blend, self.times.source_blend = 3.0, start_blend, 0.5
+        for k in range(samples):
+            self.push(0.02 * k)
 
     def push(self, t: float, epoch: float = 1.0, shift: float = 0.0) -> None:
         c, d, _ = motion(t)
@@ -89,6 +92,10 @@ class Ship:
         now.now = end
         return np.concatenate((ship.motion.coord, ship.motion.rate))
 
+    def ticks(self, count: int) -> np.ndarray:
+        """Rows of coordinates and rates after each of so many ticks."""
+        return np.array([self.tick() for _ in range(count)])
+
 
 def smooth(rows: np.ndarray) -> float:
     """Largest mismatch between the step of the coordinates and the mean of their rates: C1 means of order dt^2."""
@@ -97,10 +104,7 @@ def smooth(rows: np.ndarray) -> float:
 
 
 def test_interpolation_between_samples_is_exact_to_fourth_order_and_c1():
-    ship = Ship(start_blend=0.1)
-    for k in range(60):
-        ship.push(0.02 * k)
-    rows = np.array([ship.tick() for _ in range(100)])
+    rows = Ship(start_blend=0.1, samples=60).ticks(100)
     for k in (30, 55, 99):
         np.testing.assert_allclose(rows[k, :6], motion(0.01 * (k + 1))[0], atol=1e-9)
         np.testing.assert_allclose(rows[k, 6:], motion(0.01 * (k + 1))[1], atol=1e-6)
@@ -108,20 +112,14 @@ def test_interpolation_between_samples_is_exact_to_fourth_order_and_c1():
 
 
 def test_start_is_taken_up_without_a_step():
-    ship = Ship()
-    for k in range(150):
-        ship.push(0.02 * k)
-    rows = np.array([ship.tick() for _ in range(200)])
+    rows = Ship(samples=150).ticks(200)
     assert np.abs(rows[0, :6]).max() < 2e-3 and np.abs(rows[0, 6:]).max() < 0.1, "begins on the mean track, at rest"
     np.testing.assert_allclose(rows[-1, :6], motion(2.0)[0], atol=1e-9)
     assert smooth(rows) < 1e-3
 
 
 def test_after_the_last_sample_the_ship_comes_to_its_mean():
-    ship = Ship(start_blend=0.1)
-    for k in range(60):
-        ship.push(0.02 * k)
-    rows = np.array([ship.tick() for _ in range(3300)])
+    rows = Ship(start_blend=0.1, samples=60).ticks(3300)
     assert smooth(rows[12:]) < 2e-4  # after the short start blend
     assert np.abs(rows[-1, 2:5]).max() < 1e-3, "heave, roll and pitch have died out"
     assert np.abs(rows[-1, 8:]).max() < 1e-3
@@ -144,9 +142,10 @@ def test_stale_motion_goes_on_at_the_mean_speed_and_does_not_drift(speed, cut):
         if k > 2:
             ship.tick(), ship.tick()
     wave = AMPLITUDE[:2] * OMEGA[:2]  # m/s
-    rows = np.array([ship.tick() for _ in range(1200)])
+    begin = ship.memory.time.now * 1e-9
+    rows = ship.ticks(1200)
     end = true(cut)[0][:2]
-    tau = 0.01 * np.arange(1, 1201)[:, None] - (cut - ship_time(ship, 1200))
+    tau = 0.01 * np.arange(1, 1201)[:, None] - (cut - begin)
     assert np.abs(rows[:, 6:8] - speed).max(axis=0) == pytest.approx(0.0, abs=1.15 * wave.max())
     late = rows[600:, 6:8]
     assert np.abs(late - speed).max() < 0.1, "the mean speed goes on"
@@ -154,22 +153,14 @@ def test_stale_motion_goes_on_at_the_mean_speed_and_does_not_drift(speed, cut):
     assert smooth(rows) < 2e-4
 
 
-def ship_time(ship, back: int) -> float:
-    """Time [s] before the newest `back` ticks."""
-    return ship.memory.time.now * 1e-9 - 0.01 * back
-
-
 @pytest.mark.parametrize("gap", [0.05, 0.2, 0.4, 1.0])
 def test_late_samples_make_no_jump(gap):
     """The stream stalls, the ticks go on, then all samples come at once: no step, and back on the motion afterwards."""
-    ship = Ship(start_blend=0.1)
-    for k in range(101):
-        ship.push(0.02 * k)
-    rows = [ship.tick() for _ in range(200)]
-    rows += [ship.tick() for _ in range(round(gap * 100))]
+    ship = Ship(start_blend=0.1, samples=101)
+    before = ship.ticks(200 + round(gap * 100))
     for k in range(101, 300):
         ship.push(0.02 * k)
-    rows = np.array(rows + [ship.tick() for _ in range(200)])
+    rows = np.concatenate((before, ship.ticks(200)))
     assert smooth(rows) < 1e-3
     now = 0.01 * len(rows)
     np.testing.assert_allclose(rows[-1, :6], motion(now)[0], atol=1e-9)
@@ -179,7 +170,7 @@ def test_a_changed_source_is_taken_up_smoothly():
     ship = Ship(start_blend=0.1)
     for k in range(100):
         ship.push(0.02 * k, epoch=1.0 if k < 50 else 2.0, shift=0.0 if k < 50 else 0.3)
-    rows = np.array([ship.tick() for _ in range(190)])
+    rows = ship.ticks(190)
     assert smooth(rows) < 1e-3
     assert rows[-1, 0] == pytest.approx(motion(1.9)[0][0] + 0.3, abs=1e-9)
 

@@ -28,14 +28,13 @@ DIAMETER, LENGTH, ELEMENTS, WIND = 0.02, 2.0, 4, 0.3
 LAWS = [WakeLaw.BAI_QIN, WakeLaw.FACCHINETTI]
 
 
-def cycle(a1, a2, h=0.005, seconds=30.0, start=0.1):
-    """q over time, the first half left out."""
-    q, s, report = start, 0.0, []
-    for _ in range(round(seconds / h)):
-        q, s = oscillate(q, s, a1, a2, OM, 0.0, 0.0, h)
+def cycle(a1, a2):
+    """q over 30 s in steps of 5 ms, the first half left out."""
+    q, s, report = 0.1, 0.0, []
+    for _ in range(6000):
+        q, s = oscillate(q, s, a1, a2, OM, 0.0, 0.0, 0.005)
         report.append(q)
-    half = len(report) // 2
-    return h * np.arange(half), np.array(report[half:])
+    return 0.005 * np.arange(3000), np.array(report[3000:])
 
 
 def rod(current=(0.0, WIND), law="bai_qin", held="rg", elements=ELEMENTS, water=None, **wake) -> Rig:
