@@ -9,30 +9,14 @@ from math import atan2, cosh, degrees, hypot, log, pi, sin, sqrt, tanh
 
 import numpy as np
 import pytest
+from case_bench import case_of, check, compare, values, within
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 from scipy.spatial.transform import Rotation
 
 from cable_sim_ros.physics.drag_laws import DragLaw
-from verification.cases import Case, CaseError, Fidelity, Output, run_case
+from verification.cases import CaseError, Fidelity, run_case
 from verification.cases.wet import drag_law
-
-FIDELITIES = tuple(Fidelity)
-
-
-def solve(inputs: dict, names: dict, fidelity: Fidelity) -> dict:
-    """Values of a case; names: output -> relative tolerance, or (absolute,)."""
-    outputs = [
-        Output(n, "", t, None) if not isinstance(t, tuple) else Output(n, "", None, t[0]) for n, t in names.items()
-    ]
-    return {o["name"]: o["value"] for o in run_case(Case("any", inputs, outputs, [], "any"), fidelity).outputs}
-
-
-def compare(report: dict, meant: dict, names: dict) -> None:
-    for name, tolerance in names.items():
-        allowed = {"abs": tolerance[0], "rel": 0.0} if isinstance(tolerance, tuple) else {"rel": tolerance}
-        assert report[name] is not None, name
-        assert report[name] == pytest.approx(meant[name], **allowed), name
 
 
 # loading functions as printed by Westin (2018) (60), (145), and the laws of two coefficients; eta in rad
@@ -92,12 +76,12 @@ TOW = {
     "g": 9.8,
 }
 TOW["wet_weight_N_m"] = 9.8 * (0.5 - 0.25 * pi * 0.012**2 * 1020.0)
-TOW_NAMES = {
-    "tension at the tow point": 0.005,
-    "cable angle from horizontal at the tow point": (0.2,),
-    "body depth below the tow point": 0.005,
-    "layback": 0.005,
-    "critical angle from horizontal": (0.05,),
+TOW_NAMES = {  # relative and absolute tolerance
+    "tension at the tow point": (0.005, 0),
+    "cable angle from horizontal at the tow point": (0, 0.2),
+    "body depth below the tow point": (0.005, 0),
+    "layback": (0.005, 0),
+    "critical angle from horizontal": (0, 0.05),
 }
 
 
@@ -133,13 +117,12 @@ def tow_by_scipy(inputs: dict, cd: float, law) -> dict:
 @pytest.mark.parametrize("text, cd, law", TOWS)
 def test_straight_tow_is_the_steady_line_of_its_law(text, cd, law, speed):
     inputs = {**TOW, "drag_law": text, "speed_m_s": speed}
-    for fidelity in FIDELITIES:
-        compare(solve(inputs, TOW_NAMES, fidelity), tow_by_scipy(inputs, cd, law), TOW_NAMES)
+    check(inputs, within(tow_by_scipy(inputs, cd, law), TOW_NAMES))
 
 
 def test_a_line_without_a_body_lies_at_the_critical_angle():
     inputs = {**TOW, "drag_law": TOWS[0][0], "speed_m_s": 2.0, "body_wet_weight_N": 0.0, "body_drag_area_CdA_m2": 0.0}
-    report = solve(inputs, TOW_NAMES, Fidelity.VERIFICATION)
+    report = values(case_of(inputs, TOW_NAMES), Fidelity.VERIFICATION)
     assert report["cable angle from horizontal at the tow point"] == pytest.approx(
         report["critical angle from horizontal"], abs=0.01
     )
@@ -147,15 +130,15 @@ def test_a_line_without_a_body_lies_at_the_critical_angle():
 
 def test_a_wet_weight_that_does_not_fit_is_taken_and_said():
     inputs = {**TOW, "drag_law": TOWS[0][0], "speed_m_s": 1.5, "wet_weight_N_m": 2.5}
-    case = Case("any", inputs, [Output(n, "", 0.005, None) for n in TOW_NAMES], [], "any")
-    metrics = run_case(case, Fidelity.REALTIME)
-    compare({o["name"]: o["value"] for o in metrics.outputs}, tow_by_scipy(inputs, 1.5, two(1.5, 0.03)), TOW_NAMES)
+    metrics = run_case(case_of(inputs, TOW_NAMES), Fidelity.REALTIME)
+    meant = within(tow_by_scipy(inputs, 1.5, two(1.5, 0.03)), TOW_NAMES)
+    compare({o["name"]: o["value"] for o in metrics.outputs}, meant)
     assert any("buoyancy was set" in note for note in metrics.notes)
 
 
 def test_words_of_a_drag_law():
     def report(text):
-        return drag_law(Case("any", {"drag_law": text}, [], [], "any.json"))
+        return drag_law(case_of({"drag_law": text}, {}))
 
     assert report(PRINTED)["drag_law"] is DragLaw.DRISCOLL_NAHON_PRINTED
     assert report(TOWS[3][0]) == {
@@ -167,7 +150,7 @@ def test_words_of_a_drag_law():
     assert report(BOTH)["tangential_coefficient"] == 0.03
     assert report(TOWS[2][0])["tangential_coefficient"] == pytest.approx(0.025 * 1.3)
     for text in ("sails, Cd=1.2", "loading functions, Cd=1.2", "ribbon"):
-        with pytest.raises(CaseError, match="any.json"):
+        with pytest.raises(CaseError, match="inline"):
             report(text)
 
 
@@ -185,10 +168,10 @@ CIRCLE = {
     "g": 9.81,
 }
 CIRCLE_NAMES = {
-    "body circle radius": 0.01,
-    "body depth": 0.01,
-    "angle by which the body trails the ship on the circle": (1.0,),
-    "tow-point tension": 0.01,
+    "body circle radius": (0.01, 0),
+    "body depth": (0.01, 0),
+    "angle by which the body trails the ship on the circle": (0, 1.0),
+    "tow-point tension": (0.01, 0),
 }
 
 
@@ -233,8 +216,7 @@ def test_circle_tow_is_the_line_that_turns_as_a_whole(speed, radius, ca, added):
         "Ca_normal": ca,
         "body_added_mass_kg": added,
     }
-    for fidelity in FIDELITIES:
-        compare(solve(inputs, CIRCLE_NAMES, fidelity), circle_by_scipy(inputs), CIRCLE_NAMES)
+    check(inputs, within(circle_by_scipy(inputs), CIRCLE_NAMES))
 
 
 @pytest.mark.parametrize(
@@ -252,19 +234,14 @@ def test_reactions_of_a_cable_through_the_surface(length, diameter, mass, cd, sp
         "current_m_s": speed,
         "g": 9.81,
     }
-    names, meant = {}, {}
+    expected = {}
     for wet in depths:
         pull = f"top tension, {wet} m of the cable under water"
         push = f"horizontal reaction at the top, {wet} m under water, current {speed:g} m/s, cable kept vertical"
-        names.update({pull: 0.002, push: (0.005 * 505.0 * diameter * cd * speed**2 * wet + 0.001,)})
-        meant.update(
-            {
-                pull: 9.81 * (mass * length - 0.25 * pi * diameter**2 * 1010.0 * wet),
-                push: 505.0 * diameter * cd * speed**2 * wet,
-            }
-        )
-    for fidelity in FIDELITIES:
-        compare(solve(inputs, names, fidelity), meant, names)
+        pushed = 505.0 * diameter * cd * speed**2 * wet
+        expected[pull] = 9.81 * (mass * length - 0.25 * pi * diameter**2 * 1010.0 * wet), 0.002, 0
+        expected[push] = pushed, 0, 0.005 * pushed + 0.001
+    check(inputs, expected)
 
 
 def sinking(net: float, mass: float, drag: float):
@@ -286,10 +263,8 @@ def test_a_level_cable_sinks_as_a_tanh(diameter, mass, ca, length):
     }
     water = 0.25 * pi * diameter**2 * 1026.0
     top, speed, drop = sinking((mass - water) * 9.81, mass + ca * water, 0.5 * 1026.0 * diameter * 1.2)
-    names = {"terminal speed": 0.003, "speed at 0.1 s": 0.01, "drop at 1.0 s": 0.005, "drop at 0.25 s": 0.005}
-    meant = dict(zip(names, (top, speed(0.1), drop(1.0), drop(0.25)), strict=True))
-    for fidelity in FIDELITIES:
-        compare(solve(inputs, names, fidelity), meant, names)
+    expected = {"terminal speed": (top, 0.003, 0), "speed at 0.1 s": (speed(0.1), 0.01, 0)}
+    check(inputs, expected | {f"drop at {t} s": (drop(t), 0.005, 0) for t in (1.0, 0.25)})
 
 
 @pytest.mark.parametrize("radius, mass, ca, cd", [(0.1, 10.0, 0.5, 0.47), (0.3, 150.0, 0.6, 0.3)])
@@ -297,10 +272,8 @@ def test_a_sphere_sinks_as_a_tanh(radius, mass, ca, cd):
     inputs = {"sphere_radius_m": radius, "mass_kg": mass, "fluid_density": 1026.0, "Ca": ca, "Cd": cd, "g": 9.81}
     water = 4.0 / 3.0 * pi * radius**3 * 1026.0
     top, speed, drop = sinking((mass - water) * 9.81, mass + ca * water, 0.5 * 1026.0 * pi * radius**2 * cd)
-    names = {"terminal speed": 0.003, "speed at 0.5 s": 0.005, "depth at 1.0 s": 0.005, "speed at 0.133 s": 0.005}
-    meant = dict(zip(names, (top, speed(0.5), drop(1.0), speed(0.133)), strict=True))
-    for fidelity in FIDELITIES:
-        compare(solve(inputs, names, fidelity), meant, names)
+    expected = {"terminal speed": (top, 0.003, 0), "depth at 1.0 s": (drop(1.0), 0.005, 0)}
+    check(inputs, expected | {f"speed at {t} s": (speed(t), 0.005, 0) for t in (0.5, 0.133)})
 
 
 @pytest.mark.parametrize("radius, mass, length, ca", [(0.1, 10.0, 2.0, 0.5), (0.2, 60.0, 9.0, 0.5)])
@@ -318,10 +291,8 @@ def test_a_submerged_pendulum_swings_with_its_added_mass(radius, mass, length, c
     }
     water = 4.0 / 3.0 * pi * radius**3 * 1026.0
     net = (mass - water) * 9.81
-    names = {"angular frequency": 0.005, "static line tension": 0.001}
-    meant = {"angular frequency": sqrt(net / (mass + ca * water) / length), "static line tension": net}
-    for fidelity in FIDELITIES:
-        compare(solve(inputs, names, fidelity), meant, names)
+    frequency = sqrt(net / (mass + ca * water) / length)
+    check(inputs, {"angular frequency": (frequency, 0.005, 0), "static line tension": (net, 0.001, 0)})
 
 
 @pytest.mark.parametrize("offset, size", [((-36.8, 0.0, 3.7), 1.0), ((12.0, -4.0, 9.0), 1.6)])
@@ -346,15 +317,13 @@ def test_a_point_of_the_ship_moves_with_six_harmonics(offset, size):
         turn = Rotation.from_euler("ZYX", (x[5], x[4], x[3]))
         return np.array(x[:3]) + turn.apply(offset), turn.as_quat()
 
-    names = {
-        f"sheave centre {what} at {t} s": tolerance
-        for t in (3.0, 17.503)
-        for what, tolerance in (("position", (1e-6,)), ("velocity", (1e-4,)), ("acceleration", (5e-3,)))
-    }
-    turns = {f"orientation quaternion x,y,z,w at {t} s (sign free)": t for t in (3.0, 17.503)}
-    for fidelity in FIDELITIES:
-        report = solve(inputs, {**names, **dict.fromkeys(turns, (1e-9,))}, fidelity)
-        for t in (3.0, 17.503):
+    times, allowed = (3.0, 17.503), {"position": 1e-6, "velocity": 1e-4, "acceleration": 5e-3}
+    names = {f"sheave centre {what} at {t} s": (0, bound) for t in times for what, bound in allowed.items()}
+    turns = {f"orientation quaternion x,y,z,w at {t} s (sign free)": t for t in times}
+    case = case_of(inputs, names | dict.fromkeys(turns, (0, 1e-9)))
+    for fidelity in Fidelity:
+        report = values(case, fidelity)
+        for t in times:
             h = 1e-3
             before, now, after = (pose(t + k * h)[0] for k in (-1, 0, 1))
             meant = {
@@ -362,8 +331,8 @@ def test_a_point_of_the_ship_moves_with_six_harmonics(offset, size):
                 "velocity": (after - before) / (2 * h),
                 "acceleration": (after - 2 * now + before) / h**2,
             }
-            for what, (tolerance,) in (("position", (1e-6,)), ("velocity", (1e-4,)), ("acceleration", (5e-3,))):
-                assert report[f"sheave centre {what} at {t} s"] == pytest.approx(meant[what], abs=tolerance, rel=0)
+            for what, bound in allowed.items():
+                assert report[f"sheave centre {what} at {t} s"] == pytest.approx(meant[what], abs=bound, rel=0)
         for name, t in turns.items():
             q = np.array(report[name])
             assert np.abs(q * np.sign(q[3]) - pose(t)[1] * np.sign(pose(t)[1][3])).max() < 1e-9

@@ -9,11 +9,14 @@ from math import asinh, pi, sinh, sqrt
 
 import numpy as np
 import pytest
+from case_bench import case_of, check
 from scipy.optimize import brentq
 
-from verification.cases import Case, CaseError, Fidelity, Output, run_case
+from verification.cases import CaseError, run_case
 
 pytestmark = pytest.mark.trust
+
+EXTREME = "{} top-end tension over the last cycles, motion along {}"
 
 PUBLISHED = {
     "diameter_m": 0.396,
@@ -115,11 +118,7 @@ def chain(inputs: dict, axis: int, amplitude: float, period: float, parts: int =
 
 @pytest.mark.parametrize("inputs", [PUBLISHED, OTHER])
 def test_end_forces_at_rest_are_those_of_the_catenary(inputs):
-    meant = at_rest(inputs)
-    case = Case("any", inputs, [Output(name, "N", None, 200.0) for name in meant], [], "any")
-    for fidelity in Fidelity:
-        for output in run_case(case, fidelity).outputs:
-            assert output["value"] == pytest.approx(meant[output["name"]], abs=200.0), output["name"]
+    check(inputs, {name: (value, 0, 200.0) for name, value in at_rest(inputs).items()})
 
 
 @pytest.mark.parametrize(
@@ -131,21 +130,11 @@ def test_end_forces_at_rest_are_those_of_the_catenary(inputs):
     ],
 )
 def test_tension_extremes_are_those_of_a_lumped_chain(inputs, axis, amplitude, period):
-    names = [f"{what} top-end tension over the last cycles, motion along {axis}" for what in ("largest", "smallest")]
-    case = Case("any", inputs, [Output(name, "N", None, 1300.0) for name in names], [], "any")
     meant = chain(inputs, "xyz".index(axis), amplitude, period)
-    for fidelity in Fidelity:
-        report = [o["value"] for o in run_case(case, fidelity).outputs]
-        assert report == pytest.approx(meant, abs=1300.0)
+    check(inputs, {EXTREME.format(what, axis): (x, 0, 1300.0) for what, x in zip(("largest", "smallest"), meant)})
 
 
 def test_a_motion_that_is_not_understood_is_refused():
-    case = Case(
-        "any",
-        {**PUBLISHED, "motion": "as it likes"},
-        [Output("largest top-end tension over the last cycles, motion along x", "N", None, 1300.0)],
-        [],
-        "any.json",
-    )
-    with pytest.raises(CaseError, match="any.json: inputs.motion"):
+    case = case_of({**PUBLISHED, "motion": "as it likes"}, {EXTREME.format("largest", "x"): (0, 1300.0)})
+    with pytest.raises(CaseError, match="inline: inputs.motion"):
         run_case(case)
