@@ -20,6 +20,7 @@ from cable_sim_ros.physics.workspace import RUBBED
 from cable_sim_ros.sim.layout import layout_of
 from cable_sim_ros.sim.rig.rig import Rig, cable_of
 from verification.bend import MOVING, Bend, Walk, drum, pieces, pulls
+from verification.shipped import started
 
 pytestmark = pytest.mark.trust
 
@@ -125,9 +126,7 @@ def in_air(tick: float = 0.01, **values) -> Simulator:
         | {f"cable.sections.{name}.length": length for name, length in (("bare", 100.0), ("faired", 30.0))}
         | values,
     )
-    sim = Simulator(scene)
-    sim.start()
-    return sim
+    return started(scene)
 
 
 def mass_out(sim) -> float:
@@ -173,8 +172,7 @@ def test_what_runs_out_is_what_the_drum_loses_and_weighs_what_it_should():
 def swung(name: str, values: dict) -> np.ndarray:
     """Tension [N] and towbody from its own start [m], and that from the sheave, while the winch swings 0.4 m in 8 s."""
     tick, omega = 0.02, 2.0 * np.pi / 8.0
-    sim = Simulator(override(load_scene(name), {"setpoint.algorithm": "hold", "solver.tick": tick} | values))
-    sim.start()
+    sim = started(override(load_scene(name), {"setpoint.algorithm": "hold", "solver.tick": tick} | values))
     first, report = sim.frame.body_position - sim.frame.sheave_position, []
     for i in range(round(16.0 / tick)):
         sim.push(WinchCommand(rate=0.4 * omega * np.cos(omega * tick * (i + 0.5))))

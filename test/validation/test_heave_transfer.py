@@ -8,11 +8,12 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from courses import level
 
-from cable_sim_ros import ShipMotion, Simulator
 from cable_sim_ros.io.scenes.load import load_scene, override
 from cable_sim_ros.physics.state import NOW, Q
 from verification.linear_tow import LinearTow
+from verification.shipped import started
 
 ALLOWED = 0.03  # of a magnitude; of the phase [rad] the same
 RAMP = 10.0  # s
@@ -24,8 +25,7 @@ AHEAD = 0.2  # s of them that lie ahead
 def product(scene, periods, amplitude, window):
     """Heave and pitch (nose up, rad) of the bodies over the heave of the ship, [periods, bodies, 2], complex, in a
     window [s] after as long a time; and x, z and pitch of each at rest."""
-    sim = Simulator(scene)
-    sim.start()
+    sim = started(scene)
     w, speed, tick, sent = 2.0 * np.pi / periods, scene.ship.tow_speed, scene.solver.tick, 0
 
     def ship(t):
@@ -46,9 +46,7 @@ def product(scene, periods, amplitude, window):
             sent += 1
             t = SENT * sent
             z, rate = ship(t)
-            still = {"attitude": (0.0, 0.0, 0.0), "rate": (0.0, 0.0, 0.0)}
-            at, velocity = (speed * t, 0.0, z), (speed, 0.0, rate)
-            sim.push(ShipMotion(time_ns=sent * round(SENT * 1e9), position=at, velocity=velocity, **still))
+            sim.push(level(sent * round(SENT * 1e9), (speed * t, 0.0, z), (speed, 0.0, rate)))
         frame = sim.tick()
         rows.append([frame.ship_position[2], *stand()[:, 1:].ravel()])
     found = np.array(rows)[-round(window / tick) :]

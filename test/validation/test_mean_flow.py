@@ -2,23 +2,23 @@
 
 import numpy as np
 import pytest
+from courses import level, sailed
 
-from cable_sim_ros import ShipMotion, Simulator, WinchCommand
-from cable_sim_ros.io.scenes.load import load_scene, override
+from cable_sim_ros import Simulator, WinchCommand
 from cable_sim_ros.physics.state import MEAN, NOW
+from verification.shipped import started
+from verification.stress.tows import shipped
 
 pytestmark = pytest.mark.trust
 
-TICK, BEGIN, SHORT = 0.05, 20.0, 3.0  # s
+TICK, SHORT = 0.05, 3.0  # s
 COARSE = {"solver.tick": TICK, "setpoint.algorithm": "hold", "sheave.groove_depth": 0.3}
 PLAIN = {f"cable.sections.{name}.drag_amplification": 1.0 for name in ("bare", "faired")}
 
 
 def begun(name: str, **keys) -> Simulator:
     """A tow, started; keys with __ for a point."""
-    sim = Simulator(override(load_scene(name), COARSE | {k.replace("__", "."): v for k, v in keys.items()}))
-    sim.start()
-    return sim
+    return started(shipped(name, **COARSE | keys))
 
 
 @pytest.fixture(scope="module")
@@ -46,33 +46,6 @@ def wound(sim: Simulator, rate: float, seconds: float) -> np.recarray:
     return np.concatenate(frames).view(np.recarray)
 
 
-def ease(t, time):
-    """From 0 at BEGIN to 1 after ``time`` [s]."""
-    s = np.clip((t - BEGIN) / time, 0.0, 1.0)
-    return s * s * (3.0 - 2.0 * s)
-
-
-def sailed(sim: Simulator, speed: float, yaw: float, time: float, seconds: float) -> np.recarray:
-    """Tick outputs of a course from 2.2 m/s ahead to ``speed`` [m/s] and ``yaw`` [rad] within ``time`` [s]."""
-    fine = np.arange(0.0, seconds + 12.0, 0.05)
-    v, psi = 2.2 + ease(fine, time) * (speed - 2.2), yaw * ease(fine, time)
-    velocity = np.column_stack((v * np.cos(psi), v * np.sin(psi)))
-    place, rate, frames = np.cumsum(velocity, axis=0) * 0.05, np.gradient(psi, fine), []
-    for i in range(0, len(fine), 10):
-        sim.push(
-            ShipMotion(
-                time_ns=round(fine[i] * 1e9) + 1,
-                position=(*place[i], 0.0),
-                velocity=(*velocity[i], 0.0),
-                attitude=(0.0, 0.0, psi[i]),
-                rate=(0.0, 0.0, rate[i]),
-            )
-        )
-        if fine[i] >= 10.5 and i % 200 == 10:
-            frames.append(sim.run(round(10.0 / TICK)))
-    return np.concatenate(frames).view(np.recarray)
-
-
 @pytest.mark.parametrize(
     ("name", "rate", "before"),
     [("full_scale", -0.8, 0.16), ("full_scale", 0.8, 0.36), ("side_scan", -1.0, 0.08), ("side_scan", 1.0, 0.08)],
@@ -94,15 +67,7 @@ def test_compensation_by_commands_is_a_wave_and_a_haul_in_it_is_none(starts):
         swell, slope = np.cos(omega * t), omega * min(t / 20.0, 1.0)
         heave, surge = 1.5 * slope * swell, -0.8 * slope * np.sin(omega * t)
         place = tow * t + 0.8 * min(t / 20.0, 1.0) * swell, 0.0, 1.5 * min(t / 20.0, 1.0) * np.sin(omega * t)
-        sim.push(
-            ShipMotion(
-                time_ns=round(t * 1e9),
-                position=place,
-                velocity=(tow + surge, 0.0, heave),
-                attitude=(0.0, 0.0, 0.0),
-                rate=(0.0, 0.0, 0.0),
-            )
-        )
+        sim.push(level(round(t * 1e9), place, (tow + surge, 0.0, heave)))
         late = 0.5 * 1.5 * slope * np.cos(omega * (t - 0.5))
         sim.push(WinchCommand(time_ns=int(sim.frame.time) + 1, rate=late - (0.6 if t > 40.0 else 0.0)))
         sim.run(round(0.2 / TICK))

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
-
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
@@ -15,6 +13,7 @@ from cable_sim_ros.physics.water import CurrentTable, CurrentVariation, Turbulen
 from cable_sim_ros.runs import offline
 from cable_sim_ros.sim.rig.rig import HALVED, Rig, cable_of
 from cable_sim_ros.sim.simulator import Simulator
+from verification.shipped import scene_with, started
 
 pytestmark = pytest.mark.trust
 
@@ -224,12 +223,7 @@ WILD = {
 
 @pytest.fixture(scope="module")
 def tow():
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")
-        scene = override(load_scene("full_scale"), WILD)
-    sim = Simulator(scene)
-    sim.start()
-    return sim
+    return started(scene_with("full_scale", WILD))
 
 
 def test_waves_begin_without_a_jump_and_a_run_from_a_file_is_the_run_bit_for_bit(tow, tmp_path):
@@ -276,11 +270,10 @@ def test_a_replay_of_a_recording_is_the_run_bit_for_bit(tmp_path):
 def test_chosen_steps_see_the_water_of_their_end():
     """Ticks divided by their error: the same sea at the same time, and next to the same tow."""
     values = {"water.waves.kind": "airy", "water.waves.height": 2.0, "water.ramp": 4.0}
-    fixed = Simulator(override(load_scene("full_scale"), values))
-    chosen = Simulator(override(load_scene("full_scale"), values | {"solver.tick": 0.2, "solver.tension_error": 1e-4}))
+    fixed = started(scene_with("full_scale", values))
+    chosen = started(scene_with("full_scale", values | {"solver.tick": 0.2, "solver.tension_error": 1e-4}))
     frames = []
     for sim, ticks in ((fixed, 1000), (chosen, 50)):
-        sim.start()
         frames.append(sim.run(ticks)[-1])
         assert sim.state.now.sea.time == pytest.approx(10.0, abs=1e-9)
     assert len(chosen.steps) > 1, "of several lengths"

@@ -11,8 +11,8 @@ from cable_sim_ros.physics.towbody import Towbody
 from cable_sim_ros.physics.water import Water
 from cable_sim_ros.runs import offline
 from cable_sim_ros.sim.rig.rig import Rig, cable_of
-from cable_sim_ros.sim.simulator import Simulator
 from cable_sim_ros.sim.tables.material import wet_weight
+from verification.shipped import started
 
 pytestmark = pytest.mark.trust
 G = 9.81
@@ -40,7 +40,7 @@ def test_a_hanging_cable_of_two_materials_and_a_termination():
     assert rig.state.q[15, 2] - rig.state.q[-1, 2] - 20.0 == pytest.approx(low, rel=1e-2)
 
 
-def two_catenaries(span: float, lengths, weights, point: float = 0.0) -> tuple[float, np.ndarray]:
+def two_catenaries(span: float, lengths, weights, point: float) -> tuple[float, np.ndarray]:
     """Horizontal pull [N] and place of the joint of two inextensible chains between two points of equal height.
 
     point: weight [N] at the joint. With V the vertical force, x = H/w (asinh(V1/H) - asinh(V0/H)), z = H/w (cosh...).
@@ -129,8 +129,7 @@ def test_a_body_on_the_line_of_a_ship_at_rest(net, name):
     data["ship"]["tow_speed"], data["setpoint"]["algorithm"] = 0.0, "hold"
     data["cable"]["sections"]["bare"] |= {"mass_per_length": 0.5, "termination_mass": 6.0}
     data["bodies"] = {"pod": {"at": "bare", "mass": 30.0, "net_weight": net}}
-    sim = Simulator(scene_from_dict(data, "test"))
-    sim.start()
+    sim = started(scene_from_dict(data, "test"))
     scene, line = sim.scene, sim.output.shape[0]
     bare, faired = scene.cable.sections["bare"], scene.cable.sections["faired"]
     joint = int(sim.model.line.body_nodes[1])

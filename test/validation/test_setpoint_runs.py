@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from courses import level
 
-from cable_sim_ros import ShipMotion, Simulator
-from cable_sim_ros.io.scenes.load import load_scene, override
+from cable_sim_ros import Simulator
 from cable_sim_ros.physics.tick_output import Flag
 from cable_sim_ros.runs import offline
+from verification.shipped import started
+from verification.stress.tows import shipped
 
 SETTLED = 2000  # ticks of the start that statistics leave out
 
@@ -55,20 +57,14 @@ def moved(sim: Simulator, seconds: float, place) -> np.recarray:
                 continue
             sim._pushed = stamp
             speed = [(b - a) / 2e-4 for a, b in zip(place(t - 1e-4), place(t + 1e-4), strict=True)]
-            sim.push(ShipMotion(time_ns=stamp, position=place(t), velocity=speed, attitude=(0, 0, 0), rate=(0, 0, 0)))
+            sim.push(level(stamp, place(t), speed))
         frames.append(sim.run(round(length / tick)))
     return np.concatenate(frames).view(np.recarray)
 
 
-def started(name: str, **changes) -> Simulator:
-    sim = Simulator(override(load_scene(name), {key.replace("__", "."): value for key, value in changes.items()}))
-    sim.start()
-    return sim
-
-
 def test_another_law_under_way_is_taken_up_without_a_jump():
     """Heave of 1.2 m in 8 s; each change at an instant at which the sheave is high. Was 20 m/s^2 and 4954 N."""
-    sim = started("full_scale", solver__tick=0.02, ship__start_blend=2.0)
+    sim = started(shipped("full_scale", solver__tick=0.02, ship__start_blend=2.0))
 
     def place(t):
         return (2.2 * t, 0.0, 1.2 * np.sin(2.0 * np.pi / 8.0 * t))
@@ -88,18 +84,19 @@ def test_under_a_cable_that_leads_forward_compensation_has_the_right_sign():
     std = {}
     for law in ("hold", "simplified_sheave", "rigorous_sheave"):
         sim = started(
-            "side_scan",
-            ship__tow_speed=0.0,
-            water__current=[1.0, 0.0],
-            setpoint__algorithm=law,
-            setpoint__washout_period=0.0,
-            solver__tick=0.02,
-            ship__start_blend=2.0,
+            shipped(
+                "side_scan",
+                ship__tow_speed=0.0,
+                water__current=[1.0, 0.0],
+                setpoint__algorithm=law,
+                setpoint__washout_period=0.0,
+                solver__tick=0.02,
+                ship__start_blend=2.0,
+            )
         )
         assert sim.frame.body_position[0] > sim.frame.sheave_position[0] + 20.0, "ahead of the sheave"
-        assert sim.state.now.setpoint.angle == pytest.approx(-sim.frame.departure_angle, abs=1e-6) and (
-            sim.frame.departure_angle > 0.3
-        )
+        assert sim.state.now.setpoint.angle == pytest.approx(-sim.frame.departure_angle, abs=1e-6)
+        assert sim.frame.departure_angle > 0.3
         frames = moved(sim, 30.0, lambda t: (np.sin(2.0 * np.pi / 8.0 * t), 0.0, 0.0))
         std[law] = float(frames.tension[-800:].std())
         assert seen(frames, Flag.SLACK | Flag.DETACHED) == 0.0
@@ -115,7 +112,9 @@ def yaw_of(frame) -> float:
 
 def test_the_body_starts_with_the_heading_of_the_flow_at_its_depth():
     """Current of 2 m/s across at the surface that has turned with the depth: it stays as it starts."""
-    sim = started("side_scan", water__current=[0.0, 1.0], water__current_gradient=[0.0, -0.02], solver__tick=0.02)
+    sim = started(
+        shipped("side_scan", water__current=[0.0, 1.0], water__current_gradient=[0.0, -0.02], solver__tick=0.02)
+    )
     depth = -float(sim.frame.body_position[2])
     flow = np.array((-2.06, 1.0 - 0.02 * depth))
     assert yaw_of(sim.frame) == pytest.approx(np.arctan2(-flow[1], -flow[0]), abs=1e-3)
@@ -128,7 +127,7 @@ def test_the_body_starts_with_the_heading_of_the_flow_at_its_depth():
 
 def test_a_ship_that_goes_astern_turns_its_body_slowly():
     """From 1 m/s ahead to 1 m/s astern in 40 s: the heading is held where the flow dies, then turns in its own time."""
-    sim = started("side_scan", ship__tow_speed=1.0, solver__tick=0.05, ship__start_blend=2.0)
+    sim = started(shipped("side_scan", ship__tow_speed=1.0, solver__tick=0.05, ship__start_blend=2.0))
 
     def place(t):
         s = min(max(t - 10.0, 0.0), 40.0)
@@ -146,16 +145,18 @@ def test_in_a_steady_turn_the_added_mass_across_does_not_count():
     speed, radius, out = 2.0, 60.0, {}
     for across in (10.0, 2000.0):
         sim = started(
-            "side_scan",
-            ship__tow_speed=speed,
-            winch__scope=80.0,
-            sheave__groove_depth=0.3,
-            towbody__drag_area=[0.015, 5.0, 0.2],
-            towbody__added_mass=[10.0, across, 10.0],
-            cable__mean_flow_time=10.0,
-            towbody__flow_time_constant=0.2,
-            solver__tick=0.05,
-            ship__start_blend=2.0,
+            shipped(
+                "side_scan",
+                ship__tow_speed=speed,
+                winch__scope=80.0,
+                sheave__groove_depth=0.3,
+                towbody__drag_area=[0.015, 5.0, 0.2],
+                towbody__added_mass=[10.0, across, 10.0],
+                cable__mean_flow_time=10.0,
+                towbody__flow_time_constant=0.2,
+                solver__tick=0.05,
+                ship__start_blend=2.0,
+            )
         )
         rate, frames = speed / radius, []
         for k in range(301):
@@ -164,15 +165,7 @@ def test_in_a_steady_turn_the_added_mass_across_does_not_count():
             place = (radius * np.sin(yaw) + speed * min(t, 2.0), radius * (1.0 - np.cos(yaw)), 0.0)
             velocity = (speed * np.cos(yaw), speed * np.sin(yaw), 0.0)
             turning = rate if t >= 2.0 else 0.0
-            sim.push(
-                ShipMotion(
-                    time_ns=round(t * 1e9) + 1,
-                    position=place,
-                    velocity=velocity,
-                    attitude=(0.0, 0.0, yaw),
-                    rate=(0.0, 0.0, turning),
-                )
-            )
+            sim.push(level(round(t * 1e9) + 1, place, velocity, yaw, turning))
             if k > 1:
                 frames.append(sim.run(20)[-1:])
         last = np.concatenate(frames[-40:]).view(np.recarray)
