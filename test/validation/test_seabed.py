@@ -9,6 +9,7 @@ from cable_sim_ros.physics.tick_output import Flag
 from cable_sim_ros.runs import offline
 from cable_sim_ros.sim.rig.rig import HALVED, Rig, cable_of, load_of
 from cable_sim_ros.sim.simulator import Simulator, StartError
+from verification.shipped import started
 
 pytestmark = pytest.mark.trust
 
@@ -76,8 +77,7 @@ def test_a_tow_lies_down_and_is_dragged_along(speed, depth):
         load_scene("full_scale"),
         {"ship.tow_speed": speed, "seabed.depth": depth, "setpoint.algorithm": "hold", "solver.tick": 0.05},
     )
-    free = Simulator(override(scene, {"seabed.depth": None}))
-    free.start()
+    free = started(override(scene, {"seabed.depth": None}))
     run = offline.run(scene, heave=(1.0, 8.0), duration=40.0)
     frames = run.frames
     assert not run.problem and (frames.status & Flag.SEABED > 0).all()
@@ -89,8 +89,7 @@ def test_a_tow_lies_down_and_is_dragged_along(speed, depth):
 
 
 def test_without_a_seabed_nothing_lies_down():
-    sim = Simulator(load_scene("full_scale"))
-    sim.start()
+    sim = started(load_scene("full_scale"))
     assert sim.frame.seabed_length == 0.0 and not sim.frame.status & Flag.SEABED
 
 

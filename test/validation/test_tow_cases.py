@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
@@ -12,11 +10,9 @@ from cable_sim_ros.io.scenes.load import load_scene, override, scene_from_dict
 from cable_sim_ros.physics.drag_laws import LAWS, AmplifiedDrag, DragLaw, choo_casarella
 from cable_sim_ros.physics.fairing import PRESETS, dressed
 from cable_sim_ros.physics.section import material_of
-from cable_sim_ros.sim.simulator import Simulator
+from verification.shipped import started
 
 pytestmark = pytest.mark.trust
-
-CONFIG = Path(__file__).parents[2] / "config"
 
 
 def profile(scene):
@@ -74,6 +70,19 @@ def profile(scene):
     return at
 
 
+def beside(scene):
+    """Shape of a tow at rest, its nodes in the water, and the equation's solution there; their places are the same.
+
+    Allowed 0.2 % of depth and length: the product has a mesh and bending.
+    """
+    shape = started(scene).shape
+    below = np.flatnonzero(shape[:, 2] < -1.0)
+    want = profile(scene)(shape[-1, 4] - shape[below, 4])
+    np.testing.assert_allclose(shape[below, 2] - shape[-1, 2], want[1], atol=-2e-3 * shape[-1, 2])
+    np.testing.assert_allclose(shape[below, 0] - shape[-1, 0], want[0], atol=2e-3 * 450.0)
+    return shape, below, want
+
+
 @pytest.mark.parametrize(
     "changes",
     [
@@ -85,20 +94,8 @@ def profile(scene):
     ],
 )
 def test_static_tow_against_the_differential_equation(changes):
-    """From the body upwards to where the product's cable leaves the water: same shape and tension.
-
-    Allowed 0.2 % of depth and length, 0.3 % of tension: the product has a mesh and bending.
-    """
-    scene = override(load_scene(CONFIG / "full_scale.yaml"), {"setpoint.algorithm": "hold", **changes})
-    sim = Simulator(scene)
-    sim.start()
-    shape = sim.shape
-    below = np.flatnonzero(shape[:, 2] < -1.0)
-    arc = shape[-1, 4] - shape[below, 4]
-    want = profile(scene)(arc)
-    depth = -shape[-1, 2]
-    np.testing.assert_allclose(shape[below, 2] - shape[-1, 2], want[1], atol=2e-3 * depth)
-    np.testing.assert_allclose(shape[below, 0] - shape[-1, 0], want[0], atol=2e-3 * 450.0)
+    """From the body upwards to where the product's cable leaves the water: same shape, and tension to 0.3 %."""
+    shape, below, want = beside(override(load_scene("full_scale"), {"setpoint.algorithm": "hold", **changes}))
     got = shape[below[:-1], 3]
     np.testing.assert_allclose(got, np.hypot(want[2], want[3])[:-1], rtol=3e-3)  # 12.5 m elements near the body
     print(f"{changes}: top tension {got[0]:.1f} N, equation {np.hypot(*want[2:, 0]):.1f} N")
@@ -112,7 +109,7 @@ def test_static_tow_of_several_cables_against_the_differential_equation(fairing,
 
     Allowed as above; the tension only two elements away from the joint, where it jumps.
     """
-    data = load_scene(CONFIG / f"{name}.yaml").model_dump(mode="json")
+    data = load_scene(name).model_dump(mode="json")
     bare, faired = data["cable"]["sections"]["bare"], data["cable"]["sections"]["faired"]
     counts = {"bare": {"elements": 60}, "faired": {"elements": 30}}
     if name == "full_scale":
@@ -125,17 +122,10 @@ def test_static_tow_of_several_cables_against_the_differential_equation(fairing,
     faired |= {"drag_law": None, "fairing": fairing, "drag_amplification": 1.0}
     pod = {"at": "bare", "mass": 60.0, "net_weight": 300.0, "drag_area": [0.05, 0.1, 0.1], "lift_area": -0.05}
     data["setpoint"]["algorithm"] = "hold"
-    sim = Simulator(scene_from_dict(data | {"bodies": {"depressor": pod}}, "test"))
-    sim.start()
-    shape = sim.shape
-    below = np.flatnonzero(shape[:, 2] < -1.0)
-    want = profile(sim.scene)(shape[-1, 4] - shape[below, 4])
-    depth = -shape[-1, 2]
-    np.testing.assert_allclose(shape[below, 2] - shape[-1, 2], want[1], atol=2e-3 * depth)
-    np.testing.assert_allclose(shape[below, 0] - shape[-1, 0], want[0], atol=2e-3 * 450.0)
+    shape, below, want = beside(scene_from_dict(data | {"bodies": {"depressor": pod}}, "test"))
     clear = np.abs(below - (len(shape) - 31)) > 2
     clear[-1] = False
     np.testing.assert_allclose(shape[below[clear], 3], np.hypot(want[2], want[3])[clear], rtol=3e-3)
     jump = np.diff(np.hypot(want[2], want[3]))[len(shape) - 32 - below[0]]
-    print(f"{fairing}: depth {depth:.2f} m, {jump:.1f} N at the joint")
+    print(f"{fairing}: depth {-shape[-1, 2]:.2f} m, {jump:.1f} N at the joint")
     assert abs(jump) > 20.0
