@@ -23,19 +23,17 @@ class Tow(NamedTuple):
     doubts: tuple[str, ...] = ()
 
 
-def motor(scene: str, mass: float, pull: float, **values: Any) -> dict[str, Any]:
+def motor(scene: str, mass: float, pull: float) -> dict[str, Any]:
     """A drum of ``mass`` kg at the cable, its motor and brake."""
     tow = load_scene(scene)
     radius = tow.winch.drum_radius + 0.5 * tow.cable.diameter
     drive = {"model": "motor", "inertia": mass * radius**2, "curve_speed": [0.0, 6.0], "curve_pull": [pull, pull]}
-    others = {key.replace("__", "."): value for key, value in values.items()}
-    return {f"drive.{key}": value for key, value in drive.items()} | {"drive.brake_pull": 0.6 * pull} | others
+    return {f"drive.{key}": value for key, value in drive.items()} | {"drive.brake_pull": 0.6 * pull}
 
 
-def loop(bandwidth: float, damping: float, **values: Any) -> dict[str, Any]:
+def loop(bandwidth: float, damping: float) -> dict[str, Any]:
     """A rate loop, by its order."""
-    others = {key.replace("__", "."): value for key, value in values.items()}
-    return {"drive.model": "rate_loop", "drive.bandwidth": bandwidth, "drive.damping": damping} | others
+    return {"drive.model": "rate_loop", "drive.bandwidth": bandwidth, "drive.damping": damping}
 
 
 def mode(*changes: tuple[float, str]) -> list[tuple[float, str, str]]:
@@ -43,22 +41,23 @@ def mode(*changes: tuple[float, str]) -> list[tuple[float, str, str]]:
     return [(at, "drive.mode", name) for at, name in changes]
 
 
-HOLD = {"setpoint__algorithm": "hold"}
-LAYERS = {"winch__lay_width": 0.2, "winch__lay_pitch": 0.02, "winch__lay_rise": 0.018}
-SHORT = {"cable__sections": {"wire": {"length": 700.0}}}
+MOTOR = motor("full_scale", 500.0, 2e4)
+HOLD, SHEAVE = ({"setpoint.algorithm": law} for law in ("hold", "simplified_sheave"))
+LAYERS = {"winch.lay_width": 0.2, "winch.lay_pitch": 0.02, "winch.lay_rise": 0.018}
+SHORT = {"cable.sections": {"wire": {"length": 700.0}}, "winch.scope": 400.0}
 HEAVY = {  # 2 t on 800 m
-    "towbody__mass": 2000.0,
-    "towbody__net_weight": 1.6e4,
-    "winch__scope": 800.0,
-    "winch__most_scope": 850.0,
-    "cable__sections": {"wire": {"length": 1000.0}},
-    "contact__working_tension": 2.5e4,
-    "drive__controller_mass": 4000.0,
+    "towbody.mass": 2000.0,
+    "towbody.net_weight": 1.6e4,
+    "winch.scope": 800.0,
+    "winch.most_scope": 850.0,
+    "cable.sections": {"wire": {"length": 1000.0}},
+    "contact.working_tension": 2.5e4,
+    "drive.controller_mass": 4000.0,
 }
 
 
 def deep(scope: float) -> dict[str, Any]:
-    return {"winch__scope": scope, "winch__most_scope": scope + 200.0}
+    return {"winch.scope": scope, "winch.most_scope": scope + 200.0}
 
 
 def faired(fairing: str) -> dict[str, Any]:
@@ -68,26 +67,20 @@ def faired(fairing: str) -> dict[str, Any]:
 
 def render(pull: float, mass: float, scope: float, heave: tuple[float, float]) -> Tow:
     """A rosette whose winch renders: the motor comes to the bound of its pull and leaves it, wave by wave."""
-    values = motor("lowered_ctd", mass, 2e4, drive__mode="render", drive__set_pull=pull, **deep(scope))
+    values = motor("lowered_ctd", mass, 2e4) | {"drive.mode": "render", "drive.set_pull": pull} | deep(scope)
     return Tow("lowered_ctd", values, {"heave": heave, "duration": 24.0}, doubts=("RENDER_PLACE",))
 
 
 BRAKED = mode((8.0, "brake"), (15.0, "follow"))
 TOWS = {
     # a brake stops the drum; the first lost 0.96 m as it followed again, and the fourth 15 mm as it hauled
-    "brake, following": Tow(
-        "full_scale",
-        motor("full_scale", 500.0, 2e4, **HOLD),
-        {"winch": "1 rate 0.8", "changes": BRAKED, "duration": 22.0},
-    ),
+    "brake, following": Tow("full_scale", MOTOR | HOLD, {"winch": "1 rate 0.8", "changes": BRAKED, "duration": 22.0}),
     "stop, lowering": Tow(
-        "full_scale",
-        motor("full_scale", 500.0, 2e4),
-        {"winch": "1 rate 1.2", "changes": mode((9.0, "emergency_stop")), "duration": 40.0},
+        "full_scale", MOTOR, {"winch": "1 rate 1.2", "changes": mode((9.0, "emergency_stop")), "duration": 40.0}
     ),
     "brake in heave": Tow(
         "full_scale",
-        motor("full_scale", 500.0, 2e4),
+        MOTOR,
         {
             "winch": "1 rate 0.4",
             "heave": (1.0, 7.0),
@@ -96,70 +89,53 @@ TOWS = {
         },
     ),
     "stop, hauling": Tow(
-        "full_scale",
-        motor("full_scale", 500.0, 2e4),
-        {"winch": "1 rate -1.0", "changes": mode((10.0, "emergency_stop")), "duration": 40.0},
+        "full_scale", MOTOR, {"winch": "1 rate -1.0", "changes": mode((10.0, "emergency_stop")), "duration": 40.0}
     ),
     "heavy, brake, following": Tow(
         "lowered_ctd",
-        motor("lowered_ctd", 2000.0, 6e4, **HEAVY),
+        motor("lowered_ctd", 2000.0, 6e4) | HEAVY,
         {"winch": "1 rate 0.8", "changes": BRAKED, "duration": 45.0},
     ),
     "hauling, brake, following": Tow(
         "lowered_ctd",
-        motor("lowered_ctd", 1000.0, 4e4, **deep(400.0)),
+        motor("lowered_ctd", 1000.0, 4e4) | deep(400.0),
         {"winch": "1 rate -0.9", "changes": mode((12.0, "brake"), (18.0, "follow")), "duration": 45.0},
         doubts=("SLACK",),
     ),
     # a rate loop on a long cable that rings; the first lost 16 mm and 13 % of the deviation
     "loop of second order": Tow(
-        "lowered_ctd",
-        loop(6.0, 0.5, setpoint__algorithm="simplified_sheave", **deep(600.0)),
-        {"heave": (1.0, 8.0), "duration": 24.0},
+        "lowered_ctd", loop(6.0, 0.5) | SHEAVE | deep(600.0), {"heave": (1.0, 8.0), "duration": 24.0}
     ),
     "loop of second order, slow": Tow(
-        "lowered_ctd",
-        loop(4.0, 0.3, setpoint__algorithm="simplified_sheave", **deep(600.0)),
-        {"heave": (0.8, 6.0), "duration": 60.0},
+        "lowered_ctd", loop(4.0, 0.3) | SHEAVE | deep(600.0), {"heave": (0.8, 6.0), "duration": 60.0}
     ),
     "loop of second order, 1500 m": Tow(
-        "lowered_ctd", loop(6.0, 0.7, setpoint__algorithm="simplified_sheave"), {"heave": (1.0, 8.0), "duration": 60.0}
+        "lowered_ctd", loop(6.0, 0.7) | SHEAVE, {"heave": (1.0, 8.0), "duration": 60.0}
     ),
     "loop of second order, rates": Tow(
-        "lowered_ctd", loop(6.0, 0.4, **deep(600.0)), {"winch": "1 rate 0.3, 15 rate 0.1, 30 hold", "duration": 50.0}
+        "lowered_ctd", loop(6.0, 0.4) | deep(600.0), {"winch": "1 rate 0.3, 15 rate 0.1, 30 hold", "duration": 50.0}
     ),
     "loop of first order": Tow(
-        "lowered_ctd",
-        loop(6.0, 0.0, setpoint__algorithm="simplified_sheave", **deep(600.0)),
-        {"heave": (1.0, 8.0), "duration": 60.0},
-        deviation=0.02,
+        "lowered_ctd", loop(6.0, 0.0) | SHEAVE | deep(600.0), {"heave": (1.0, 8.0), "duration": 60.0}, deviation=0.02
     ),
     # layers of the drum
-    "layers, lowering": Tow(
-        "full_scale", motor("full_scale", 500.0, 2e4, **HOLD, **LAYERS), {"winch": "1 rate 1.5", "duration": 50.0}
-    ),
-    "layers, hauling": Tow(
-        "full_scale", motor("full_scale", 500.0, 2e4, **HOLD, **LAYERS), {"winch": "1 rate -1.0", "duration": 50.0}
-    ),
+    "layers, lowering": Tow("full_scale", MOTOR | HOLD | LAYERS, {"winch": "1 rate 1.5", "duration": 50.0}),
+    "layers, hauling": Tow("full_scale", MOTOR | HOLD | LAYERS, {"winch": "1 rate -1.0", "duration": 50.0}),
     "layers, brake, following": Tow(
         "full_scale",
-        motor("full_scale", 300.0, 2e4, **LAYERS),
+        motor("full_scale", 300.0, 2e4) | LAYERS,
         {"winch": "1 rate 1.0", "changes": mode((15.0, "emergency_stop"), (22.0, "follow")), "duration": 30.0},
     ),
     "layers in heave": Tow(
         "lowered_ctd",
-        motor("lowered_ctd", 1000.0, 4e4, **LAYERS, **SHORT, winch__scope=400.0),
+        motor("lowered_ctd", 1000.0, 4e4) | LAYERS | SHORT,
         {"winch": "1 rate -1.2", "heave": (0.5, 6.0), "duration": 50.0},
     ),
-    "layers, ideal drive": Tow(
-        "full_scale",
-        {key.replace("__", "."): value for key, value in LAYERS.items()},
-        {"winch": "5 rate 1.0", "heave": (1.0, 7.0), "duration": 50.0},
-    ),
+    "layers, ideal drive": Tow("full_scale", LAYERS, {"winch": "5 rate 1.0", "heave": (1.0, 7.0), "duration": 50.0}),
     # a constant pull; the drum is the cable's
     "constant pull": Tow(
         "lowered_ctd",
-        motor("lowered_ctd", 300.0, 2e4, drive__mode="tension", drive__set_pull=4300.0, **deep(600.0)),
+        motor("lowered_ctd", 300.0, 2e4) | {"drive.mode": "tension", "drive.set_pull": 4300.0} | deep(600.0),
         {"heave": (0.5, 4.0), "duration": 40.0},
     ),
     # friction of groove, bearing and gear
@@ -170,9 +146,7 @@ TOWS = {
     ),
     "friction, motor": Tow(
         "full_scale",
-        motor(
-            "full_scale", 500.0, 2e4, sheave__friction=0.12, sheave__bearing_friction=0.05, drive__dry_friction=300.0
-        ),
+        MOTOR | {"sheave.friction": 0.12, "sheave.bearing_friction": 0.05, "drive.dry_friction": 300.0},
         {"winch": "1 rate 0.5", "heave": (0.8, 6.0), "duration": 40.0},
     ),
     # bare cable above, faired below, at 6 kn
