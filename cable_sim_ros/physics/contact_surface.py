@@ -19,7 +19,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..compiler.jit import inline
-from .parameter import REQUIRED, Block, quantity
+from .parameter import REQUIRED, Block, choice, quantity
 from .vec import at3, axpy, cross, dot, norm, scale, sub
 from .winch import DrumModel
 
@@ -88,8 +88,8 @@ class Sheave(Block):
         "off: as Westin; journal 0.1 in a plain bearing, Feyrer (2007) 3.5.1",
         configure=False,
     )
-    swivel: bool = quantity(
-        False, "", None, None, "does the block turn about the line of the inboard cable, after the one that leaves it"
+    swivel: bool = choice(
+        False, "does the block turn about the line of the inboard cable, after the one that leaves it"
     )
     swivel_friction: float = quantity(
         0.0,

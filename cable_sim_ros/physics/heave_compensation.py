@@ -15,7 +15,7 @@ from math import atan2, cos, pi, sin
 import numpy as np
 
 from ..compiler.jit import driver, inline
-from .parameter import Block, quantity
+from .parameter import Block, choice, quantity
 from .setpoint_feed_forward import FEED_FORWARD, begin_lead, lead_drive
 from .setpoint_limits import within
 from .setpoint_prediction import PREDICTION, begin_prediction, predict
@@ -80,8 +80,8 @@ EXCESS_TENSION = 0.3
 
 
 class Setpoint(Block):
-    algorithm: SetpointLaw = quantity(
-        SetpointLaw.HOLD, "", None, None, "set-point algorithm of the compensation", "Westin 2.1", configure=False
+    algorithm: SetpointLaw = choice(
+        SetpointLaw.HOLD, "set-point algorithm of the compensation", "Westin 2.1", configure=False
     )
     nominal_angle_deg: float | None = quantity(
         None,
@@ -156,20 +156,13 @@ class Setpoint(Block):
         "time constant with which constant_tension goes back to the length that has the set tension at rest; 0: never; "
         "none: what dT/dL at rest allows, 60 s or less",
     )
-    feed_forward: bool = quantity(
-        False,
-        "",
-        None,
-        None,
-        "invert the known response of the drive, so that the drum follows the law",
-        configure=False,
+    feed_forward: bool = choice(
+        False, "invert the known response of the drive, so that the drum follows the law", configure=False
     )
     feed_forward_bandwidth: float = quantity(
         20.0, "rad/s", 1.0, 100.0, "of the filter from which the feed-forward has acceleration and jerk of the law"
     )
-    prediction: bool = quantity(
-        False, "", None, None, "ask for what the law will ask for after setpoint.horizon", configure=False
-    )
+    prediction: bool = choice(False, "ask for what the law will ask for after setpoint.horizon", configure=False)
     horizon: float | None = quantity(None, "s", 0.0, 5.0, "how far the prediction looks ahead; none: drive.dead_time")
 
 

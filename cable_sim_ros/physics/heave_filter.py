@@ -23,7 +23,7 @@ from math import ceil, cos, hypot, pi, sin
 import numpy as np
 
 from ..compiler.jit import driver, inline
-from .parameter import Block, quantity
+from .parameter import Block, choice, quantity
 from .vec import cross
 
 MEMORY = 10.0  # w = MEMORY / age while the memory expands
@@ -75,14 +75,11 @@ class Convention(str, Enum):
 class MotionInput(Block):
     """Parameters of the topics that bring the ship motion."""
 
-    convention: Convention = quantity(
-        Convention.ENU, "", None, None, "axes of IMU and odometry messages; ned is turned into enu here", "REP 103"
+    convention: Convention = choice(
+        Convention.ENU, "axes of IMU and odometry messages; ned is turned into enu here", "REP 103"
     )
-    force_reversed: bool = quantity(
+    force_reversed: bool = choice(
         False,
-        "",
-        None,
-        None,
         "linear_acceleration is the negative of specific force, gravity less acceleration: it is turned round",
         "REP 145",
     )

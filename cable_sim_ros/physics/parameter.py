@@ -74,6 +74,11 @@ def quantity(
     return Field(default, description=doc, json_schema_extra=extra)
 
 
+def choice(default: Any, doc: str, source: str = "", *, configure: bool = True) -> Any:
+    """Declare what of a scene is no number: a word, a switch, a Block or a table of them; see `quantity`."""
+    return quantity(default, "", None, None, doc, source, configure=configure)
+
+
 def again(block: type[Block], name: str, without: str) -> Any:
     """Declare a number of another Block once more, as one that may be left out: its unit, bounds, meaning and source.
 

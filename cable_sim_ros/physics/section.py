@@ -9,7 +9,7 @@ from enum import Enum
 
 from .drag_laws import AmplifiedDrag, DragLaw
 from .fairing import Fairing
-from .parameter import REQUIRED, Block, again, quantity
+from .parameter import REQUIRED, Block, again, choice, quantity
 from .viv_amplification import Viv
 from .wake_oscillator import Wake
 
@@ -67,8 +67,8 @@ class Section(Block):
     bending_damping: float | None = again(Material, "bending_damping", "that of the cable")
     added_mass_coefficient: float | None = again(Material, "added_mass_coefficient", "that of the cable")
     breaking_load: float | None = again(Material, "breaking_load", "that of the cable")
-    fairing: Fairing = quantity(
-        Fairing.NONE, "", None, None, "fairing: drag law, its coefficients and weight", "docs/theory.md, section 5"
+    fairing: Fairing = choice(
+        Fairing.NONE, "fairing: drag law, its coefficients and weight", "docs/theory.md, section 5"
     )
     fairing_mass: float | None = quantity(
         None, "kg/m", 0.0, 1e3, "dry mass of the fairing per length; none: that of the preset"
@@ -76,10 +76,7 @@ class Section(Block):
     fairing_net_weight: float | None = quantity(
         None, "N/m", -1e4, 1e4, "weight less buoyancy of the fairing in water; none: that of its mass in the material"
     )
-    drag_law: DragLaw | None = quantity(
-        None,
-        "",
-        None,
+    drag_law: DragLaw | None = choice(
         None,
         "drag law: loading functions, C_N and C_T; none: that of the fairing, driscoll_nahon without one",
         "docs/drag.md",
@@ -87,10 +84,7 @@ class Section(Block):
     drag_amplification: float = quantity(
         1.0, "1", 0.1, 10.0, "total drag factor G of a cable at rest, (58)-(65) with G the total", "Westin (64)"
     )
-    drag_amplification_of: AmplifiedDrag | None = quantity(
-        None,
-        "",
-        None,
+    drag_amplification_of: AmplifiedDrag | None = choice(
         None,
         "what drag_amplification multiplies: normal, the drag across the cable, for a factor of a measured or printed "
         "C_D; both, that along it too, for a factor tuned with (64); none: both, and a warning says what hangs on it",
@@ -130,7 +124,7 @@ class Section(Block):
         2.0,
         "factor on the amplitude of strumming beside viv.multiplier; 0: does not strum, as a faired one",
     )
-    wake: Wake = quantity(Wake(), "", None, None, "vortices that the section sheds")
+    wake: Wake = choice(Wake(), "vortices that the section sheds")
     termination_mass: float = quantity(
         0.0, "kg", 0.0, 1e5, "dry mass of the termination at the outboard end, a point on the cable"
     )
@@ -161,25 +155,19 @@ class Cable(Material):
         "on the extra drag of amplification; several waves long. Shorter for a while after a change of winch or ship",
         "docs/theory.md; Westin (64) in a steady tow",
     )
-    model: CableModel = quantity(
+    model: CableModel = choice(
         CableModel.ANCF,
-        "",
-        None,
-        None,
         "what an element is: ancf, a cubic with bending stiffness; segments, a straight link between spherical joints, "
         "without bending stiffness: the independent check",
         "docs/segments.md; Huston and Kamman (1980)",
     )
-    link_buoyancy: LinkBuoyancy = quantity(
+    link_buoyancy: LinkBuoyancy = choice(
         LinkBuoyancy.FULL,
-        "",
-        None,
-        None,
         "of model segments: full buoyancy, or only its part across the link as printed, whose joint force is the wall "
         "tension and whose chain is too limp by pA/T",
         "docs/segments.md; Huston and Kamman (1980), equations 53 and 55",
     )
-    sections: dict[str, Section] = quantity(REQUIRED, "", None, None, "sections from the drum end to the towbody")
+    sections: dict[str, Section] = choice(REQUIRED, "sections from the drum end to the towbody")
 
 
 def material_of(cable: Material, section: Section) -> Material:

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .parameter import Block, quantity
+from .parameter import Block, choice, quantity
 
 # devices in the order of the bits of tick output readings_new
 MRU, ENCODER, METERING, LOAD_PIN, USBL, DEPTH, FISH, ALTIMETER = range(8)
@@ -164,7 +164,7 @@ class Feedback(str, Enum):
 
 
 class Device(Block):
-    on: bool = quantity(False, "", None, None, "is it aboard")
+    on: bool = choice(False, "is it aboard")
     rate: float | None = quantity(None, "Hz", 0.01, 1e3, "readings a second; none: every tick")
     latency: float = quantity(0.0, "s", 0.0, MAX_LATE, "between what was so and its reading")
 
@@ -275,24 +275,20 @@ class Altimeter(Device):
 
 
 class Instruments(Block):
-    feed: Feedback = quantity(
-        Feedback.TRUTH, "", None, None, "what set-point laws and a callback controller get: truth, or instruments"
-    )
+    feed: Feedback = choice(Feedback.TRUTH, "what set-point laws and a callback controller get: truth, or instruments")
     seed: int = quantity(1, "1", 0, 2**31 - 1, "of all noise: the same seed, the same noise")
-    mru: Mru = quantity(Mru(), "", None, None, "motion reference unit")
-    encoder: Encoder = quantity(Encoder(), "", None, None, "encoder on the drum")
-    metering_sheave: MeteringSheave = quantity(MeteringSheave(), "", None, None, "metering sheave")
-    load_pin: LoadPin = quantity(LoadPin(), "", None, None, "load pin of the sheave")
-    usbl: Usbl = quantity(Usbl(), "", None, None, "acoustic fix of the towbody")
-    depth: DepthSensor = quantity(DepthSensor(), "", None, None, "pressure sensor of the towbody")
-    fish_attitude: FishAttitude = quantity(FishAttitude(), "", None, None, "roll, pitch and heading of the towbody")
-    altimeter: Altimeter = quantity(Altimeter(), "", None, None, "altimeter of the towbody")
+    mru: Mru = choice(Mru(), "motion reference unit")
+    encoder: Encoder = choice(Encoder(), "encoder on the drum")
+    metering_sheave: MeteringSheave = choice(MeteringSheave(), "metering sheave")
+    load_pin: LoadPin = choice(LoadPin(), "load pin of the sheave")
+    usbl: Usbl = choice(Usbl(), "acoustic fix of the towbody")
+    depth: DepthSensor = choice(DepthSensor(), "pressure sensor of the towbody")
+    fish_attitude: FishAttitude = choice(FishAttitude(), "roll, pitch and heading of the towbody")
+    altimeter: Altimeter = choice(Altimeter(), "altimeter of the towbody")
 
 
 class Fault(Block):
-    kind: FaultKind = quantity(
-        FaultKind.NONE, "", None, None, "what is wrong; the words stand in docs/instruments.md", configure=False
-    )
+    kind: FaultKind = choice(FaultKind.NONE, "what is wrong; the words stand in docs/instruments.md", configure=False)
     size: float = quantity(
         0.0,
         "1",
@@ -304,18 +300,18 @@ class Fault(Block):
 
 
 class Faults(Block):
-    mru_heave: Fault = quantity(Fault(), "", None, None, "heave of the MRU and its rate")
-    mru_roll: Fault = quantity(Fault(), "", None, None, "roll of the MRU and its rate")
-    mru_pitch: Fault = quantity(Fault(), "", None, None, "pitch of the MRU and its rate")
-    encoder: Fault = quantity(Fault(), "", None, None, "encoder")
-    metering_sheave: Fault = quantity(Fault(), "", None, None, "metering sheave")
-    load_pin: Fault = quantity(Fault(), "", None, None, "load pin")
-    usbl: Fault = quantity(Fault(), "", None, None, "acoustic fix")
-    depth: Fault = quantity(Fault(), "", None, None, "pressure sensor")
-    fish_roll: Fault = quantity(Fault(), "", None, None, "roll of the towbody")
-    fish_pitch: Fault = quantity(Fault(), "", None, None, "pitch of the towbody")
-    fish_heading: Fault = quantity(Fault(), "", None, None, "heading of the towbody")
-    altimeter: Fault = quantity(Fault(), "", None, None, "altimeter of the towbody")
-    command: Fault = quantity(Fault(), "", None, None, "way of a command to the winch: rates in m/s, lengths in m")
-    drive: Fault = quantity(Fault(), "", None, None, "set-point of the drive as it comes to it: lengths in m")
-    flaps: Fault = quantity(Fault(), "", None, None, "flaps of rigid bodies: angles in rad")
+    mru_heave: Fault = choice(Fault(), "heave of the MRU and its rate")
+    mru_roll: Fault = choice(Fault(), "roll of the MRU and its rate")
+    mru_pitch: Fault = choice(Fault(), "pitch of the MRU and its rate")
+    encoder: Fault = choice(Fault(), "encoder")
+    metering_sheave: Fault = choice(Fault(), "metering sheave")
+    load_pin: Fault = choice(Fault(), "load pin")
+    usbl: Fault = choice(Fault(), "acoustic fix")
+    depth: Fault = choice(Fault(), "pressure sensor")
+    fish_roll: Fault = choice(Fault(), "roll of the towbody")
+    fish_pitch: Fault = choice(Fault(), "pitch of the towbody")
+    fish_heading: Fault = choice(Fault(), "heading of the towbody")
+    altimeter: Fault = choice(Fault(), "altimeter of the towbody")
+    command: Fault = choice(Fault(), "way of a command to the winch: rates in m/s, lengths in m")
+    drive: Fault = choice(Fault(), "set-point of the drive as it comes to it: lengths in m")
+    flaps: Fault = choice(Fault(), "flaps of rigid bodies: angles in rad")

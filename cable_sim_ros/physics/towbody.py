@@ -21,7 +21,7 @@ from ..compiler.jit import driver, inline
 from .contact import acts, touch
 from .contact_surface import solid
 from .drag_laws import smooth
-from .parameter import REQUIRED, Block, before_checks, quantity
+from .parameter import REQUIRED, Block, before_checks, choice, quantity
 from .point_mass import half_height
 from .sea import ELEVATION, EXTRA, ORBIT, RATE, SHEAR
 from .vec import at3, axpy, dot, scale
@@ -64,11 +64,8 @@ UNWEIGHED = {"mass": 1e-6, "net_weight": 0.0}  # kg, N: a vehicle has none that 
 
 
 class Towbody(Block):
-    model: BodyModel = quantity(
+    model: BodyModel = choice(
         BodyModel.LEVEL,
-        "",
-        None,
-        None,
         "a point that stays level and turns into the flow, a body with attitude, or a vehicle whose pose is given",
     )
     mass: float = quantity(REQUIRED, "kg", 1e-6, 1e6, "dry mass", "Westin Table 8")
@@ -153,7 +150,7 @@ class Towbody(Block):
         "rigid: drag across the hull, of length times diameter, where drag_area has 0",
         "Allen and Perkins 1951",
     )
-    wings: dict[str, Wing] = quantity({}, "", None, None, "rigid: wings and fins")
+    wings: dict[str, Wing] = choice({}, "rigid: wings and fins")
 
     @before_checks
     @classmethod
@@ -180,7 +177,7 @@ class Towbody(Block):
 class LineBody(Towbody):
     """A body on the line: depressor, pod, float. The physics is that of the towbody."""
 
-    at: str = quantity(REQUIRED, "", None, None, "section at whose outboard end it sits; not the last one")
+    at: str = choice(REQUIRED, "section at whose outboard end it sits; not the last one")
 
 
 def body_record(body: Towbody, gravity: float, density: float) -> np.ndarray:

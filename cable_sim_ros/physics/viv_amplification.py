@@ -23,7 +23,7 @@ from math import log, log10, pi, sqrt
 
 from ..compiler.jit import driver, inline
 from .hermite import point_of
-from .parameter import Block, quantity
+from .parameter import Block, choice, quantity
 from .sea import current_at
 from .state import ARC, MEAN, NOW, STRUM, Q
 from .vec import axpy, dot, norm, scale
@@ -67,11 +67,8 @@ BLEVINS = FORMULAS.index(StrumDrag.BLEVINS)
 class Viv(Block):
     """Vortex-induced vibration of the cable in the water, and the drag factor computed from it."""
 
-    law: StrumLaw = quantity(
+    law: StrumLaw = choice(
         StrumLaw.OFF,
-        "",
-        None,
-        None,
         "law of the amplitude; off: sections have the constant drag_amplification alone",
         "docs/strumming.md; Govardhan & Williamson (2006)",
     )
@@ -92,11 +89,11 @@ class Viv(Block):
         "docs/strumming.md",
         configure=False,
     )
-    amplification: StrumDrag = quantity(
-        StrumDrag.VANDIVER, "", None, None, "drag factor of an amplitude", "Vandiver (1983); Blevins (1990)"
+    amplification: StrumDrag = choice(
+        StrumDrag.VANDIVER, "drag factor of an amplitude", "Vandiver (1983); Blevins (1990)"
     )
-    rms: StrumRms = quantity(
-        StrumRms.MEAN, "", None, None, "rms displacement that vandiver takes: mean over the standing wave, or antinode"
+    rms: StrumRms = choice(
+        StrumRms.MEAN, "rms displacement that vandiver takes: mean over the standing wave, or antinode"
     )
     lock_in_band: float = quantity(
         0.0,

@@ -23,7 +23,7 @@ import numpy as np
 
 from ..compiler.jit import LANES, driver, inline, link, opaque
 from .drag_laws import smooth
-from .parameter import Block, quantity
+from .parameter import Block, choice, quantity
 from .sea import ELEVATION, EXTRA, ORBIT, SHEAR
 from .state import ARC, NOW, STEP, WAKE, Q, V
 from .vec import add, axpy, cross, dot, scale
@@ -62,8 +62,8 @@ class WakePhase(str, Enum):
 
 
 class Wake(Block):
-    law: WakeLaw = quantity(
-        WakeLaw.OFF, "", None, None, "oscillator of the vortices that bare cable sheds, for short spans", "docs/wake.md"
+    law: WakeLaw = choice(
+        WakeLaw.OFF, "oscillator of the vortices that bare cable sheds, for short spans", "docs/wake.md"
     )
     strouhal: float = quantity(0.2, "1", 0.05, 0.5, "St = f d/U of the normal flow", "Westin (A25)")
     lift_coefficient: float = quantity(
@@ -75,7 +75,7 @@ class Wake(Block):
         None, "1", 0.001, 10.0, "a2; none: that of the law, 0.2 or 1/3", "Westin (A19); Facchinetti"
     )
     coupling: float = quantity(12.0, "1", 0.0, 100.0, "a3: how the cable's motion drives its wake", "Westin (A19)")
-    phase: WakePhase = quantity(WakePhase.UNIFORM, "", None, None, "how the wakes along the cable begin")
+    phase: WakePhase = choice(WakePhase.UNIFORM, "how the wakes along the cable begin")
     seed: int = quantity(0, "1", 0, 2**31 - 1, "of the phases, where they are random")
 
 

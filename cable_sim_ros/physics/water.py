@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from enum import Enum
 
-from .parameter import Block, quantity
+from .parameter import Block, choice, quantity
 
 
 class CurrentFrame(str, Enum):
@@ -34,9 +34,7 @@ class ShipInWaves(str, Enum):
 
 
 class Waves(Block):
-    kind: WaveKind = quantity(
-        WaveKind.OFF, "", None, None, "off; airy: one regular wave; jonswap: irregular sea", "docs/waves.md"
-    )
+    kind: WaveKind = choice(WaveKind.OFF, "off; airy: one regular wave; jonswap: irregular sea", "docs/waves.md")
     height: float = quantity(
         0.0, "m", 0.0, 30.0, "airy: height from trough to crest; jonswap: significant wave height Hs"
     )
@@ -44,11 +42,8 @@ class Waves(Block):
     towards_deg: float = quantity(
         0.0, "deg", -360.0, 360.0, "direction the waves travel to: from east to north, or from ahead to port (frame)"
     )
-    frame: CurrentFrame = quantity(
+    frame: CurrentFrame = choice(
         CurrentFrame.WORLD,
-        "",
-        None,
-        None,
         "world: towards_deg counts from east; heading: from the heading of the start, so that a head sea stays ahead "
         "whatever the heading of the recorded motion is",
     )
@@ -58,11 +53,8 @@ class Waves(Block):
     )
     components: int = quantity(100, "1", 10, 1000, "regular waves that make up the irregular sea")
     seed: int = quantity(1, "1", 0, 2**31 - 1, "of phases, frequencies and directions: the same seed, the same sea")
-    ship_motion: ShipInWaves = quantity(
+    ship_motion: ShipInWaves = choice(
         ShipInWaves.INDEPENDENT,
-        "",
-        None,
-        None,
         "independent: the ship moves as recorded, whatever the waves are; run --rao moves it in them",
     )
 
@@ -120,22 +112,15 @@ class Water(Block):
     current_gradient: tuple[float, float] = quantity(
         (0.0, 0.0), "1/s", -1.0, 1.0, "growth of the current per metre of depth, east and north", "Westin (140)"
     )
-    current_frame: CurrentFrame = quantity(
+    current_frame: CurrentFrame = choice(
         CurrentFrame.WORLD,
-        "",
-        None,
-        None,
         "world: current and its gradient are east and north; heading: ahead and to port of the heading of the start, "
         "so that a current abeam stays abeam whatever the heading of the recorded motion is",
     )
-    current_table: CurrentTable = quantity(
-        CurrentTable(), "", None, None, "current by depth, in place of current and current_gradient"
-    )
-    current_variation: CurrentVariation = quantity(
-        CurrentVariation(), "", None, None, "slow change of the current with time"
-    )
-    turbulence: Turbulence = quantity(Turbulence(), "", None, None, "turbulence, the same everywhere at a time")
-    waves: Waves = quantity(Waves(), "", None, None, "waves")
+    current_table: CurrentTable = choice(CurrentTable(), "current by depth, in place of current and current_gradient")
+    current_variation: CurrentVariation = choice(CurrentVariation(), "slow change of the current with time")
+    turbulence: Turbulence = choice(Turbulence(), "turbulence, the same everywhere at a time")
+    waves: Waves = choice(Waves(), "waves")
     ramp: float = quantity(
         20.0, "s", 0.0, 3600.0, "time over which waves and turbulence grow from the static start, which has none"
     )

@@ -13,7 +13,7 @@ import numpy as np
 
 from ..compiler.jit import driver, inline
 from .drum_layers import lay_of, radius_of
-from .parameter import REQUIRED, Block, quantity
+from .parameter import REQUIRED, Block, choice, quantity
 from .sensor_models import FAULT
 from .tick_output import COMMAND_LIMITED, COMMAND_STALE, DRUM_END, WINCH_LIMIT, WINCH_SATURATED
 
@@ -112,11 +112,8 @@ class Winch(Block):
         "Westin Table 8",
     )
     drum_radius: float = quantity(REQUIRED, "m", 0.01, 10.0, "radius of the drum surface", "Westin Table 8")
-    drum: DrumModel = quantity(
+    drum: DrumModel = choice(
         DrumModel.FEED,
-        "",
-        None,
-        None,
         "feed: cable runs in and out at the drum's tangent point, any length; contact: its end is fixed on the drum's "
         "surface, for travel of a few metres and as a check",
     )

@@ -27,7 +27,7 @@ import numpy as np
 from ..compiler.jit import driver, inline
 from .drive_pull import STOPPED, largest_pull, loose, motor_pull, root
 from .drum_layers import radius_and_slope, second_moment
-from .parameter import Block, quantity
+from .parameter import Block, choice, quantity
 from .rate_loop import AT_REST, early, stand_at_end, wanted_rate, within_limits
 from .tick_output import BRAKE_SLIPPED, MOTOR_LIMITED
 from .winch import ACCELERATION, clip, wound_on
@@ -63,19 +63,13 @@ FOLLOW, TENSION, RENDER, BRAKE, EMERGENCY_STOP = range(5)
 
 
 class Drive(Block):
-    model: DriveModel = quantity(
+    model: DriveModel = choice(
         DriveModel.SERVO,
-        "",
-        None,
-        None,
         "servo: ideal, of winch.proportional_gain and derivative_gain; rate_loop: a drive of known response that the "
         "cable's pull does not slow; motor: pull, inertia, friction and brake, with the cable's pull on the drum",
     )
-    mode: WinchMode = quantity(
+    mode: WinchMode = choice(
         WinchMode.FOLLOW,
-        "",
-        None,
-        None,
         "follow: commands and set-point law; tension, render: drive.set_pull; brake; emergency_stop; all but follow "
         "need drive.model motor",
         configure=False,

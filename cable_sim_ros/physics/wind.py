@@ -13,7 +13,7 @@ from ..compiler.jit import LANES, driver, link, opaque
 from .ancf import HALF_RHO_D
 from .drag_laws import smooth
 from .hermite import LINK, W4, X4, shape, slope
-from .parameter import Block, quantity
+from .parameter import Block, choice, quantity
 from .sea import ELEVATION, WIND
 from .state import ARC, FLOW, NOW, Q, V
 from .towbody import heading
@@ -29,8 +29,8 @@ class Air(Block):
     wind: tuple[float, float] = quantity(
         (0.0, 0.0), "m/s", -100.0, 100.0, "velocity of the wind, east and north, the same at every height; 0: no drag"
     )
-    frame: CurrentFrame = quantity(
-        CurrentFrame.WORLD, "", None, None, "world: wind is east and north; heading: ahead and to port of the start's"
+    frame: CurrentFrame = choice(
+        CurrentFrame.WORLD, "world: wind is east and north; heading: ahead and to port of the start's"
     )
     density: float = quantity(1.2, "kg/m^3", 0.5, 2.0, "density of the air", "20 deg C, 1 bar")
     drag_coefficient: float = quantity(
