@@ -12,7 +12,7 @@ import numpy as np
 
 from ..physics.heave_compensation import SetpointLaw
 from ..physics.inputs import COMMAND_ROWS, Inputs
-from ..physics.tick_output import COMMAND_STALE
+from ..physics.tick_output import Flag
 from ..physics.winch_drive import BRAKE, EMERGENCY_STOP, FOLLOW, RENDER, TENSION
 
 IN_FORCE = (  # word, when
@@ -61,7 +61,7 @@ def count_modes(frames: np.ndarray, inputs: Inputs, law: SetpointLaw) -> Counter
 
 def _words(frames: np.ndarray, payout: np.ndarray, rate: np.ndarray, law: SetpointLaw) -> np.ndarray:
     """Places in WORDS."""
-    mode, stale = frames["winch_mode"], frames["status"] & COMMAND_STALE != 0
+    mode, stale = frames["winch_mode"], frames["status"] & int(Flag.COMMAND_STALE) != 0
     lifts = np.isin(mode, (FOLLOW, RENDER)) & (frames["brake_set"] > 0.0)
     every = np.ones(len(frames), bool)
     cases = (

@@ -25,7 +25,7 @@ from ..compiler.jit import by_reference, driver, prepare
 from ..physics.output import no_peaks
 from ..physics.state import NOW
 from ..physics.tick import link_tick, observe, sense, tick
-from ..physics.tick_output import NEWTON_FAILED, NOT_FINITE
+from ..physics.tick_output import Flag
 from ..physics.tow import lay, rest
 
 LINUX = sys.platform.startswith("linux")
@@ -40,7 +40,7 @@ MIN_SLEEP = 200_000  # ns given to others by a tick that found its deadline alre
 MASS_DAMPING = 0.2  # 1/s, of the pseudo-transient only; it has no part in the equilibrium (trap T8)
 LONGEST_STEP = 1000.0  # s, of the pseudo-transient
 CREEPING = 1e6  # N left of a start that did not settle, from which there still is something to see
-HALT = NEWTON_FAILED | NOT_FINITE
+HALT = int(Flag.NEWTON_FAILED | Flag.NOT_FINITE)
 
 MOST_READY = 64
 _ready: dict[int, NamedTuple] = {}  # models whose kernels are published, by their place in memory
