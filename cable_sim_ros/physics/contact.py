@@ -151,13 +151,6 @@ def touch(s, k, r, v):
 
 
 @inline
-def loads(touched):
-    """Line loads [N/m] of the half at -e_y (it pushes to +e_y in the groove) and of that at +e_y."""
-    own, other = touched.own.load, touched.other.load
-    return (other, own) if touched.gap.side > 0.0 else (own, other)
-
-
-@inline
 def acts(s, half, p):
     """Load of one half with its friction, as a vector."""
     return scale(p.load, axpy(-s.friction, p.along, half.normal))

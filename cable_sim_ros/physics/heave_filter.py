@@ -125,11 +125,6 @@ HEAVE = np.dtype(
 )
 
 
-def make_state() -> np.ndarray:
-    """State of a filter that has not seen a sample, HEAVE [1]."""
-    return np.zeros(1, HEAVE).view(np.recarray)
-
-
 @inline
 def turn(roll, pitch, yaw, a):
     """Rz(yaw) Ry(pitch) Rx(roll) a: a vector of base_link in the world."""
@@ -225,7 +220,7 @@ class HeaveFilter:
 
     def reset(self) -> None:
         """Forget everything; the next sample starts anew."""
-        self._state = make_state()
+        self._state = np.zeros(1, HEAVE).view(np.recarray)
         self._out[:] = 0.0
 
     def push(self, dt: float, force, angles, rate) -> np.ndarray:
@@ -259,9 +254,3 @@ class HeaveFilter:
         """True when the displacement is not one of a ship at sea, or not finite."""
         distance = hypot(self._out[0], self._out[1], self._out[2])
         return not distance <= self.heave.max_displacement  # also for NaN
-
-
-def response(period: float, corner_period: float) -> complex:
-    """Estimated over true displacement of the settled filter at a wave period, both in s."""
-    s, w = 2j * pi / period, 2.0 * pi / corner_period
-    return s**3 * (s**2 + 5.0 * w * s + 10.0 * w**2) / (s + w) ** 5

@@ -22,12 +22,6 @@ def slope(x):
     return (-6.0 * x * (1.0 - x), 1.0 - 4.0 * x + 3.0 * x * x, 6.0 * x * (1.0 - x), x * (3.0 * x - 2.0))
 
 
-@inline
-def curve(x):
-    """Second derivatives N_i'' at xi = x."""
-    return (12.0 * x - 6.0, 6.0 * x - 4.0, 6.0 - 12.0 * x, 6.0 * x - 2.0)
-
-
 # Gauss points on [0, 1] as literals: numpy's differ in the last bit between versions
 GAUSS_4_X = (0.06943184420297371, 0.33000947820757187, 0.6699905217924281, 0.9305681557970263)
 GAUSS_4_W = (0.17392742256872692, 0.32607257743127305, 0.32607257743127305, 0.17392742256872692)

@@ -47,24 +47,10 @@ class Inputs(NamedTuple):
 
 def make_inputs() -> Inputs:
     """Empty rings: ship and vehicle follow their mean tracks, the winch holds."""
-    return Inputs(
-        np.zeros(MOTION_ROWS, np.int64),
-        np.zeros((MOTION_ROWS, MOTION_COLUMNS)),
-        np.zeros(1, np.int64),
-        np.zeros(1, np.int64),
-        np.zeros(COMMAND_ROWS, np.int64),
-        np.zeros((COMMAND_ROWS, 2)),
-        np.zeros(1, np.int64),
-        np.zeros(1, np.int64),
-        np.zeros(MOTION_ROWS, np.int64),
-        np.zeros((MOTION_ROWS, MOTION_COLUMNS)),
-        np.zeros(1, np.int64),
-        np.zeros(1, np.int64),
-        np.zeros(FLAP_ROWS, np.int64),
-        np.zeros((FLAP_ROWS, MAX_WINGS)),
-        np.zeros(1, np.int64),
-        np.zeros(1, np.int64),
-    )
+    motion, z = (MOTION_ROWS, MOTION_COLUMNS), np.zeros
+    rings = motion, (COMMAND_ROWS, 2), motion, (FLAP_ROWS, MAX_WINGS)  # ship, winch, vehicle, flaps
+    tables = ((z(size[0], np.int64), z(size), z(1, np.int64), z(1, np.int64)) for size in rings)
+    return Inputs(*(table for ring in tables for table in ring))
 
 
 def push_motion(inputs: Inputs, time_ns: int, sample) -> None:

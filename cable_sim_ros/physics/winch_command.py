@@ -183,15 +183,14 @@ def command(t, h, drum, inputs, winch):
 
     A length is approached at the largest rate and then held, and hides a rate given with it; of lengths that come as a
     stream the line between them is followed. A rate is kept until its time-out. All with the drum's ramp, and to rest
-    at an end of the travel, so the way back begins at once. Returns the rate at the end.
+    at an end of the travel, so the way back begins at once.
     """
     carry_out(t, t - np.int64(round(h * 1e9)), h, drum, inputs, winch)
-    return winch.command_rate
 
 
 @driver
 def command_between(begin, end, drum, inputs, winch):
-    """Commanded length at the end of a step from begin to end [ns], every command from its time on; returns the rate.
+    """Commanded length at the end of a step from begin to end [ns], every command from its time on.
 
     A step of any length is cut where a command begins or runs into its time-out.
     """
@@ -211,7 +210,6 @@ def command_between(begin, end, drum, inputs, winch):
             winch.command_age += (until - middle) * 1e-9
         begin = until
     winch.limited = limited
-    return winch.command_rate
 
 
 @inline

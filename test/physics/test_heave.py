@@ -13,7 +13,7 @@ from scipy.signal import csd, welch
 
 from cable_sim_ros.io.messages.messages import decode_imu, decode_odometry
 from cable_sim_ros.io.sources.recorded_tow import read_motion
-from cable_sim_ros.physics.heave_filter import SETTLED, Heave, HeaveFilter, response
+from cable_sim_ros.physics.heave_filter import SETTLED, Heave, HeaveFilter
 from cable_sim_ros.sim.tables.attitude import rotation
 
 pytestmark = pytest.mark.check
@@ -37,6 +37,12 @@ def heaving(t, acceleration, bias=0.0):
     force = np.zeros((len(t), 3))
     force[:, 2] = G + acceleration + bias
     return force, np.zeros((len(t), 3)), np.zeros((len(t), 3))
+
+
+def response(period, corner_period):
+    """H of the filter's docstring at a wave period, both in s."""
+    s, w = 2j * pi / period, 2.0 * pi / corner_period
+    return s**3 * (s**2 + 5.0 * w * s + 10.0 * w**2) / (s + w) ** 5
 
 
 @given(st.tuples(st.floats(-1, 1), st.floats(-1, 1), st.floats(-3, 3)))
