@@ -58,7 +58,7 @@ DETECTED = np.dtype(
         ("end", "i8"),
         ("clearance", "f8"),  # m below the top of the groove where the cable presses highest; -1: nowhere in it
         ("entered", "i8"),  # 1: deeper than the rim is round; 2: through it from side to side
-        ("coarse", "i8"),  # 1: an element lies on it that is long for it, see coarse.py
+        ("coarse", "i8"),  # 1: an element lies on it that is long for it
     ],
     align=True,
 )

@@ -4,21 +4,28 @@ off.
 A contact point is a Gauss point of an element within reach of a surface. Groove clearance, a cable that entered its
 sheave, depth on the drum, the tick output and its contact table are read from the table of contact points, see
 contact_output.py.
+
+Five points of an element of four metres pass a sheave of half a metre without noticing; slack cable brings such
+elements onto it. Samples, denser towards its ends, tell: flag COARSE_AT_SURFACE. A load on the part inside, at sixteen
+points, was tried: the element cannot bend round the sheave, and Newton fails where it is drawn over it.
 """
 
 from __future__ import annotations
 
+from math import sqrt
+
 import numpy as np
 
 from ..compiler.jit import driver, inline, link, opaque
-from .coarse import LONG, lies_in
 from .contact import LOADED, rubs, touch
 from .contact_surface import FLOOR, GROOVE, NO_TOP, beside, clearance, out_of_reach, place, solid
-from .hermite import W5, X5, hermite_of, point_of
+from .hermite import W5, X5, hermite_of, point_of, shape
 from .state import ARC, NOW, STEP, Q, V
 from .vec import axpy, cross, dot, row3, sub
 
 NOT_ENTERED, DEEP, THROUGH = range(3)  # DETECTED.entered
+LONG = 1.5  # radii; of longer elements so many samples are looked at
+SAMPLES = 24
 
 
 @inline
@@ -48,6 +55,33 @@ def note(contact_point, surface, element, s, r, touched):
     rub = rubs(s, touched) if s.friction > 0.0 else (0.0, 0.0, 0.0)
     for k in range(3):
         contact_point.rub[k] = rub[k]
+
+
+@inline
+def over_seat(s, n, a, b, c, d):
+    """Height [m] over the seated radius of a Solid of a point of a cubic; 1 beside the groove.
+
+    a to d: vectors of its Hermite data; n: N_i there.
+    """
+    rel = (
+        n[0] * a[0] + n[1] * b[0] + n[2] * c[0] + n[3] * d[0],
+        n[0] * a[1] + n[1] * b[1] + n[2] * c[1] + n[3] * d[1],
+        n[0] * a[2] + n[1] * b[2] + n[2] * c[2] + n[3] * d[2],
+    )
+    rel = sub(rel, s.centre)
+    across = dot(rel, s.axis)
+    out = sqrt(dot(rel, rel) - across * across) - s.radius
+    return 1.0 if s.kind == GROOVE and abs(across) > s.crest else out
+
+
+@driver
+def lies_in(s, limit, a, b, c, d):
+    """Is a part of a long element deeper than ``limit`` [m] in a Solid that is round? a to d: its Hermite data."""
+    for k in range(SAMPLES + 1):
+        t = k / SAMPLES
+        if over_seat(s, shape(t * t * (3.0 - 2.0 * t)), a, b, c, d) < -limit:
+            return True
+    return False
 
 
 @driver
