@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from cable_sim_ros import Simulator, load_scene, override
 from cable_sim_ros.physics.attitude import roll_pitch_yaw
 from cable_sim_ros.physics.state import NOW
+from verification.shipped import scene_with, started
 
 WIND = 15.0  # m/s, to the north, across the ship
 HANGING = {
@@ -21,15 +21,9 @@ HANGING = {
 }
 
 
-def started(changes: dict) -> Simulator:
-    sim = Simulator(override(load_scene("side_scan_fish"), HANGING | changes))
-    sim.start()
-    return sim
-
-
 def test_a_hull_in_the_wind_heels_and_draws_its_cable_aside_and_keeps_its_energy_when_it_turns():
     """F = rho_a/2 C_c l d W^2: tan of the cable F/mg; tan of the heel F z_C/(m g z_G), from the tow point."""
-    sim = started({"towbody.wings": {}})
+    sim = started(scene_with("side_scan_fish", HANGING | {"towbody.wings": {}}))
     body = sim.scene.towbody
     force = 0.5 * sim.scene.air.density * body.crossflow_coefficient * body.length * body.diameter * WIND**2
     weight, (above, end) = body.mass * sim.scene.gravity, sim.shape[-2:, 1:3]
@@ -46,6 +40,7 @@ def test_a_hull_in_the_wind_heels_and_draws_its_cable_aside_and_keeps_its_energy
 
 
 def test_a_fin_turns_its_body_into_the_wind():
-    roll, _, yaw = roll_pitch_yaw(started({}).state.attitude[NOW, 0].quaternion)
+    sim = started(scene_with("side_scan_fish", HANGING))
+    roll, _, yaw = roll_pitch_yaw(sim.state.attitude[NOW, 0].quaternion)
     assert np.degrees(yaw) == pytest.approx(-90.0, abs=0.01), "it blows to the north: the nose goes south of east"
     assert abs(roll) < 1e-3

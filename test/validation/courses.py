@@ -9,10 +9,10 @@ from cable_sim_ros import ShipMotion, Simulator
 BEGIN = 20.0  # s, of a change
 
 
-def level(time_ns: int, position, velocity, yaw: float = 0.0, rate: float = 0.0) -> ShipMotion:
-    """A sample without roll and pitch."""
+def level(time_ns: int, position, velocity, yaw: float = 0.0, rate: float = 0.0, of=ShipMotion) -> ShipMotion:
+    """A sample without roll and pitch; of: the ship, or a vehicle."""
     attitude, turning = (0.0, 0.0, yaw), (0.0, 0.0, rate)
-    return ShipMotion(time_ns=time_ns, position=position, velocity=velocity, attitude=attitude, rate=turning)
+    return of(time_ns=time_ns, position=tuple(position), velocity=tuple(velocity), attitude=attitude, rate=turning)
 
 
 def sailed(sim: Simulator, speed: float, yaw: float, time: float, seconds: float) -> np.recarray:

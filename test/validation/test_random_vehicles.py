@@ -8,6 +8,7 @@ from math import cos, pi, radians, sin, sqrt
 
 import numpy as np
 import pytest
+from courses import level
 
 from cable_sim_ros import CableSimError, ShipMotion, Simulator, VehicleMotion
 from cable_sim_ros.io.scenes.load import load_scene, override
@@ -75,15 +76,7 @@ def moved(sim: Simulator, chance: np.random.Generator, kind: str) -> None:
             )
         )
         there, speed = place + size * sin(omega * t) * along, size * omega * cos(omega * t) * along
-        sim.push(
-            VehicleMotion(
-                time_ns=k * 100_000_000,
-                position=tuple(there),
-                velocity=tuple(speed),
-                attitude=(0.0, 0.0, 0.0),
-                rate=(0.0, 0.0, 0.0),
-            )
-        )
+        sim.push(level(k * 100_000_000, there, speed, of=VehicleMotion))
 
 
 def became(seed: int) -> tuple[str, float, str]:
