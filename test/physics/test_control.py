@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from cable_sim_ros.io.scenes.load import SceneError, load_scene, override
 from cable_sim_ros.physics.integrate import Solver
 from cable_sim_ros.physics.substeps import NO_LIMIT
 from cable_sim_ros.sim.build import StepRules
 from cable_sim_ros.sim.inputs import WinchCommand
 from cable_sim_ros.sim.rig.rig import Rig, cable_of
 from cable_sim_ros.sim.simulator import Simulator, SolverError
+from verification.shipped import scene_with, started
 
 pytestmark = pytest.mark.check
 LENGTH, MASS, GRAVITY, ANGLE, STIFFNESS = 10.0, 100.0, 9.81, 0.5, 1e7
@@ -102,8 +102,7 @@ def tow():
 
 
 def begun(**changes) -> Simulator:
-    sim = Simulator(override(load_scene("full_scale"), CHOSEN | changes))
-    sim.start()
+    sim = started(scene_with("full_scale", CHOSEN | changes))
     sim.push(WinchCommand(time_ns=1_003_700_000, rate=1.0))
     sim.push(WinchCommand(time_ns=1_507_300_000, rate=0.0))
     return sim
@@ -154,8 +153,3 @@ def test_a_step_whose_error_cannot_be_met_halts_the_run():
     assert 0 < len(frames) < 200 and frames[-1].tobytes() == sim.frame.tobytes(), "of the ticks before it"
     since = (sim.frame.time - sim.state.now.time.start) * 1e-9
     assert f"the tick after {since:.3f} s of simulation" in str(report.value)
-
-
-def test_long_ticks_are_for_chosen_steps():
-    with pytest.raises(SceneError, match="solver.tick = 0.5 s is more than 0.1 s, .*, or solver.tension_error"):
-        override(load_scene("full_scale"), {"solver.tick": 0.5})
