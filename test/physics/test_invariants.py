@@ -139,13 +139,6 @@ def test_groove_pushes_away_from_its_flanks_and_out(y, h, vy, vh):
         assert f1 == f2 == 0.0, "above the top there is nothing"
 
 
-def test_drum_is_a_groove_of_one_flank():
-    row = contact_surface.surface_row((0, 0, 0), 0.3, None, 0.0, 0.0, 1e9, 0.0)
-    gap, own, other = touch(contact_surface.solid(record(row)), 1e9, (0.0, 5.0, 0.299), (0.0, 0.0, 0.0))
-    assert own.load == pytest.approx(1e9 * 1e-3**1.5) and other.load == 0.0
-    assert gap.own.normal == pytest.approx((0.0, 0.0, 1.0))
-
-
 def test_tangential_loading_is_the_printed_quintic():
     """The trigonometric fit of (60b) against the quintic, and f_n against its printed values (docs/theory.md, section
     4)."""

@@ -78,6 +78,7 @@ def test_a_tow_lies_down_and_is_dragged_along(speed, depth):
         {"ship.tow_speed": speed, "seabed.depth": depth, "setpoint.algorithm": "hold", "solver.tick": 0.05},
     )
     free = started(override(scene, {"seabed.depth": None}))
+    assert free.frame.seabed_length == 0.0 and not free.frame.status & Flag.SEABED
     run = offline.run(scene, heave=(1.0, 8.0), duration=40.0)
     frames = run.frames
     assert not run.problem and (frames.status & Flag.SEABED > 0).all()
@@ -86,11 +87,6 @@ def test_a_tow_lies_down_and_is_dragged_along(speed, depth):
     assert np.abs(frames.energy_residual).max() < 1e-3 * np.abs(np.diff(frames.work_supplied)).sum()
     if speed < 2.0:
         assert frames.seabed_length.min() > 50.0
-
-
-def test_without_a_seabed_nothing_lies_down():
-    sim = started(load_scene("full_scale"))
-    assert sim.frame.seabed_length == 0.0 and not sim.frame.status & Flag.SEABED
 
 
 def test_cable_laid_slack_under_a_ship_at_rest_is_refused_with_the_remedy():
