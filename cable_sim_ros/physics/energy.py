@@ -129,13 +129,8 @@ def fill_energy(line, state, f):
     if now.time.ticks == 0:
         account.stored = stored
     work = account.work
-    f.work_supplied, f.work_water, f.work_contact, f.dissipated = (
-        work[HELD] + work[FED] + drum.supplied,
-        work[WATER],
-        work[SURFACES],
-        work[LOST_POWER] + drum.lost,
-    )
-    f.friction_heat = work[RUBBED]
+    f.work_supplied, f.dissipated = work[HELD] + work[FED] + drum.supplied, work[LOST_POWER] + drum.lost
+    f.work_water, f.work_contact, f.friction_heat = work[WATER], work[SURFACES], work[RUBBED]
     supplied = f.work_supplied + work[WATER] + work[SURFACES] + work[LOADS]
     f.energy_residual = stored - account.stored + f.dissipated - supplied
 
@@ -145,12 +140,8 @@ def slack_gain(account, f, slack, fraction):
     """Has the integration given slack cable more than ``fraction`` of the work turned over since the start, and of the
     energy that moves and stretches the tow now? Call once a tick output record, filled by fill_energy."""
     if f.tick == 0:
-        account.supplied, account.residual, account.turned, account.gained = (
-            f.work_supplied,
-            f.energy_residual,
-            0.0,
-            0.0,
-        )
+        account.supplied, account.residual = f.work_supplied, f.energy_residual
+        account.turned, account.gained = 0.0, 0.0
     account.turned += abs(f.work_supplied - account.supplied)
     if slack:
         account.gained += f.energy_residual - account.residual

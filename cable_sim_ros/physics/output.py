@@ -248,12 +248,9 @@ def fill_winch(drum, state, f):
     f.scope = f.payout - drum.inboard
     f.cable_on_drum = drum.total - f.payout
     f.drum_turns = turns_of(drum, f.cable_on_drum)
-    radius, (lay, _) = radius_of(drum, f.cable_on_drum), lay_of(drum, f.cable_on_drum)
-    f.drum_layer, f.drum_lay_radius, f.drum_lay = (
-        layer_of(drum, f.cable_on_drum) if drum.lay_turns > 0.0 else 0,
-        radius,
-        lay,
-    )
+    radius = f.drum_lay_radius = radius_of(drum, f.cable_on_drum)
+    f.drum_lay, _ = lay_of(drum, f.cable_on_drum)
+    f.drum_layer = layer_of(drum, f.cable_on_drum) if drum.lay_turns > 0.0 else 0
     surface, stretch = winch.length, 1.0
     if drum.feeds != 0:
         surface, stretch = winch.surface, 1.0 + winch.wound[cell(drum, f.cable_on_drum)]

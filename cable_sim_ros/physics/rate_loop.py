@@ -78,9 +78,8 @@ def _follow_rate(h, drum, drive, winch, driving, length, rate) -> None:
     ee, ea, ae, aa = response(drive.bandwidth, drive.damping, d)
     x, v, a, goal, begin_rate = winch.length, winch.rate, winch.accel, driving.given, driving.given_rate
     part = early(h, (goal, begin_rate), (length, rate))
-    off = (
-        length - goal - h * (begin_rate + (0.5 + part) * (rate - begin_rate))
-    )  # of a length that jumps beside its rate
+    # of a length that jumps beside its rate
+    off = length - goal - h * (begin_rate + (0.5 + part) * (rate - begin_rate))
     for i in range(count):
         slope = begin_rate + changed(part, (i + 0.5) / count) * (rate - begin_rate)
         run = d * slope + off / count

@@ -137,14 +137,9 @@ def spin(motion):
 @inline
 def quaternion(c):
     """Unit quaternion x y z w of the attitude c[3:6]."""
-    cr, sr, cp, sp, cy, sy = (
-        cos(0.5 * c[3]),
-        sin(0.5 * c[3]),
-        cos(0.5 * c[4]),
-        sin(0.5 * c[4]),
-        cos(0.5 * c[5]),
-        sin(0.5 * c[5]),
-    )
+    cr, sr = cos(0.5 * c[3]), sin(0.5 * c[3])
+    cp, sp = cos(0.5 * c[4]), sin(0.5 * c[4])
+    cy, sy = cos(0.5 * c[5]), sin(0.5 * c[5])
     return (
         sr * cp * cy - cr * sp * sy,
         cr * sp * cy + sr * cp * sy,

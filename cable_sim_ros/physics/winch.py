@@ -42,11 +42,7 @@ WINCH = np.dtype(
         ("target", "f8"),  # m, what the servo steers to, and its rate
         ("target_rate", "f8"),
         ("at_limit", "i8"),  # 1: stopped at a soft limit of the scene
-        (
-            "flow",
-            "f8",
-            3,
-        ),  # rate, acceleration, auxiliary acceleration of length as the solver has them, see mesh_motion.py
+        ("flow", "f8", 3),  # rate, acceleration, auxiliary acceleration as the solver has them, see mesh_motion.py
         ("held", "f8", LIMITS),  # s of the tick in which it was held to a limit: by the servo, and of the commands
         ("fastest", "f8"),  # m/s, m/s^2: largest of the tick, either way
         ("hardest", "f8"),
