@@ -85,10 +85,8 @@ def test_hair_drags_more_than_a_still_bare_cable_and_ribbon_along_it():
     "key, value", [("drag_law", "pode"), ("drag_coefficient", 0.3), ("tangential_coefficient", 0.01)]
 )
 def test_a_key_stands_above_the_preset(key, value):
-    own, preset = (
-        dressed(Section(length=1.0, fairing="airfoil", **{key: value})),
-        dressed(Section(length=1.0, fairing="airfoil")),
-    )
+    own = dressed(Section(length=1.0, fairing="airfoil", **{key: value}))
+    preset = dressed(Section(length=1.0, fairing="airfoil"))
     for name in ("drag_law", "drag_coefficient", "tangential_coefficient"):
         assert getattr(own, name) == (value if name == key else getattr(preset, name))
 

@@ -94,11 +94,8 @@ def whole(rig):
     attitude, free = state.attitude[NOW, 0], rig.model.held[-1, :3] == 0.0
     by_turn, turned = attitude.carries @ attitude.stiffness, attitude.stiffness @ attitude.follows
     matrix[k : k + 3, k : k + 3] += free[:, None] * (by_turn @ attitude.follows)
-    matrix[k : k + 3, -3:], matrix[-3:, k : k + 3], matrix[-3:, -3:] = (
-        free[:, None] * by_turn,
-        turned,
-        attitude.stiffness,
-    )
+    matrix[k : k + 3, -3:], matrix[-3:, k : k + 3] = free[:, None] * by_turn, turned
+    matrix[-3:, -3:] = attitude.stiffness
     return matrix
 
 
@@ -220,9 +217,8 @@ def test_swinging_water_takes_a_free_body_with_it(heading, axis):
     rig.balance()
     run = rig.run(8.0, 0.02)  # half a period: the line that bears nothing falls
     water = orbital * np.cos(w**2 / GRAVITY * run.q[:, -1, axis] - w * run.time)
-    np.testing.assert_allclose(
-        run.v[:, -1, axis], share * water, atol=2e-3 * share * orbital
-    )  # but for terms of its steepness
+    # but for terms of its steepness
+    np.testing.assert_allclose(run.v[:, -1, axis], share * water, atol=2e-3 * share * orbital)
 
 
 def test_a_double_pendulum_has_its_frequencies():

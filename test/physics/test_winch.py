@@ -17,9 +17,8 @@ def drum_of(**values) -> np.record:
     usual = {"radius": 0.305, "angle_0": 3.8, "side": 1.0, "gain_p": 250.0, "gain_d": 50.0, "max_rate": 5.0}
     usual |= {"max_accel": 20.0, "timeout": 0.5, "payout_0": 450.0, "min_length": -400.0, "max_length": 1.0}
     usual |= values
-    return filled(
-        DRUM, **{"min_limit": usual["min_length"], "max_limit": usual["max_length"]} | usual
-    )  # no soft limits
+    # no soft limits
+    return filled(DRUM, **{"min_limit": usual["min_length"], "max_limit": usual["max_length"]} | usual)
 
 
 def test_servo_follows_the_printed_equation():
