@@ -366,7 +366,10 @@ def manual(page, out) -> None:
     problems: what a scene or a plan is refused for or warned of; causes: why messages of motion and commands are
     refused; mapping_keys: keys, words and units of a mapping of a log.
     """
-    own = {"parameters": manual_text, "fields": fields_text, "problems": problems_text, "causes": causes_text}
+    from ..runs import cause_manual, field_manual, problem_manual
+
+    own = {"parameters": manual_text, "fields": field_manual.text}
+    own |= {"problems": problem_manual.text, "causes": cause_manual.text}
     others = extensions.found(extensions.PAGES)
     if page not in own | others:
         names = ", ".join(own | others)
@@ -447,24 +450,3 @@ def manual_text() -> str:
     from ..runs import manual as writer
 
     return writer.text([(NODE_MANUAL, NodeBlock)])
-
-
-def fields_text() -> str:
-    """The reference of the fields of a tick, of its tables and of the topics of a recording."""
-    from ..runs import field_manual
-
-    return field_manual.text()
-
-
-def problems_text() -> str:
-    """What a scene or a plan is refused for or warned of."""
-    from ..runs import problem_manual
-
-    return problem_manual.text()
-
-
-def causes_text() -> str:
-    """Why messages of motion and commands are refused."""
-    from ..runs import cause_manual
-
-    return cause_manual.text()

@@ -7,13 +7,13 @@ import pytest
 
 import cable_sim_ros
 from cable_sim_ros import testing
-from cable_sim_ros.cli.commands import causes_text, fields_text, manual_text, problems_text
+from cable_sim_ros.cli.commands import manual_text
 from cable_sim_ros.io.messages.channels import EVERY
 from cable_sim_ros.io.messages.fault_hypotheses import UNUSED
 from cable_sim_ros.io.messages.messages import CAUSES
 from cable_sim_ros.physics.parameter import declared
 from cable_sim_ros.physics.tick_output import BODY_COLUMNS, CONTACT_COLUMNS, FIELDS, SHAPE_COLUMNS, STRUM_COLUMNS
-from cable_sim_ros.runs import cause_manual, field_manual
+from cable_sim_ros.runs import cause_manual, field_manual, problem_manual
 from cable_sim_ros.runs.metrics import METRICS
 from cable_sim_ros.runs.summary import SUMMARY
 from cable_sim_ros.sim import flag_rules
@@ -34,9 +34,9 @@ DOCS = Path(__file__).resolve().parents[2] / "docs"
     "page, text",
     [
         ("parameters", manual_text),
-        ("fields", fields_text),
-        ("problems", problems_text),
-        ("causes", causes_text),
+        ("fields", field_manual.text),
+        ("problems", problem_manual.text),
+        ("causes", cause_manual.text),
         ("mapping_keys", mapping_text),
     ],
 )
@@ -46,7 +46,7 @@ def test_the_manual_is_up_to_date(page, text):
 
 def test_every_cause_is_a_refusal_with_a_remedy_or_an_event():
     assert set(cause_manual.EVENTS) == {cause for cause, text in CAUSES.items() if not text}
-    rows = re.findall(r"^\| `(\w+)` \|(.*) \|", causes_text(), re.M)
+    rows = re.findall(r"^\| `(\w+)` \|(.*) \|", cause_manual.text(), re.M)
     assert {cause for cause, _ in rows} == set(CAUSES)
     assert not [said for _, said in rows if "dropped" in said or UNUSED in said]
 
@@ -142,7 +142,7 @@ def test_the_manual_names_every_parameter_with_its_unit():
 
 
 def test_the_fields_have_shape_and_unit():
-    rows = fields_text().partition("## Tables")[0].splitlines()
+    rows = field_manual.text().partition("## Tables")[0].splitlines()
     for name, shape, kind, unit, meaning in FIELDS:
         (row,) = [line for line in rows if line.startswith(f"| `{name}` |")]
         cells = row.strip("| ").split(" | ")
@@ -160,7 +160,7 @@ def test_the_topics_that_have_a_field_are_found_by_reading_them_back():
     also = field_manual.beside()
     assert also["payout"] == ["`winch/state`"] and also["body_position"] == ["`towbody/pose`", "`towbody/odom`"]
     assert also["penetration"] == []
-    recording = fields_text().partition("## Topics of a recording")[2]
+    recording = field_manual.text().partition("## Topics of a recording")[2]
     assert all(f"\n| `{channel.topic}` |" in recording for channel in EVERY)
 
 
