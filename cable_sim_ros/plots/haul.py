@@ -13,8 +13,8 @@ from ..io.recordings.recorded_run import RecordedRun
 from ..io.scenes.winch_plan import WinchPlan
 from ..runs.summary import extremes
 from .heading import force_unit, places, put_heading, scene_name
-from .run import PURPLE, min_span, render, seconds
-from .side import BLUE, DPI, FAINT, INK, ORANGE, PAD, SIZE, cable_curves, fit, put_note, ship_and_water
+from .run import PURPLE, beside, min_span, render, seconds, sheet, twin
+from .side import BLUE, FAINT, INK, ORANGE, PAD, cable_curves, fit, put_note, ship_and_water
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -37,11 +37,7 @@ def draw_haul(
 
 def compose(run: RecordedRun, title: str, stamp: str = "") -> Figure:
     """The matplotlib Figure of a haul."""
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=SIZE, dpi=DPI, facecolor="white")
-    FigureCanvasAgg(figure)
+    figure = sheet()
     columns = figure.add_gridspec(1, 2, left=0.085, right=0.925, top=0.84, bottom=0.175, wspace=0.46)
     left, right = columns[0].subgridspec(2, 1, hspace=0.46), columns[1].subgridspec(3, 1, hspace=0.75)
     shapes(figure.add_subplot(left[0]), run)
@@ -130,16 +126,7 @@ def nodes(axes: Axes, run: RecordedRun) -> None:
     axes.set_ylim(min(past.min(), -1.0) * 1.15, top)
     for name, y, colour in (("towbody", past[-1, -1], ORANGE), ("sheave", 0.0, INK), ("drum", past[-1, -1], PURPLE)):
         y = scope[-1] - frames["payout"][-1] if name == "drum" else y
-        axes.annotate(
-            name,
-            (1.0, y),
-            xycoords=axes.get_yaxis_transform(),
-            xytext=(5, 0),
-            textcoords="offset points",
-            color=colour,
-            va="center",
-            size=11,
-        )
+        beside(axes, name, y, 5, colour)
     _times(axes, run)
 
 
@@ -172,7 +159,8 @@ def depth(axes: Axes, run: RecordedRun) -> None:
     axes.plot(seconds(run), -run.frames["body_position"][:, 2], color=ORANGE, lw=1.6)
     min_span(axes, MIN_SPANS["depth"])
     axes.invert_yaxis()
-    _twin(axes, "depth [m]", ORANGE, "layback [m]", GREEN, run.frames["layback"], seconds(run), MIN_SPANS["depth"])
+    layback = seconds(run), run.frames["layback"]
+    twin(axes, ("depth [m]", ORANGE), ("layback [m]", GREEN), layback, MIN_SPANS["depth"])
     _times(axes, run)
 
 
@@ -187,21 +175,5 @@ def lengths(axes: Axes, run: RecordedRun) -> None:
     index = np.arange(len(time))
     first, last = np.maximum(index - half, 0), np.minimum(index + half + 1, len(time))
     rate = (total[last] - total[first]) / (last - first)
-    name = "rate out [m/s]"
-    _twin(axes, "scope [m]", PURPLE, name, BLUE, rate, time, MIN_SPANS["rate"])
+    twin(axes, ("scope [m]", PURPLE), ("rate out [m/s]", BLUE), (time, rate), MIN_SPANS["rate"])
     _times(axes, run)
-
-
-def _twin(
-    axes: Axes, left: str, colour: str, right: str, other: str, values: np.ndarray, time: np.ndarray, span: float
-) -> None:
-    """Name the left axis and draw ``values`` over ``time`` [s] on one to the right."""
-    axes.set_ylabel(left, color=colour)
-    axes.tick_params(axis="y", colors=colour)
-    twin = axes.twinx()
-    twin.grid(False)
-    twin.spines["right"].set_visible(True)
-    twin.plot(time, values, color=other, lw=1.0)
-    min_span(twin, span)
-    twin.set_ylabel(right, color=other)
-    twin.tick_params(axis="y", colors=other)

@@ -173,13 +173,19 @@ def render(run: RecordedRun | str | os.PathLike, out: str | os.PathLike, make: C
         return save(make(run), out)
 
 
-def compose(run: RecordedRun, title: str, skip_s: float, stamp: str = "") -> Figure:
-    """The matplotlib Figure of a run; no pyplot, so no window system, no state, any thread."""
+def sheet() -> Figure:
+    """An empty Figure for a picture of a run; no pyplot, so no window system, no state, any thread."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=SIZE, dpi=DPI, facecolor="white")
     FigureCanvasAgg(figure)
+    return figure
+
+
+def compose(run: RecordedRun, title: str, skip_s: float, stamp: str = "") -> Figure:
+    """The matplotlib Figure of a run."""
+    figure = sheet()
     panels = figure.subplots(2, 2, gridspec_kw={"width_ratios": [1.12, 1.0]})
     figure.subplots_adjust(left=0.085, right=0.935, top=0.84, bottom=0.215, wspace=0.36, hspace=0.48)
     side_view(panels[0, 0], run)
@@ -253,6 +259,26 @@ def min_span(axes: Axes, span: float) -> None:
         axes.set_ylim(0.5 * (low + high - span), 0.5 * (low + high + span))
 
 
+def beside(axes: Axes, text: str, y: float, points: float, color: str = INK) -> None:
+    """A text so many points to the right of the axes, at a value of theirs."""
+    at = {"xycoords": axes.get_yaxis_transform(), "xytext": (points, 0), "textcoords": "offset points"}
+    axes.annotate(text, (1.0, y), **at, color=color, va="center", size=11)
+
+
+def twin(axes: Axes, left: tuple[str, str], right: tuple[str, str], curve: tuple, span: float, **look) -> Axes:
+    """Name the left axis and draw a curve, (time [s], values), on one to the right; left, right: name and colour; span:
+    as of `min_span`, of the right one. Returns the right one."""
+    other = axes.twinx()
+    other.grid(False)
+    other.spines["right"].set_visible(True)
+    other.plot(*curve, color=right[1], lw=1.0, **look)
+    min_span(other, span)
+    for axis, (name, color) in ((axes, left), (other, right)):
+        axis.set_ylabel(name, color=color)
+        axis.tick_params(axis="y", colors=color)
+    return other
+
+
 def _shade(axes: Axes, run: RecordedRun, skip_s: float) -> None:
     skip = after_start(run.frames, skip_s)[1]
     axes.set_xlim(0, max(seconds(run)[-1], 1e-3))
@@ -273,15 +299,7 @@ def tension(axes: Axes, run: RecordedRun, skip_s: float) -> None:
     if not hauled:
         axes.axhspan(mean - std, mean + std, color=BLUE, alpha=0.10, lw=0)
     axes.axhline(mean, color=INK, lw=1, ls=(0, (6, 4)))
-    axes.annotate(
-        "mean" if hauled else "mean\n± std",
-        (1.0, mean),
-        xycoords=axes.get_yaxis_transform(),
-        xytext=(6, 0),
-        textcoords="offset points",
-        va="center",
-        size=11,
-    )
+    beside(axes, "mean" if hauled else "mean\n± std", mean, 6)
     _shade(axes, run, skip_s)
 
 
@@ -292,16 +310,9 @@ def heave(axes: Axes, run: RecordedRun, skip_s: float) -> None:
     axes.plot(*thinned(time, -run.frames["body_position"][:, 2]), color=ORANGE, lw=1.6)
     min_span(axes, 0.2)
     axes.invert_yaxis()
-    axes.set_ylabel("towbody depth [m]", color=ORANGE)
-    axes.tick_params(axis="y", colors=ORANGE)
-    right = axes.twinx()
-    right.grid(False)
-    right.spines["right"].set_visible(True)
-    mean = kept["sheave_position"][:, 2].mean()
-    right.plot(*thinned(time, run.frames["sheave_position"][:, 2] - mean), color=PURPLE, lw=1.0, ls=(0, (6, 1.5)))
-    min_span(right, 0.2)
-    right.set_ylabel("sheave heave [m]", color=PURPLE)
-    right.tick_params(axis="y", colors=PURPLE)
+    sheave = run.frames["sheave_position"][:, 2] - kept["sheave_position"][:, 2].mean()
+    names = ("towbody depth [m]", ORANGE), ("sheave heave [m]", PURPLE)
+    right = twin(axes, *names, thinned(time, sheave), 0.2, ls=(0, (6, 1.5)))
     for axis in (axes, right):
         axis.locator_params(axis="y", nbins=7)
     _shade(axes, run, skip_s)

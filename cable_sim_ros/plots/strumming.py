@@ -13,8 +13,8 @@ from ..io.recordings.recorded_run import RecordedRun
 from ..physics.tick_output import STRUM_COLUMNS
 from ..runs.summary import SKIP, after_start
 from .heading import put_heading, scene_name
-from .run import PURPLE, render
-from .side import BLUE, DPI, FAINT, ORANGE, SIZE, WATER
+from .run import PURPLE, render, sheet
+from .side import BLUE, FAINT, ORANGE, WATER
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -58,11 +58,7 @@ def outboard(run: RecordedRun, skip_s: float) -> tuple[np.ndarray, np.ndarray]:
 
 def compose(run: RecordedRun, title: str, skip_s: float, stamp: str = "") -> Figure:
     """The matplotlib Figure; see `picture.compose`."""
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=SIZE, dpi=DPI, facecolor="white")
-    FigureCanvasAgg(figure)
+    figure = sheet()
     figure.subplots_adjust(left=0.075, right=0.965, top=0.84, bottom=0.2, wspace=0.24, hspace=0.46)
     distance, tables = outboard(run, skip_s)
     for axes, panel in zip(figure.subplots(2, 2).flat, PANELS, strict=True):

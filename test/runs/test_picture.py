@@ -268,8 +268,7 @@ def test_a_haul_has_no_deviation_about_its_mean():
 
 
 def test_file_is_written_and_the_same_each_time(tmp_path, monkeypatch):
-    for module in ("run", "haul"):
-        monkeypatch.setattr(f"cable_sim_ros.plots.{module}.DPI", 40)
+    monkeypatch.setattr("cable_sim_ros.plots.run.DPI", 40)
     recording = run(scene="a scene")
     for draw in (draw_run, haul.draw_haul):
         first = draw(recording, tmp_path / "a.png").read_bytes()
