@@ -2,18 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Sequence
-from typing import NamedTuple
+from collections.abc import Collection, Iterable, Mapping, Sequence
 
 EVERY = 0.15  # s between two queries of the graph: a round of all topics takes two seconds
 UNKNOWN = "a participant without a ROS node"
-
-
-class Endpoint(NamedTuple):
-    """Name of a publisher's node with its namespace, and the topic."""
-
-    node: str
-    topic: str
 
 
 def full_name(name: str, namespace: str) -> str:
@@ -23,8 +15,11 @@ def full_name(name: str, namespace: str) -> str:
     return f"{namespace.rstrip('/')}/{name}"
 
 
+Publishers = Mapping[str, Sequence[str]]  # full names of their nodes by topic, one each
+
+
 def judge(
-    own: str, names: Iterable[str], outputs: Iterable[Endpoint], inputs: Iterable[Endpoint], one: Collection[str] = ()
+    own: str, names: Iterable[str], outputs: Publishers, inputs: Publishers, one: Collection[str] = ()
 ) -> list[str]:
     """What is wrong, one text each, in a fixed order.
 
@@ -38,10 +33,7 @@ def judge(
             f"{twins} nodes have the name {own}: services, parameters and topics answer for one or the other; end one, "
             f"or start it with -r __ns:=/other"
         )
-    by_topic: dict[str, list[str]] = {}
-    for found in outputs:
-        by_topic.setdefault(found.topic, []).append(found.node)
-    for topic, nodes in sorted(by_topic.items()):
+    for topic, nodes in sorted(outputs.items()):
         foreign = sorted({node for node in nodes if node != own})
         if nodes.count(own) > 1 and twins <= 1:
             foreign.append(f"another endpoint named {own}")
@@ -50,17 +42,14 @@ def judge(
                 f"{topic} is also published by {', '.join(foreign)}: what is heard there is not only from this "
                 f"simulation; end it, or start this node with -r __ns:=/other"
             )
-    senders: dict[str, list[str]] = {}
-    for found in inputs:
-        senders.setdefault(found.topic, []).append(found.node)
-    for topic, nodes in sorted(senders.items()):
+    for topic, nodes in sorted(inputs.items()):
         if len(nodes) > 1:
             problems.append(
                 f"{topic} has {len(nodes)} publishers ({', '.join(sorted(nodes))}): the newest message counts, "
                 f"whoever sent it; leave one"
             )
-    used = sorted(topic for topic in senders if topic in one)
-    several = sorted({node for topic in used for node in senders[topic]})
+    used = sorted(topic for topic, nodes in inputs.items() if nodes and topic in one)
+    several = sorted({node for topic in used for node in inputs[topic]})
     if len(several) > 1 and len(used) > 1:
         problems.append(
             f"{' and '.join(used)} are one input and have {len(several)} senders ({', '.join(several)}): the newest "
@@ -78,7 +67,7 @@ class Neighbours:
         self.problems: list[str] = []
         self._known: set[str] = set()
         self._left: list[str] = []
-        self._found: dict[str, list[Endpoint]] = {}
+        self._found: dict[str, list[str]] = {}
 
     def step(self, outputs: Sequence[str], inputs: Sequence[str], one: Collection[str] = ()) -> list[str]:
         """Query one topic (about a millisecond); at the end of a round, returns problems never seen before.
@@ -89,15 +78,12 @@ class Neighbours:
             self._left = [*outputs, *inputs]
             self._found = {}
         topic = self._left.pop()
-        self._found[topic] = [
-            Endpoint(full_name(info.node_name, info.node_namespace), topic)
-            for info in self.node.get_publishers_info_by_topic(topic)
-        ]
+        ends = self.node.get_publishers_info_by_topic(topic)
+        self._found[topic] = [full_name(end.node_name, end.node_namespace) for end in ends]
         if self._left:
             return []
         names = [full_name(name, space) for name, space in self.node.get_node_names_and_namespaces()]
-        sent = [endpoint for topic in inputs for endpoint in self._found.get(topic, [])]
-        report = [endpoint for topic in outputs for endpoint in self._found.get(topic, [])]
+        report, sent = ({topic: self._found.get(topic, []) for topic in topics} for topics in (outputs, inputs))
         self.problems = judge(self.own, names, report, sent, one)
         new = [problem for problem in self.problems if problem not in self._known]
         self._known.update(new)
