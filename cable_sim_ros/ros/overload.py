@@ -46,6 +46,11 @@ class Samples:
         places = np.arange(self.count - kept, self.count) % size
         return [float(value) for value in np.percentile(self._ring[places], ranks)]
 
+    def named(self, name: str, *ranks: float, newest: int | None = None) -> dict[str, float]:
+        """Percentiles of times [ms] by NAME_p50_ms and so on, the largest by NAME_max_ms."""
+        names = ("max" if rank == 100 else f"p{rank:g}".replace(".", "") for rank in ranks)
+        return {f"{name}_{of}_ms": value for of, value in zip(names, self.percentiles(*ranks, newest=newest))}
+
 
 class Rate:
     """Events per second, from a counter looked at now and then, also twice at once where a state changes."""

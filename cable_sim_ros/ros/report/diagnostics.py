@@ -131,19 +131,13 @@ class Watch:
         pace = session.pace
         loop, counters = session.loop, session.counters()
         rate = self._rates["tick"].of(loop.count, time.monotonic_ns())
-        late = publisher.lateness.percentiles(50, 99, 100, newest=NEWEST)
-        work = publisher.work.percentiles(50, 99, newest=NEWEST)
-        latency = publisher.latency.percentiles(50, 99, newest=NEWEST)
+        times = publisher.lateness.named("lateness", 50, 99, 100, newest=NEWEST)
+        times |= publisher.work.named("work", 50, 99, newest=NEWEST)
+        times |= publisher.latency.named("latency", 50, 99, newest=NEWEST)
         values = {
             "state": session.shown_state,
             "rate_hz": _text(rate),
-            "lateness_p50_ms": _text(late[0]),
-            "lateness_p99_ms": _text(late[1]),
-            "lateness_max_ms": _text(late[2]),
-            "work_p50_ms": _text(work[0]),
-            "work_p99_ms": _text(work[1]),
-            "latency_p50_ms": _text(latency[0]),
-            "latency_p99_ms": _text(latency[1]),
+            **{key: _text(value) for key, value in times.items()},
             "lag_ms": _text(session.lag() * 1e3),
             "real_time_factor": _text(pace.factor),
             "scheduler": loop.scheduler,
@@ -395,23 +389,10 @@ def final_metrics(session: Session, publisher: TickPublisher | None, recorder_st
         if not math.isnan(since) and not session.resets + session.skips_ahead + session.clock.jumps:
             metrics["realtime_factor"] = counters["ticks"] * session.loop.period_ns * 1e-9 / max(since, 1e-3)
     if publisher is not None:
-        late = publisher.lateness.percentiles(50, 99, 99.9, 100)
-        work = publisher.work.percentiles(50, 99, 100)
-        latency = publisher.latency.percentiles(50, 99, 100)
-        metrics |= {
-            "published_ticks": publisher.published,
-            "publisher_skipped": publisher.skipped,
-            "jitter_p50_ms": late[0],
-            "jitter_p99_ms": late[1],
-            "jitter_p999_ms": late[2],
-            "jitter_max_ms": late[3],
-            "work_p50_ms": work[0],
-            "work_p99_ms": work[1],
-            "work_max_ms": work[2],
-            "latency_p50_ms": latency[0],
-            "latency_p99_ms": latency[1],
-            "latency_max_ms": latency[2],
-        }
+        metrics |= {"published_ticks": publisher.published, "publisher_skipped": publisher.skipped}
+        metrics |= publisher.lateness.named("jitter", 50, 99, 99.9, 100)
+        metrics |= publisher.work.named("work", 50, 99, 100)
+        metrics |= publisher.latency.named("latency", 50, 99, 100)
     metrics["input_delay_ms"] = session.node.input_delay * 1e3
     metrics["received"] = dict(session.received)
     metrics["dropped"] = dict(drop_counts(session))
