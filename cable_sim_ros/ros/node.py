@@ -36,7 +36,6 @@ from ..sim.tables.material import body_places
 from ..sim.tables.rigid_tables import flaps_of
 from ..terminal import clean, say
 from . import discovery
-from .arrival import Arrivals, StampArrivals
 from .executor import spin
 from .graph_monitor import EVERY as NEIGHBOURS_EVERY
 from .graph_monitor import Neighbours
@@ -53,6 +52,7 @@ from .report.health import TOPIC as AGES_TOPIC
 from .services import simulation_interfaces
 from .services.control import RecordingControl, SimulationControl
 from .stepped import SteppedSession, session_of
+from .timing import Arrivals, StampArrivals
 from .topics import diagnostic_array, inputs_there, message_class, publishers_of, rows_of
 
 NAME, NAMESPACE = "cable_sim", "/tow_sim"

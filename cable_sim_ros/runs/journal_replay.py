@@ -13,8 +13,7 @@ from ..sim.live_parameters import put_live
 from ..sim.saved.savefile import LAYOUT, SaveError, fitting
 from ..sim.scene import Scene
 from ..sim.verdict import Reason, check
-from .runner import Runner
-from .stepping import Progress, Stepped, Stepper, silent
+from .stepping import Progress, Runner, Stepped, Stepper, silent
 
 CHUNK_TICKS = 256  # of one compiled call, at most; each begins with cold caches
 # samples, commands, samples of a vehicle and rows of flaps a chunk may bring: less than half of each ring

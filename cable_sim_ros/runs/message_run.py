@@ -31,9 +31,8 @@ from ..sim.verdict import Reason, refused_motion
 from . import mean_track
 from .controller import ControllerError, ControlLoop
 from .resume import Resumed, nothing_left
-from .runner import Runner
 from .settings import recorded_intake
-from .stepping import Progress, Stepped, Stepper, silent
+from .stepping import Progress, Runner, Stepped, Stepper, silent
 
 SECOND = 1_000_000_000
 AHEAD = SECOND // 10  # motion is pushed this far past the end of a chunk, so that no tick looks past the newest

@@ -12,12 +12,14 @@ from typing import Any
 
 import numpy as np
 
+from ..io.bags.bag_writer import BagError
 from ..io.messages.markers import check_rate
 from ..io.recordings.journal import read_journal
+from ..io.recordings.recorded_run import load_run
 from ..io.scenes.document import SceneError, find_bag
 from ..io.scenes.fault_plan import PLANS, FaultPlan, load_faults, timed
 from ..io.scenes.live_changes import Change, changes_of
-from ..io.scenes.load import load_scene, override
+from ..io.scenes.load import load_scene, override, scene_from_text
 from ..io.scenes.ship_plan import ShipPlan
 from ..io.scenes.winch_plan import WinchPlan
 from ..io.sources.motion_table import MotionError
@@ -350,7 +352,7 @@ def replay(
     check_rate(markers)
     target = bag_path(out)
     tow = read_tow(find_bag(bag), topics=topics)
-    tow.sea_motion, tow.imported = sea_motion_kept(tow), provenance(tow.about)
+    origin = _origin_of(tow)
     with in_the_sea(bool(tow.sea_motion)):
         scene, own = scene_of_bag(tow, scene, algorithm, settings)
     if tow.journal:
@@ -387,8 +389,8 @@ def replay(
         recorded_ticks=0 if frames is None else len(frames),
         journal=bool(report.segments),
         replay_faults=faults,
+        **origin,
     )
-    result.metrics.update({name: one for name, one in (("rao", tow.sea_motion), ("imported", tow.imported)) if one})
     if not result.residuals and result.metrics["largest_difference"] is None:
         doubts.append(
             verdict.check(
@@ -410,6 +412,35 @@ def replay(
         judged(result, scene, [*doubts, *_damage(tow)])
     write_summary(out, result)
     return result
+
+
+def recorded(path: Path, nothing: str = "no plan is made", instead: str = "cable-sim plan SCENE") -> Run:
+    """A recorded run, its figures made again from what it recorded, judged. BagError where it keeps no scene: then
+    ``nothing`` is done, and what to do instead."""
+    found = load_run(path)
+    about, text = found.custom_data, found.custom_data.get("scene_yaml")
+    if not text:
+        raise BagError(
+            f"bag '{path}' keeps no scene, so what its winch has is not known: {nothing}; give a bag that the "
+            f"node or the offline run recorded, or {instead}"
+        )
+    tow = read_tow(path)
+    origin = _origin_of(tow)
+    with in_the_sea(bool(tow.sea_motion)):
+        scene = scene_from_text(text, f"scene kept in {path}")
+    metrics = summarize(found.frames, skip_s=start_up(scene, True))
+    metrics.update(scene=scene.name, motion=about.get("motion", "as recorded"), setpoint=scene.setpoint.algorithm.value)
+    metrics.update({"winch": about["winch_plan"]} if "winch_plan" in about else {}, **watched(scene, found.frames))
+    metrics.update(origin)
+    segments = read_journal(tow.journal).segments
+    problem = "the solver gave up in the recorded run" if segments and segments[-1].halted else ""
+    return judged(Run(found.frames, metrics, problem, path, scene=scene), scene)
+
+
+def _origin_of(tow: RecordedTow) -> dict[str, Any]:
+    """Note what a bag says of where its motion comes from, waves or an import; that, for the figures of a run."""
+    tow.sea_motion, tow.imported = sea_motion_kept(tow), provenance(tow.about)
+    return {name: one for name, one in (("rao", tow.sea_motion), ("imported", tow.imported)) if one}
 
 
 def _damage(tow: RecordedTow | None) -> list[Reason]:

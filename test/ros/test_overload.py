@@ -11,6 +11,7 @@ import time
 import pytest
 
 from cable_sim_ros.ros.overload import RECOVERED, Pace, Rate
+from cable_sim_ros.ros.timing import Arrivals
 
 pytestmark = pytest.mark.check
 
@@ -150,8 +151,6 @@ def passed(clocks, seconds):
 
 @pytest.mark.parametrize("step", [3600.0, -3600.0, 0.5, -0.5, 0.003])
 def test_a_step_of_the_wall_clock_does_not_move_an_arrival(clocks, step):
-    from cable_sim_ros.ros.arrival import Arrivals
-
     arrivals = Arrivals()
 
     def waited(seconds, after=0.0):
@@ -172,8 +171,6 @@ def test_a_step_of_the_wall_clock_does_not_move_an_arrival(clocks, step):
 
 
 def test_what_was_sent_while_the_process_stood_still_arrived_when_it_was_sent(clocks):
-    from cable_sim_ros.ros.arrival import Arrivals
-
     arrivals, offset = Arrivals(), -5 * SECOND
     arrivals.awake()
     begun = clocks["mono"]

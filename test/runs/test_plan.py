@@ -10,7 +10,7 @@ from cable_sim_ros.cli import commands
 from cable_sim_ros.io.recordings.recorded_run import load_run
 from cable_sim_ros.io.scenes.document import find_bag
 from cable_sim_ros.io.scenes.load import SceneWarning, load_scene, override, scene_from_text
-from cable_sim_ros.runs import offline, recorded
+from cable_sim_ros.runs import offline
 from cable_sim_ros.runs.passage import MEANING
 from cable_sim_ros.sim.layout import layout_of
 from cable_sim_ros.sim.verdict import check, verdict_of
@@ -301,7 +301,7 @@ def test_a_recording_that_is_no_run_or_keeps_no_scene_has_no_plan(monkeypatch, m
     done = call("plan", find_bag("nbp1406"))
     assert done.exit_code == 2 and "has no topic 'sim/health'" in done.stderr
     run = load_run(made[3] / "tow")
-    monkeypatch.setattr(recorded, "load_run", lambda path: run._replace(custom_data={}))
+    monkeypatch.setattr(offline, "load_run", lambda path: run._replace(custom_data={}))
     done = call("plan", made[3] / "tow")
     assert done.exit_code == 2 and "keeps no scene, so what its winch has is not known: no plan is made" in done.stderr
 

@@ -78,7 +78,7 @@ def plan(scene, out, smallest, report, **asked) -> Answer:
                 f"{given[0]} is of a run, and {scene} is a recording of one; nothing was done; leave it out"
             )
         with reporting(report, path) as reporter:
-            from ...runs.recorded import recorded
+            from ...runs.offline import recorded
 
             needs = _planned(scene, result := recorded(path), reporter)
     else:

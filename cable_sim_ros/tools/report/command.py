@@ -26,7 +26,7 @@ def report(bag, out) -> None:
     replay found is not in it: ask for --report where it is run.
     """
     from ...io.scenes.document import find_bag
-    from ...runs.recorded import recorded
+    from ...runs.offline import recorded
     from .write import write_report
 
     result = recorded(find_bag(bag), "no report is made", "cable-sim run SCENE --report FILE.html")
