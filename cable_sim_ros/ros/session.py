@@ -72,7 +72,6 @@ class Session:
         self.skips_ahead = self.resets = 0
         self.pace = Pace(round(self.scene.solver.tick * SECOND))
         self.start_cost = 0.3  # s, of the last static start
-        self.residual_start = math.nan
         self.wall = time.time_ns() - time.monotonic_ns()  # once: arrivals as wall time, for messages without a stamp
         self.arrivals: dict[str, int | None] = {"imu": None, "odometry": None}  # newest, CLOCK_MONOTONIC ns
         self.received = {"imu": 0, "odometry": 0}

@@ -259,7 +259,7 @@ class Link:
             time.sleep(0.002)
 
     def _motion_came(self) -> bool:
-        found = self.diagnostics()
+        found = self.client.diagnostics()
         if not self.feeder.sent or "lockstep" not in found:
             return not self.feeder.sent
         heard = (found["motion"][2].get(f"{kind}_received_age_s", "never") != "never" for kind in self.feeder.kinds)
@@ -361,10 +361,6 @@ class Link:
         if not answer.success:
             raise TowError(f"{service}: {answer.message}")
         return answer.message
-
-    def diagnostics(self) -> dict[str, tuple[int, str, dict[str, str]]]:
-        """Newest status of each task: name -> (level, text, values)."""
-        return self.client.diagnostics()
 
     def close(self) -> None:
         """End our threads and leave the domain."""

@@ -374,7 +374,7 @@ class Tow:
     @property
     def diagnostics(self) -> dict[str, tuple[int, str, dict[str, str]]]:
         """Newest status of each task of /diagnostics: (level, text, values)."""
-        return self._link.diagnostics()
+        return self._link.client.diagnostics()
 
     def diagnostic(
         self, task: str, condition: Callable[[int, str, dict[str, str]], Any], within: float = 5.0

@@ -150,12 +150,12 @@ class SimulationControl:
         self.node = node
         self.steps = MutuallyExclusiveCallbackGroup()  # of the node's own, a step would hold up all else until its end
         for kind, name, answer in (
-            (SetBool, "pause", self._on_pause),
+            (SetBool, "pause", lambda request, response: self._answer(response, self.pause(request.data))),
             (Trigger, "step", self._on_step),
             (Trigger, "save", lambda request, response: self._answer(response, self.save())),
             (Trigger, "restore", lambda request, response: self._answer(response, self.restore())),
             (Trigger, "reset", lambda request, response: self._answer(response, self.reset())),
-            (SetBool, "record", self._on_record),
+            (SetBool, "record", lambda request, response: self._answer(response, self.record(request.data))),
         ):
             self.offer(kind, name, answer)
         self._dropped = 0  # ticks of a step that something else has ended
@@ -250,16 +250,8 @@ class SimulationControl:
         name = self.node.get_parameter("state_file").value
         return Path(self.node.settings.node.recording.root) / f"{name}.npz"
 
-    # ---- the services
-
-    def _on_pause(self, request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
-        return self._answer(response, self.pause(request.data))
-
     async def _on_step(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         return self._answer(response, await self.step(self.node.get_parameter("lockstep.steps").value))
-
-    def _on_record(self, request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
-        return self._answer(response, self.record(request.data))
 
     @staticmethod
     def _answer(response, result: tuple[bool, str]):
