@@ -10,7 +10,6 @@ hears it.
 
 from __future__ import annotations
 
-import ctypes
 import sys
 import time
 from collections.abc import Mapping, Sequence
@@ -86,21 +85,15 @@ def load(
     return at_speed(items, about, speed or 0.0)
 
 
-class _Timespec(ctypes.Structure):
-    _fields_ = (("sec", ctypes.c_long), ("nsec", ctypes.c_long))
-
-
 def sleep_until(deadline: int, alive) -> bool:
     """Sleep to CLOCK_MONOTONIC deadline [ns]; False when alive() turned false meanwhile."""
-    libc = ctypes.CDLL(None)
     while True:
         left = deadline - time.monotonic_ns()
         if not alive():
             return False
         if left <= 0:
             return True
-        until = min(deadline, time.monotonic_ns() + round(SLEEP_CHUNK * SECOND))
-        libc.clock_nanosleep(1, 1, ctypes.byref(_Timespec(until // SECOND, until % SECOND)), None)
+        time.sleep(min(left / SECOND, SLEEP_CHUNK))
 
 
 def play(
