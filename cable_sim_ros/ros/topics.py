@@ -43,6 +43,11 @@ def inputs_there() -> tuple[dict[str, type], str]:
     return kinds, f"{names} are not heard: {why}; {KINDS['command'][1]} is"
 
 
+def senders(node, kinds: Iterable[str], qos: Any) -> dict[str, Any]:
+    """Publishers of inputs, by kind."""
+    return {kind: node.create_publisher(message_class(KINDS[kind][0]), KINDS[kind][1], qos) for kind in kinds}
+
+
 def diagnostic_array(node: str, statuses: Iterable[Status], stamp: int):
     """Statuses of a node as a diagnostic_msgs/DiagnosticArray; stamp: ns."""
     from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue

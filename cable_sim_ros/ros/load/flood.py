@@ -10,10 +10,16 @@ import sys
 import time
 from collections.abc import Callable, Sequence
 
+import rclpy
+from rcl_interfaces.srv import DescribeParameters, GetParameters, ListParameters
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.signals import SignalHandlerOptions
+from std_srvs.srv import SetBool
+
 from ...io.messages.messages import KINDS
 from ...processes import Alive
 from ...terminal import say
-from ..topics import inputs_there, message_class
+from ..topics import inputs_there, senders
 from .sender import Ship
 
 AT_ONCE = 50  # calls under way at a time, of each service
@@ -21,9 +27,6 @@ AT_ONCE = 50  # calls under way at a time, of each service
 
 def services(node, spin: Callable, alive: Callable) -> int:
     """Call the node's services, AT_ONCE of each under way; returns the answers."""
-    from rcl_interfaces.srv import DescribeParameters, GetParameters, ListParameters
-    from std_srvs.srv import SetBool
-
     calls = [
         (ListParameters, "list_parameters", ListParameters.Request()),
         (GetParameters, "get_parameters", GetParameters.Request(names=["scene"] * 20)),
@@ -57,13 +60,7 @@ def topics(node, spin: Callable, alive: Callable) -> int:
 
 def giants(node, spin: Callable, alive: Callable, size: int) -> int:
     """IMU and odometry whose frame_id has `size` bytes, twice a second; returns how many."""
-    from rclpy.qos import QoSProfile
-
-    ship = Ship(frame_id="x" * size)
-    publishers = {
-        kind: node.create_publisher(message_class(KINDS[kind][0]), KINDS[kind][1], QoSProfile(depth=1))
-        for kind in ("imu", "odometry")
-    }
+    ship, publishers = Ship(frame_id="x" * size), senders(node, ("imu", "odometry"), 1)
     sent = 0
     while alive():
         for kind, publisher in publishers.items():
@@ -80,10 +77,6 @@ def main(arguments: Sequence[str]) -> int:
     parser.add_argument("--seconds", type=float, default=10.0, metavar="S")
     parser.add_argument("--bytes", type=int, default=20_000_000, metavar="N", help="length of a giant's frame_id")
     given, ros = parser.parse_known_args(list(arguments))
-    import rclpy
-    from rclpy.executors import SingleThreadedExecutor
-    from rclpy.signals import SignalHandlerOptions
-
     running = Alive()
     rclpy.init(args=["flood", *ros], signal_handler_options=SignalHandlerOptions.NO)
     node = rclpy.create_node("flood", namespace="/tow_sim")

@@ -14,13 +14,18 @@ import sys
 import time
 from collections.abc import Callable, Sequence
 
+import numpy as np
+import rclpy
+from rclpy.qos import QoSProfile, ReliabilityPolicy
+from rclpy.signals import SignalHandlerOptions
+
 from ...io.bags.typestore import STORE
 from ...io.messages.cdr import header, store_type
 from ...io.messages.messages import KINDS
 from ...processes import Alive
 from ..loop import raise_priority
 from ..play.player import SECOND, sleep_until
-from ..topics import message_class
+from ..topics import senders
 
 GRAVITY = 9.81  # m/s^2
 _Vector3, _Point = store_type("geometry_msgs/msg/Vector3"), store_type("geometry_msgs/msg/Point")
@@ -31,8 +36,6 @@ class Ship:
     """Heave of `amplitude` m in `period` s about a track ahead at `speed` m/s; messages as CDR bytes."""
 
     def __init__(self, amplitude: float = 1.0, period: float = 8.0, frame_id: str = "", speed: float = 2.0) -> None:
-        import numpy as np
-
         self.amplitude, self.pulsation, self.speed = amplitude, 2.0 * math.pi / period, speed
         self.shift = 0  # ns added to the stamps
         none = np.zeros(9)
@@ -89,20 +92,12 @@ def main(arguments: Sequence[str]) -> int:
     parser.add_argument("--seconds", type=float, default=0.0, metavar="S", help="0: until a signal")
     given, ros = parser.parse_known_args(list(arguments))
     amplitude, period = map(float, given.heave.split(","))
-    import rclpy
-    from rclpy.qos import QoSProfile, ReliabilityPolicy
-    from rclpy.signals import SignalHandlerOptions
-
     running = Alive()
     rclpy.init(args=["sender", *ros], signal_handler_options=SignalHandlerOptions.NO)
     node = rclpy.create_node("sensors", namespace="/tow_sim")
     profile = QoSProfile(depth=50, reliability=ReliabilityPolicy.BEST_EFFORT)
     rates = {"imu": given.imu, "odometry": given.odometry}
-    publishers = {
-        kind: node.create_publisher(message_class(KINDS[kind][0]), KINDS[kind][1], profile)
-        for kind, rate in rates.items()
-        if rate > 0.0
-    }
+    publishers = senders(node, (kind for kind, rate in rates.items() if rate > 0.0), profile)
     raise_priority()  # where it is allowed: a sensor does not wait for this machine's other work
     ship = Ship(amplitude, period)
     send(lambda kind, data: publishers[kind].publish(data), ship, rates, given.seconds, running)

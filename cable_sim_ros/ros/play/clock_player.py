@@ -12,13 +12,14 @@ import time
 from collections.abc import Callable
 from typing import Any
 
+from rclpy.executors import SingleThreadedExecutor
 from rclpy.qos import QoSProfile
 from rosgraph_msgs.msg import Clock
 
-from ...io.messages.messages import KINDS, Event
+from ...io.messages.messages import Event
 from ...terminal import say
 from ..graph_monitor import full_name
-from ..topics import message_class
+from ..topics import senders
 
 TOPIC = "/clock"
 SECOND = 1_000_000_000
@@ -83,12 +84,7 @@ class ClockTopic:
 
 def publishers_of(node, items: list[Event]) -> dict:
     """Publishers for the kinds of the items. Reliable is heard by every subscriber, and by the node as best effort."""
-    from rclpy.qos import QoSProfile
-
-    return {
-        kind: node.create_publisher(message_class(KINDS[kind][0]), KINDS[kind][1], QoSProfile(depth=50))
-        for kind in {item.kind for item in items}
-    }
+    return senders(node, {item.kind for item in items}, QoSProfile(depth=50))
 
 
 def interval(items: list[Event]) -> int:
@@ -146,10 +142,6 @@ class Follower:
 
 def play_by_clock(node, items: list[Event], *, loop: bool, keep_stamps: bool, alive: Callable, progress) -> int:
     """Send the items as /clock comes to their stamps; returns how many were sent. progress(seconds played)."""
-    from rclpy.executors import SingleThreadedExecutor
-    from rclpy.qos import QoSProfile
-    from rosgraph_msgs.msg import Clock
-
     publishers, follower = publishers_of(node, items), Follower(items, keep_stamps, loop)
     received: list[int] = []
 

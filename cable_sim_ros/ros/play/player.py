@@ -17,6 +17,10 @@ from contextlib import nullcontext
 from functools import partial
 from pathlib import Path
 
+import rclpy
+from rclpy.executors import ExternalShutdownException
+from rclpy.utilities import remove_ros_args
+
 from ...errors import CableSimError
 from ...io.bags.bag import BagReader
 from ...io.messages.messages import COMMANDED, Event, stamp_of
@@ -26,7 +30,8 @@ from ...io.sources.recorded_tow import at_speed, needs_speed, read_motion
 from ...limits import LONGEST_RUN
 from ...terminal import plain_console
 from .. import discovery
-from .clock_player import SECOND, interval, publishers_of
+from ..process import RCLError, unreadable
+from .clock_player import SECOND, interval, play_by_clock, publishers_of
 
 SLEEP_CHUNK = 0.1  # s, so that a signal is seen soon
 
@@ -161,12 +166,6 @@ def play_bag(
     passed on to rclpy.
     Raises PlayError, BagError, ResourceError before a node is made.
     """
-    import rclpy
-    from rclpy.executors import ExternalShutdownException
-    from rclpy.utilities import remove_ros_args
-
-    from ..process import RCLError, unreadable
-
     given = ["play", *ros_arguments]
     try:
         unknown = remove_ros_args(given)[1:]
@@ -191,10 +190,7 @@ def play_bag(
         node = rclpy.create_node("motion_player", namespace="/tow_sim")
         bar, progress = _bar(None if loop else items[-1].arrival / SECOND)
         with bar:
-            if lockstep:
-                from .clock_player import play_by_clock as send
-            else:
-                send = partial(play, rate=1.0 if rate is None else rate)
+            send = play_by_clock if lockstep else partial(play, rate=1.0 if rate is None else rate)
             sent = send(node, items, loop=loop, keep_stamps=keep_stamps, alive=rclpy.ok, progress=progress)
     except (KeyboardInterrupt, ExternalShutdownException):
         pass
