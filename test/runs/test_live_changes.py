@@ -6,15 +6,13 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from short_bag import put_short_bag
 
 from cable_sim_ros import Simulator, replay, run
-from cable_sim_ros.io.scenes.document import find_bag
 from cable_sim_ros.io.scenes.live_changes import ChangeError, Timetable, changes_of, fit, refuse_unacting, tick_of
 from cable_sim_ros.io.scenes.load import load_scene, override
 from cable_sim_ros.io.scenes.winch_plan import PlanError
-from cable_sim_ros.io.sources.recorded_tow import RecordedTow, read_tow
 from cable_sim_ros.physics.winch_drive import BRAKE, FOLLOW
-from cable_sim_ros.runs import sources
 
 S = 1_000_000_000
 MOTOR = {
@@ -84,11 +82,8 @@ def test_a_winch_plan_changes_the_mode_of_a_simulator():
 
 
 def test_after_a_jump_of_the_clock_a_replay_has_what_was_changed_before(monkeypatch, tmp_path):
-    tow = read_tow(find_bag("nbp1406"))
-    events = [event for event in tow.events if event.kind == "odometry" and event.time <= tow.start + 2 * S]
-    half = len(events) // 2
-    moved = [*events[:half], *(event.moved(50 * S) for event in events[half:])]
-    monkeypatch.setattr(sources, "read_tow", lambda path, **_: RecordedTow("nbp1406", list(moved)))
+    events = put_short_bag(monkeypatch, 2, ("odometry",))
+    events[len(events) // 2 :] = [event.moved(50 * S) for event in events[len(events) // 2 :]]
     changes = [(0.3, "drive.mode", "brake"), (1.5, "drive.mode", "follow")]
     result = run(SCENE, "nbp1406", step="fixed", changes=changes, out=tmp_path / "run")
     assert result.metrics["clock_jumps"] == 1 and set(result.frames.winch_mode[30:150]) == {BRAKE}

@@ -4,13 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from short_bag import put_short_bag
 
 from cable_sim_ros import ShipMotion, Simulator, motion_of_bag, run
-from cable_sim_ros.io.scenes.document import find_bag
 from cable_sim_ros.io.sources.motion_table import MotionError
-from cable_sim_ros.io.sources.recorded_tow import RecordedTow, read_tow
 from cable_sim_ros.physics.tick_output import Source
-from cable_sim_ros.runs import sources
 
 pytestmark = pytest.mark.trust
 S = 1_000_000_000
@@ -19,16 +17,7 @@ S = 1_000_000_000
 @pytest.fixture
 def bag(monkeypatch):
     """Three seconds of the shipped motion, to change."""
-    tow = read_tow(find_bag("nbp1406"))
-    events = [event for event in tow.events if event.time <= tow.start + 3 * S]
-    monkeypatch.setattr(
-        sources,
-        "read_tow",
-        lambda path, imu_only=False, topics=None: RecordedTow(
-            "nbp1406", [event for event in events if not (imu_only and event.kind == "odometry")]
-        ),
-    )
-    return events
+    return put_short_bag(monkeypatch, 3)
 
 
 def pushed(samples, start, count):

@@ -8,12 +8,16 @@ import time
 import numpy as np
 import pytest
 
+from cable_sim_ros.io.bags.bag import BagWriter
 from cable_sim_ros.io.messages.commands import encode_command
 from cable_sim_ros.io.messages.messages import Event, decode_odometry
 from cable_sim_ros.io.scenes.document import find_bag
 from cable_sim_ros.io.scenes.load import load_scene, override
+from cable_sim_ros.io.sources.motion_table import MotionError
 from cable_sim_ros.io.sources.recorded_tow import RecordedTow, by_stamps, read_tow, usable_arrivals
+from cable_sim_ros.runs import offline
 from cable_sim_ros.runs.message_run import MessageRun
+from cable_sim_ros.sim.simulator import Simulator, StartError
 
 S = 1_000_000_000
 SECONDS = 4.0
@@ -95,8 +99,6 @@ def test_log_times_that_stand_still_are_no_arrivals(events, clean, tmp_path):
 
 def test_a_bag_of_which_no_motion_can_be_used_is_refused(events):
     """Heights of a hundred metres: not a tow on the mean track that nobody asked for."""
-    from cable_sim_ros.io.sources.motion_table import MotionError
-
     high = []
     for event in events[:50]:
         data = bytearray(event.data)
@@ -107,8 +109,6 @@ def test_a_bag_of_which_no_motion_can_be_used_is_refused(events):
 
 
 def test_the_notice_of_log_times_that_stand_still(tmp_path):
-    from cable_sim_ros.io.bags.bag import BagWriter
-
     with BagWriter(tmp_path / "flat") as bag:
         for event in read_tow(find_bag("nbp1406")).events[:300]:
             if event.kind == "odometry":
@@ -120,9 +120,6 @@ def test_the_notice_of_log_times_that_stand_still(tmp_path):
 
 def test_a_start_that_fails_while_it_is_recorded_says_so(events, tmp_path, monkeypatch):
     """The recording that was begun does not hide why there is none."""
-    from cable_sim_ros.runs import offline
-    from cable_sim_ros.sim.simulator import Simulator, StartError
-
     ran = offline.run("side_scan", heave=(0.5, 8.0), duration=1.0, out=tmp_path / "run")
     starts = []
 
@@ -139,8 +136,6 @@ def test_a_start_that_fails_while_it_is_recorded_says_so(events, tmp_path, monke
 
 
 def test_another_scene_begins_a_jump_from_rest_and_says_so(events, tmp_path):
-    from cable_sim_ros.runs import offline
-
     half = len(events) // 2
     moved = [*events[:half], *(e.moved(40 * S) for e in events[half:])]
     scene = load_scene("full_scale")

@@ -10,7 +10,10 @@ from mcap.reader import make_reader
 from rosbags.highlevel import AnyReader
 
 from cable_sim_ros.io.bags.bag import BagError
-from cable_sim_ros.io.messages.channels import CHANNELS, Context, Encoder
+from cable_sim_ros.io.bags.typestore import STORE
+from cable_sim_ros.io.messages.cdr import header
+from cable_sim_ros.io.messages.channels import CHANNELS, EMPTY, Context, Encoder, JointState
+from cable_sim_ros.io.messages.messages import Event
 from cable_sim_ros.io.recordings.journal import read_journal
 from cable_sim_ros.io.recordings.recorded_run import load_run
 from cable_sim_ros.io.scenes.load import SceneError, SceneWarning, load_scene, override
@@ -221,11 +224,6 @@ def test_motion_is_taken_in_as_the_recording_node_did():
 
 
 def test_commands_of_the_bag_reach_the_ring():
-    from cable_sim_ros.io.bags.typestore import STORE
-    from cable_sim_ros.io.messages.cdr import header
-    from cable_sim_ros.io.messages.channels import EMPTY, JointState
-    from cable_sim_ros.io.messages.messages import Event
-
     def event(time, names, position, velocity):
         message = JointState(header(time, ""), names, np.array(position), np.array(velocity), EMPTY)
         return Event(time, time, "command", bytes(STORE.serialize_cdr(message, "sensor_msgs/msg/JointState")))

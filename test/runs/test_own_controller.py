@@ -6,13 +6,11 @@ import json
 
 import numpy as np
 import pytest
+from short_bag import put_short_bag
 
 from cable_sim_ros import ControllerError, WinchCommand, replay, run
 from cable_sim_ros.io.bags.bag import BagReader
-from cable_sim_ros.io.scenes.document import find_bag
-from cable_sim_ros.io.sources.recorded_tow import RecordedTow, read_tow
 from cable_sim_ros.physics.tick_output import Flag
-from cable_sim_ros.runs import sources
 
 pytestmark = pytest.mark.trust
 S = 1_000_000_000
@@ -30,19 +28,10 @@ class Keeper:
         return WinchCommand(rate=self.gain * float(row.sheave_velocity[2]))
 
 
-@pytest.fixture(scope="module")
-def two_seconds():
-    """Of the shipped motion."""
-    tow = read_tow(find_bag("nbp1406"))
-    return [event for event in tow.events if event.kind == "odometry" and event.time <= tow.start + 2 * S]
-
-
 @pytest.fixture
-def bag(monkeypatch, two_seconds):
+def bag(monkeypatch):
     """Two seconds of the shipped motion, and a way to change them."""
-    events = list(two_seconds)
-    monkeypatch.setattr(sources, "read_tow", lambda path, **_: RecordedTow("nbp1406", list(events)))
-    return events
+    return put_short_bag(monkeypatch, 2, ("odometry",))
 
 
 def test_it_sees_the_row_of_every_tick_from_the_start_on():

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from short_bag import put_short_bag
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "io"))
 
@@ -15,8 +16,8 @@ from state_files import with_notes
 from cable_sim_ros.io.recordings.journal import read_journal
 from cable_sim_ros.io.scenes.load import SceneWarning, load_scene, override
 from cable_sim_ros.io.sources.motion_table import MotionError
-from cable_sim_ros.io.sources.recorded_tow import RecordedTow, read_tow
-from cable_sim_ros.runs import message_run, offline, sources
+from cable_sim_ros.io.sources.recorded_tow import read_tow
+from cable_sim_ros.runs import message_run, offline
 from cable_sim_ros.runs.resume import Resumed
 from cable_sim_ros.sim.saved.savefile import SaveError
 from cable_sim_ros.sim.simulator import Simulator
@@ -37,21 +38,10 @@ def saved(tmp_path_factory):
     return offline.run("side_scan", heave=(0.5, 8.0), duration=1.0, winch="0 hold, 0.5 rate 0.2", save=path), path
 
 
-@pytest.fixture(scope="module")
-def events():
-    """Two seconds of the shipped motion."""
-    tow = read_tow(offline.find_bag("nbp1406"))
-    return [event for event in tow.events if event.time <= tow.start + 2 * 10**9]
-
-
 @pytest.fixture
-def short(events, monkeypatch):
-    """The bag is no longer than that."""
-
-    def read(path, *, imu_only=False, topics=None):
-        return RecordedTow("nbp1406", [event for event in events if not (imu_only and event.kind == "odometry")])
-
-    monkeypatch.setattr(sources, "read_tow", read)
+def short(monkeypatch):
+    """The bag is no longer than two seconds."""
+    put_short_bag(monkeypatch, 2)
 
 
 @pytest.mark.parametrize("case", CASES)
