@@ -40,20 +40,20 @@ sys.modules[module.__name__] = module
 """
 
 
+def session_in(folder, *options):
+    """Code and output of a pytest session with the plugin on a folder of tests."""
+    command = [sys.executable, "-m", "pytest", "-p", "cable_sim_ros.testing.plugin", *options, "."]
+    done = subprocess.run(command, cwd=folder, env=ALONE, capture_output=True, text=True, timeout=600)
+    return done.returncode, done.stdout + done.stderr
+
+
 @pytest.mark.skipif(os.environ.get("NUMBA_DISABLE_JIT") == "1", reason="needs the speed")
 def test_the_first_test_of_the_page_passes_as_it_stands_there(tmp_path):
     pytest.importorskip("rclpy")
     assert len(BLOCKS[0].splitlines()) <= 15
     (tmp_path / "test_mine.py").write_text(BLOCKS[0])
-    done = subprocess.run(
-        [sys.executable, "-m", "pytest", "-p", "cable_sim_ros.testing.plugin", "-q", "."],
-        cwd=tmp_path,
-        env=os.environ | {"PYTHONPATH": str(ROOT), "PYTEST_DISABLE_PLUGIN_AUTOLOAD": "1"},
-        capture_output=True,
-        text=True,
-        timeout=600,
-    )
-    assert done.returncode == 0 and "1 passed" in done.stdout, done.stdout + done.stderr
+    code, text = session_in(tmp_path, "-q")
+    assert code == 0 and "1 passed" in text, text
 
 
 def test_the_others_are_python():
@@ -73,11 +73,7 @@ def session(folder, test, rclpy='types.ModuleType("rclpy")', fails=False):
     """Code and output of a pytest session with the plugin and one test file."""
     (folder / "conftest.py").write_text(STAND_IN.replace("{rclpy}", rclpy).replace("{fails}", str(fails)))
     (folder / "test_it.py").write_text(test)
-    done = subprocess.run(
-        [sys.executable, "-m", "pytest", "-p", "cable_sim_ros.testing.plugin", "-rs", "-s", "."],
-        cwd=folder, env=ALONE, capture_output=True, text=True, timeout=300,
-    )  # fmt: skip
-    return done.returncode, done.stdout + done.stderr
+    return session_in(folder, "-rs", "-s")
 
 
 def test_a_session_that_does_not_use_it_loads_nothing(tmp_path):

@@ -9,6 +9,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from test_process import poll
 
 pytest.importorskip("rclpy")
 pytestmark = pytest.mark.skipif(os.environ.get("NUMBA_DISABLE_JIT") == "1", reason="needs real time")
@@ -21,13 +22,6 @@ from cable_sim_ros.testing.node_topics import PATIENCE, SPEAK, Link  # noqa: E40
 
 NAN = float("nan")
 NODE = "import sys, time; print('so far so good', flush=True); "
-
-
-def poll(condition, within):
-    deadline = time.monotonic() + within
-    while not condition():
-        assert time.monotonic() < deadline, "not within the time"
-        time.sleep(0.01)
 
 
 def python(code):
