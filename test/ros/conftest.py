@@ -6,30 +6,35 @@ import hashlib
 import json
 import os
 import signal
+import subprocess
 import sys
 import threading
 import time
 from collections.abc import Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import pytest
+from diagnostic_msgs.msg import DiagnosticArray
+from rcl_interfaces.srv import SetParameters
+from rclpy.parameter import Parameter
+from rclpy.serialization import deserialize_message
+from std_srvs.srv import SetBool, Trigger
 
 from cable_sim_ros.compiler.kernel_cache import roots
-from cable_sim_ros.io.bags.bag import BagWriter
+from cable_sim_ros.io.bags.bag import BagWriter, read_bag
 from cable_sim_ros.io.messages.messages import KINDS
 from cable_sim_ros.ros.child import Process
+from cable_sim_ros.ros.client import Client
 from cable_sim_ros.ros.load import sender
 from cable_sim_ros.ros.topics import message_class
 from cable_sim_ros.testing.arguments import SENT_AGAIN
 from cable_sim_ros.testing.domain import reserve
 
-if TYPE_CHECKING:
-    from cable_sim_ros.ros.client import Client
-
 HERE = Path(__file__).parent
 LONG = 600.0  # s of wall time that only something that hangs takes
 ROOT = HERE.parents[1]
+# the loop calls libc from compiled code; the real simulator takes minutes without, and keeps no pace
+COMPILED = pytest.mark.skipif(os.environ.get("NUMBA_DISABLE_JIT") == "1", reason="needs compiled kernels")
 
 
 def poll(condition, what: str = "", within: float = LONG, step: float = 0.02):
@@ -79,6 +84,39 @@ class Node(Process):
         return self
 
 
+class Ears(Client):
+    """Hears /diagnostics from its beginning, and asks the node."""
+
+    def __init__(self, domain: int) -> None:
+        super().__init__(domain, "ears")
+        self.listen(DiagnosticArray, "/diagnostics")
+
+    def call(self, kind, name, request, within=LONG):
+        return super().call(kind, name, request, within)
+
+    def task(self, name: str) -> tuple[int, str, dict[str, str]]:
+        """Level, text and values of a task of /diagnostics, also before it came."""
+        return self.diagnostics().get(name, (0, "", {}))
+
+    def more(self, topic: str, count: int) -> None:
+        """Wait for so many more messages of a topic that it listens to."""
+        box, before = self.received[topic], len(self.received[topic])
+        poll(lambda: len(box) >= before + count, f"{count} more of {topic}")
+
+    def ask(self, service: str, data: bool | None = None) -> tuple[bool, str]:
+        """Success and text of a Trigger of the node or, with data, of a SetBool."""
+        kind, given = (Trigger, {}) if data is None else (SetBool, {"data": data})
+        answer = self.call(kind, f"cable_sim/{service}", kind.Request(**given))
+        return answer.success, answer.message
+
+    def set(self, name: str, value) -> str:
+        """Set a parameter of the node; why it was refused, or ""."""
+        request = SetParameters.Request(parameters=[Parameter(name, value=value).to_parameter_msg()])
+        (result,) = self.call(SetParameters, "cable_sim/set_parameters", request).results
+        assert result.successful == (result.reason == ""), result
+        return result.reason
+
+
 class Ship(sender.Ship):
     """A ship that heaves 1 m in 10 s and goes ahead at 2.2 m/s, seen by an IMU and odometry at 50 Hz."""
 
@@ -103,8 +141,6 @@ class Ship(sender.Ship):
             assert not self._thread.is_alive(), "the thread that publishes did not end within 30 s"
 
     def messages(self, stamp: int, t: float):
-        from rclpy.serialization import deserialize_message
-
         publishers = self.publishers.items()
         return [deserialize_message(self.message(kind, stamp, t), its.msg_type) for kind, its in publishers]
 
@@ -147,14 +183,8 @@ class World:
         self.processes.append(process)
         return process
 
-    def ears(self) -> Client:
-        from cable_sim_ros.ros.client import Client
-
-        class Ears(Client):
-            def call(self, kind, name, request, within=LONG):
-                return super().call(kind, name, request, within)
-
-        ears = Ears(self.domain, "ears")
+    def ears(self) -> Ears:
+        ears = Ears(self.domain)
         self.closing.append(ears.close)
         return ears
 
@@ -169,6 +199,28 @@ class World:
         for close in self.closing:
             close()
         self._domain.close()
+
+
+def ns(stamp) -> int:
+    """A stamp of a message, ns."""
+    return stamp.sec * 10**9 + stamp.nanosec
+
+
+def run_script(script: str, *arguments: str, **environment: str) -> str:
+    """What a script prints that runs in a process of its own, with this folder, test/io and the package on its path."""
+    path = os.pathsep.join(map(str, (HERE, HERE.parent / "io", ROOT)))
+    command, own = [sys.executable, "-c", script, *arguments], os.environ | {"PYTHONPATH": path, **environment}
+    done = subprocess.run(command, env=own, capture_output=True, text=True, timeout=LONG)
+    assert done.returncode == 0, done.stderr[-3000:]
+    return done.stdout
+
+
+def recorded(path: Path) -> dict[str, list[bytes]]:
+    """The messages of a bag by topic."""
+    data: dict[str, list[bytes]] = {}
+    for message in read_bag(path):
+        data.setdefault(message.topic, []).append(message.data)
+    return data
 
 
 @pytest.fixture(scope="session")

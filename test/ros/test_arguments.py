@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-pytest.importorskip("rclpy")
+from cable_sim_ros.ros.node import main
+
 HEAD = "/**:\n  ros__parameters:\n    "
 
 
@@ -21,23 +22,21 @@ HEAD = "/**:\n  ros__parameters:\n    "
         (HEAD + "input_delay: 1e999", "parameter 'input_delay' must be a floating-point number in s, got '1e999'"),
         (HEAD + "scene: '" + "/x" * 5000 + "'", "File name too long"),
         (HEAD + 'scene: "a\\0b"', "no such scene file"),
+        (HEAD + "watre: {density: 1000.0}", "error: parameter 'watre.density' = 1000.0: there is no such parameter;"),
     ],
 )
 def test_a_parameter_file_that_is_none(body, part, tmp_path, capfd, monkeypatch):
-    from cable_sim_ros.ros.node import main
-
     monkeypatch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
     path = tmp_path / "p.yaml"
     path.write_text(body)
     assert main(["node", "--ros-args", "--params-file", str(path)]) == 2
     errors = capfd.readouterr().err
+    assert sum(line.startswith("error: ") for line in errors.splitlines()) == 1
     assert part in errors and "Traceback" not in errors and "nothing was started" in errors or "from 0 s" in errors
 
 
 @pytest.mark.parametrize("given", [["-p", "x"], ["-r", "bad"], ["-r", "__ns:=//x"], ["--log-level", "zzz"]])
 def test_an_argument_that_is_none(given, capfd, monkeypatch):
-    from cable_sim_ros.ros.node import main
-
     monkeypatch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
     assert main(["node", "--ros-args", *given]) == 2
     errors = capfd.readouterr().err

@@ -4,17 +4,17 @@ from __future__ import annotations
 
 import pytest
 from conftest import LONG, poll
+from test_lockstep_node import Watcher
 
-pytest.importorskip("rclpy")
+from cable_sim_ros.io.messages.messages import Event
+from cable_sim_ros.ros.play.clock_player import Follower
+from cable_sim_ros.ros.play.player import PlayError, play_bag
 
 S = 1_000_000_000
 MS = 1_000_000
 
 
 def follower(stamps, **how):
-    from cable_sim_ros.io.messages.messages import Event
-    from cable_sim_ros.ros.play.clock_player import Follower
-
     return Follower([Event(stamp * MS, due * MS, "imu", b"") for due, stamp in stamps], **how)
 
 
@@ -53,29 +53,25 @@ def test_a_loop_goes_on_behind_its_end():
 
 
 def test_a_rate_beside_lockstep_is_refused():
-    from cable_sim_ros.ros.play.player import PlayError, play_bag
-
     for rate in (2.0, 1.0):  # also the one that is the default
         with pytest.raises(PlayError, match=f"--rate {rate:g} with --lockstep.*lockstep.rate"):
             play_bag("nbp1406", rate=rate, lockstep=True)
 
 
 def test_a_bag_reaches_a_paused_node_whole_and_through_a_pause(world, bag):
-    from test_lockstep_node import Watcher
-
     watcher = Watcher(world)
     player = world.run("cable_sim_ros.cli", "play", str(bag), "--lockstep", "--duration", "2")
     node = world.node(time_mode="lockstep", lockstep__rate=0.0, lockstep__wait=600.0, lockstep__paused=True)
     node.until("waiting")
     poll(lambda: watcher.figure("motion_held") >= 1.0, "the first message")
     watcher.stands()
-    assert watcher.call("pause", False).success
+    assert watcher.ears.ask("pause", False)[0]
     watcher.more(50)
-    assert watcher.call("pause", True).success
+    assert watcher.ears.ask("pause", True)[0]
     poll(lambda: watcher.task()[1] == "paused", "paused")
     watcher.stands()
     assert player.code is None
-    assert watcher.call("pause", False).success
+    assert watcher.ears.ask("pause", False)[0]
     assert player.wait(LONG) == 0, player.text
     poll(lambda: watcher.figure("clock_s") > 3.0, "a clock behind the last sample")
     assert node.stop() == 0

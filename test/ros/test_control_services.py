@@ -3,84 +3,56 @@
 from __future__ import annotations
 
 import importlib.util
-import os
 import time
 from types import SimpleNamespace
 
 import pytest
-from conftest import poll
+from conftest import COMPILED, ns, poll
+from rosgraph_msgs.msg import Clock
+from std_srvs.srv import Trigger
 
-pytest.importorskip("rclpy")
-pytestmark = pytest.mark.skipif(os.environ.get("NUMBA_DISABLE_JIT") == "1", reason="needs real time")
+from cable_sim_ros.ros.parameters import settle
+from cable_sim_ros.ros.services.control import SimulationControl
 
-
-class Remote:
-    """The services of one node, each answer as (success, message)."""
-
-    def __init__(self, ears) -> None:
-        self.ears = ears
-
-    def trigger(self, name: str) -> tuple[bool, str]:
-        from std_srvs.srv import Trigger
-
-        answer = self.ears.call(Trigger, f"cable_sim/{name}", Trigger.Request())
-        return answer.success, answer.message
-
-    def set(self, name: str, data: bool) -> tuple[bool, str]:
-        from std_srvs.srv import SetBool
-
-        answer = self.ears.call(SetBool, f"cable_sim/{name}", SetBool.Request(data=data))
-        return answer.success, answer.message
-
-    def parameter(self, name: str, **value) -> str:
-        from rcl_interfaces.msg import Parameter, ParameterValue
-        from rcl_interfaces.srv import SetParameters
-
-        kind = {"integer_value": 2, "string_value": 4}[next(iter(value))]
-        request = SetParameters.Request(parameters=[Parameter(name=name, value=ParameterValue(type=kind, **value))])
-        return self.ears.call(SetParameters, "cable_sim/set_parameters", request).results[0].reason
+pytestmark = COMPILED
 
 
 def test_in_real_time_the_tow_is_saved_and_restored_and_time_does_not_stand(world):
     ears = world.ears()
-    ship, remote = world.ship(ears).sail(), Remote(ears)
+    ship = world.ship(ears).sail()
     root = world.folder / "states"
     node = world.node(recording__root=str(root), recording__least_free=0.0).until("running")
     if importlib.util.find_spec("simulation_interfaces") is None:
         assert "simulation_interfaces is not installed: its services are not offered" in node.text
-    for answer in (remote.set("pause", True), remote.trigger("step")):
+    for answer in (ears.ask("pause", True), ears.ask("step")):
         assert answer[0] is False and answer[1].startswith("time_mode is realtime: the clock of the motion drives")
-    missing = remote.trigger("restore")
+    missing = ears.ask("restore")
     assert missing[0] is False and "state.npz: cannot be read (No such file or directory)" in missing[1]
     assert not root.exists() and node.state()["state"] == "running"
-    saved, text = remote.trigger("save")
+    saved, text = ears.ask("save")
     assert saved and text.endswith("states/state.npz") and [path.name for path in root.iterdir()] == ["state.npz"]
-    restored, text = remote.trigger("restore")
+    restored, text = ears.ask("restore")
     assert restored, text
     assert restored and "it goes on at the present, and the winch holds until it is commanded" in text
     assert node.state()["state"] == "running"
-    assert "not a name for a state file" in remote.parameter("state_file", string_value="../x")
-    assert remote.parameter("state_file", string_value="broken") == ""
+    assert "not a name for a state file" in ears.set("state_file", "../x")
+    assert ears.set("state_file", "broken") == ""
     (root / "broken.npz").write_bytes(b"x")
-    refused, text = remote.trigger("restore")
+    refused, text = ears.ask("restore")
     assert refused is False and "broken.npz: is no saved simulation; nothing was loaded" in text
     ship.silent = {"imu", "odometry"}
     assert node.stop() == 0
 
 
 def test_in_lockstep_a_step_is_answered_when_it_is_done(world):
-    from diagnostic_msgs.msg import DiagnosticArray
-    from rosgraph_msgs.msg import Clock
-    from std_srvs.srv import Trigger
-
     ears = world.ears()
-    ship, remote = world.ship(ears), Remote(ears)
+    ship = world.ship(ears)
     clocks = ears.listen(Clock, "/clock")
     parameters = {"recording__root": str(world.folder), "recording__least_free": 0.0, "publish__state_rate": 0.0}
     parameters["lockstep__wait"] = 600.0  # s: a step without motion stands for as long as this test lives
     node = world.node(time_mode="lockstep", lockstep__paused=True, lockstep__rate=0.0, **parameters).until("waiting")
     poll(lambda: clocks, "a clock")
-    refused, text = remote.trigger("save")
+    refused, text = ears.ask("save")
     assert refused is False and text == "the node is waiting: there is no tow under way; nothing was saved"
 
     def sail(first: int, last: int) -> None:
@@ -90,39 +62,34 @@ def test_in_lockstep_a_step_is_answered_when_it_is_done(world):
 
     poll(lambda: ship.odom.get_subscription_count(), "the node's ears")
     sail(0, 100)
-    assert remote.parameter("lockstep.steps", integer_value=50) == ""
-    assert remote.trigger("step") == (True, "50 of 50 ticks done")
+    assert ears.set("lockstep.steps", 50) == ""
+    assert ears.ask("step") == (True, "50 of 50 ticks done")
     # the answer may be here before the last clock: one that stands is said again and again
     poll(lambda: clocks[-1].clock.nanosec and clocks[-1] == clocks[-2] == clocks[-3], "the clock after it")
-    stamp = _stamp(clocks)
-    saved, text = remote.trigger("save")
+    stamp = ns(clocks[-1].clock)
+    saved, text = ears.ask("save")
     assert saved, text
-    assert remote.trigger("step") == (True, "50 of 50 ticks done")
-    later = poll(lambda: _stamp(clocks) > stamp and _stamp(clocks), "a later clock")
-    restored, text = remote.trigger("restore")
+    assert ears.ask("step") == (True, "50 of 50 ticks done")
+    later = poll(lambda: ns(clocks[-1].clock) > stamp and ns(clocks[-1].clock), "a later clock")
+    restored, text = ears.ask("restore")
     assert restored and text.endswith("the clock goes back to it")
-    poll(lambda: _stamp(clocks) == stamp < later, "the clock goes back")
-    running, text = remote.set("pause", False)
+    poll(lambda: ns(clocks[-1].clock) == stamp < later, "the clock goes back")
+    running, text = ears.ask("pause", False)
     assert running and text.startswith("running, /clock ")
-    refused, text = remote.trigger("step")
+    refused, text = ears.ask("step")
     assert refused is False and text == "it runs; pause it first, by ~/pause with data: true"
-    paused, text = remote.set("pause", True)
+    paused, text = ears.ask("pause", True)
     assert paused and text.startswith("paused, /clock ")
-    assert remote.parameter("lockstep.steps", integer_value=500) == "", "more than there is motion for"
+    assert ears.set("lockstep.steps", 500) == "", "more than there is motion for"
     answered = ears.begin(Trigger, "cable_sim/step", Trigger.Request())
-    ears.listen(DiagnosticArray, "/diagnostics")
-    poll(lambda: ears.diagnostics().get("lockstep", (0, "", {}))[2].get("steps_left", "0") != "0", "a step")
-    assert remote.set("pause", True)[0], "is heard while a step is under way, as timers and parameters are"
+    poll(lambda: ears.task("lockstep")[2].get("steps_left", "0") != "0", "a step")
+    assert ears.ask("pause", True)[0], "is heard while a step is under way, as timers and parameters are"
     text = poll(answered.done, "its answer") and answered.result().message
     assert text.endswith("of 500 ticks done: the rest was dropped by ~/pause, ~/reset or ~/restore")
-    assert remote.trigger("reset")[0]
-    assert remote.set("record", True)[0] and "messages in" in remote.set("record", False)[1]
-    assert remote.set("record", False) == (False, "nothing was recorded")
+    assert ears.ask("reset")[0]
+    assert ears.ask("record", True)[0] and "messages in" in ears.ask("record", False)[1]
+    assert ears.ask("record", False) == (False, "nothing was recorded")
     assert node.stop() == 0
-
-
-def _stamp(clocks) -> int:
-    return clocks[-1].clock.sec * 10**9 + clocks[-1].clock.nanosec
 
 
 class Stepped:
@@ -145,9 +112,6 @@ class Stepped:
 
 @pytest.fixture
 def control():
-    from cable_sim_ros.ros.parameters import settle
-    from cable_sim_ros.ros.services.control import SimulationControl
-
     timer = SimpleNamespace(cancel=lambda: None, reset=lambda: None)
     node = SimpleNamespace(session=Stepped(), settings=settle({"lockstep.wait": 2.0}), report_state=lambda: None)
     node.create_service, node.create_timer = lambda *given, **named: None, lambda *given, **named: timer

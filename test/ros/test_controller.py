@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-import os
 import sys
 from pathlib import Path
 
 import pytest
-from conftest import poll
+from conftest import COMPILED, poll
+from geometry_msgs.msg import PoseStamped
+from sensor_msgs.msg import JointState
 
 from cable_sim_ros.ros.child import Process
 
-pytest.importorskip("rclpy")
-pytestmark = pytest.mark.skipif(os.environ.get("NUMBA_DISABLE_JIT") == "1", reason="needs real time")
+pytestmark = COMPILED
 SCRIPT = Path(__file__).resolve().parents[1] / "examples" / "hold_depth.py"
 WITHIN = 0.1  # m
 
@@ -29,13 +29,8 @@ def test_the_example_is_short_and_its_own():
 @pytest.mark.realtime
 def test_the_controller_of_the_page_brings_the_body_to_its_depth_and_its_end_is_seen(world):
     """A rosette at 100 m: 1.5 m deeper and 3 s there within 30 s; killed, the winch holds and says so."""
-    from diagnostic_msgs.msg import DiagnosticArray
-    from geometry_msgs.msg import PoseStamped
-    from sensor_msgs.msg import JointState
-
     ears = world.ears()
     poses, winch = ears.listen(PoseStamped, "towbody/pose"), ears.listen(JointState, "winch/state")
-    ears.listen(DiagnosticArray, "/diagnostics")
     ship = world.ship(ears)
     ship.amplitude, ship.speed = 0.03, 0.1
     ship.sail()

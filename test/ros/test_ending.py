@@ -8,19 +8,17 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-pytest.importorskip("rclpy")
-
+from cable_sim_ros.io.scenes.load import load_scene, override
+from cable_sim_ros.physics.tick_output import TICK_OUTPUT, Flag
+from cable_sim_ros.ros.publisher import RunningSums
+from cable_sim_ros.ros.report.diagnostics import verdict_of_node
+from cable_sim_ros.runs import mean_track, verdict
+from cable_sim_ros.sim.checks.friction_checks import slow
 
 TICK = 0.01
 
 
 def ended(statuses, problem="", maximum=2000.0, frames=(), changes=None, **metrics):
-    from cable_sim_ros.io.scenes.load import load_scene, override
-    from cable_sim_ros.physics.tick_output import TICK_OUTPUT
-    from cable_sim_ros.ros.publisher import RunningSums
-    from cable_sim_ros.ros.report.diagnostics import verdict_of_node
-    from cable_sim_ros.sim.checks.friction_checks import slow
-
     frame = np.zeros(1, TICK_OUTPUT).view(np.recarray)[0]
     frame.status = list(statuses)[-1] if statuses else 0
     latest = frame if statuses else None
@@ -51,8 +49,6 @@ def test_a_node_ends_as_its_ticks_say(given, state, flags):
 
 def sailing(bow_down=1.0, ringing=0.0):
     """60 s on a wave: the ship is drawn ahead as its bow goes down; ringing [N] is what the steps damped away."""
-    from cable_sim_ros.physics.tick_output import TICK_OUTPUT
-
     t = TICK * np.arange(6000)
     frames = np.zeros(len(t), TICK_OUTPUT).view(np.recarray)
     frames.time = np.round(t * 1e9)
@@ -74,8 +70,6 @@ def sailing(bow_down=1.0, ringing=0.0):
     ],
 )
 def test_a_node_says_what_a_run_over_its_frames_says(given, flags):
-    from cable_sim_ros.runs import mean_track, verdict
-
     frames = sailing(**given)
     found = ended({0: len(frames)}, frames=frames)
     assert [reason.flag for reason in found.reasons] == flags
@@ -85,9 +79,6 @@ def test_a_node_says_what_a_run_over_its_frames_says(given, flags):
 
 
 def test_a_node_says_the_slam_that_its_ticks_left_out():
-    from cable_sim_ros.physics.tick_output import Flag
-    from cable_sim_ros.runs import verdict
-
     frames = sailing()
     frames.status[100:102], frames.slam_estimate[100:102] = Flag.SURFACE_CROSSED, (300.0, 1234.0)
     found = ended({0: len(frames) - 2, int(Flag.SURFACE_CROSSED): 2}, frames=frames)
@@ -101,8 +92,6 @@ def test_lost_messages_and_lost_time_count():
 
 
 def test_a_node_whose_winch_is_held_doubts_its_pull_where_there_is_friction():
-    from cable_sim_ros.physics.tick_output import TICK_OUTPUT
-
     frames = np.zeros(50, TICK_OUTPUT).view(np.recarray)
     frames.ship_quaternion[:, 3], frames.scope = 1.0, 450.0
     friction = {"sheave.friction": 0.1, "sheave.bearing_friction": 0.02}

@@ -5,8 +5,14 @@ from __future__ import annotations
 from types import SimpleNamespace
 
 import pytest
+import rclpy
+from rosgraph_msgs.msg import Clock
+from std_srvs.srv import Trigger
 
-pytest.importorskip("rclpy")
+from cable_sim_ros.ros import executor
+from cable_sim_ros.ros.executor import Waiter, drain
+from cable_sim_ros.testing.domain import reserve
+
 pytestmark = pytest.mark.check
 
 MS = 1_000_000
@@ -17,8 +23,6 @@ MS = 1_000_000
 )
 def test_inside_a_step_its_inputs_alone_are_waited_for_between_two_turns(monkeypatch, awaits, turns, waits):
     """20 ms in which an input comes each millisecond: a turn each 5 ms; else one each time, for a service may come."""
-    from cable_sim_ros.ros import executor
-
     now, counts = [0], {"turn": 0, "wait": 0}
 
     def passed(what: str) -> None:
@@ -52,13 +56,6 @@ def test_inside_a_step_its_inputs_alone_are_waited_for_between_two_turns(monkeyp
 
 
 def test_a_message_that_waits_already_ends_the_wait_and_an_answer_is_told_from_it():
-    import rclpy
-    from rosgraph_msgs.msg import Clock
-    from std_srvs.srv import Trigger
-
-    from cable_sim_ros.ros.executor import Waiter, drain
-    from cable_sim_ros.testing.domain import reserve
-
     hour, heard = 3600 * 1000 * MS, []
     domain = reserve()
     context = rclpy.Context()

@@ -8,13 +8,15 @@ import signal
 import time
 
 import pytest
-from conftest import poll
+import rclpy
+from conftest import COMPILED, poll
+from geometry_msgs.msg import PoseStamped
+from sensor_msgs.msg import JointState
 
-pytest.importorskip("rclpy")
-pytestmark = [
-    pytest.mark.realtime,
-    pytest.mark.skipif(os.environ.get("NUMBA_DISABLE_JIT") == "1", reason="needs real time"),
-]
+from cable_sim_ros.ros.load.probe import Probe
+from cable_sim_ros.ros.services.policy import differences
+
+pytestmark = [pytest.mark.realtime, COMPILED]
 
 # The definition: a change is on the wire within SOON of its time-out. Twice that here: the tests share the machine
 SOON = 0.2
@@ -22,14 +24,10 @@ SOON = 0.2
 
 @pytest.fixture
 def ears(world):
-    from cable_sim_ros.ros.load.probe import Probe
-
     class Listener(Probe):
         def first(self, task, condition, since, within, what):
             """First status of a task after a time that condition(level, message, values) holds for."""
             return poll(lambda: [t for t in self.tasks(task, since) if condition(*t[1:])], what, within)[0]
-
-    from sensor_msgs.msg import JointState
 
     it = Listener(world.domain, "ears")
     world.closing.append(it.close)
@@ -55,8 +53,6 @@ def silenced(ears, ship, names, task, level, allowed):
 
 
 def test_a_silent_input_is_seen_at_once_each_by_itself(world, ears):
-    from sensor_msgs.msg import JointState
-
     ship = world.ship(ears)
     ship.sail()
     world.node().until("running")
@@ -135,9 +131,6 @@ def test_a_model_too_big_is_overloaded_at_once_and_never_starts_anew(world, ears
 
 
 def test_neighbours_are_warned_of_and_giants_refused(world, ears):
-    import rclpy
-    from geometry_msgs.msg import PoseStamped
-
     ship = world.ship(ears)
     ship.sail()
     node = world.node(environment={"ROS_AUTOMATIC_DISCOVERY_RANGE": ""}).until("running")
@@ -151,8 +144,6 @@ def test_neighbours_are_warned_of_and_giants_refused(world, ears):
     )
     assert "imu of more than 64 kB refused" in node.text
     poll(lambda: any(task.level == 0 for task in ears.tasks("neighbours")), "nobody else")
-    from cable_sim_ros.ros.services.policy import differences
-
     assert differences(ears.node) == [], "config/sros2/policy.xml is not what the node has"
     spoof = ears.node.create_publisher(PoseStamped, "towbody/pose", 10)
     begun = time.monotonic()

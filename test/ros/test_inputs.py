@@ -10,20 +10,17 @@ import math
 import time
 
 import pytest
-from conftest import poll
-
-pytest.importorskip("rclpy")
+from conftest import poll, recorded
+from geometry_msgs.msg import PoseStamped
+from lifecycle_msgs.msg import Transition
+from lifecycle_msgs.srv import ChangeState
+from sensor_msgs.msg import JointState
 
 
 @pytest.fixture(scope="module")
 def running(shared_world):
     """A node that runs on a live ship: (world, node, ears, ship); each test leaves it running."""
-    from diagnostic_msgs.msg import DiagnosticArray
-    from geometry_msgs.msg import PoseStamped
-    from sensor_msgs.msg import JointState
-
     ears = shared_world.ears()
-    ears.listen(DiagnosticArray, "/diagnostics")
     ears.listen(PoseStamped, "towbody/pose")
     ears.listen(JointState, "winch/state")
     ears.listen(JointState, "sim/health")
@@ -31,10 +28,6 @@ def running(shared_world):
     node = shared_world.node().until("running")
     poll(lambda: ears.received["towbody/pose"] and ears.received["/diagnostics"], "poses and diagnostics")
     return shared_world, node, ears, ship
-
-
-def task(ears, name: str):
-    return ears.diagnostics().get(name, (0, "", {}))
 
 
 def numbers(ears):
@@ -45,11 +38,6 @@ def numbers(ears):
     for topic in ("winch/state", "sim/health"):
         for message in ears.received[topic]:
             yield from (*message.position, *message.velocity, *message.effort)
-
-
-def more_poses(ears, count: int, what: str) -> None:
-    before = len(ears.received["towbody/pose"])
-    poll(lambda: len(ears.received["towbody/pose"]) > before + count, what)
 
 
 def test_bad_motion_is_refused_and_never_published(running):
@@ -70,7 +58,7 @@ def test_bad_motion_is_refused_and_never_published(running):
         ship.imu.publish(same)
         ship.imu.publish(same)
         causes = {"not_finite", "quaternion", "stamp_off_clock", "size", "stamp_not_advancing"}
-        return {f"dropped: {cause}" for cause in causes} <= set(task(ears, "motion")[2])
+        return {f"dropped: {cause}" for cause in causes} <= set(ears.task("motion")[2])
 
     poll(spoilt, "five causes in /diagnostics", step=0.2)
     assert "imu of more than 64 kB refused" in node.text and node.state()["state"] == "running"
@@ -78,8 +66,6 @@ def test_bad_motion_is_refused_and_never_published(running):
 
 
 def command(ears, **arrays):
-    from sensor_msgs.msg import JointState
-
     message = JointState(name=arrays.pop("name", ["payout"]))
     for field, values in arrays.items():
         setattr(message, field, values)
@@ -87,8 +73,6 @@ def command(ears, **arrays):
 
 
 def test_winch_commands(running):
-    from sensor_msgs.msg import JointState
-
     world, node, ears, ship = running
     publisher = ears.publisher(JointState, "winch/command")
     poll(publisher.get_subscription_count, "the node to listen")
@@ -100,7 +84,7 @@ def test_winch_commands(running):
     out = state[-1].position[0] + 0.2
     rate = command(ears, velocity=[0.5])
     send_until(rate, lambda: state[-1].velocity[0] == 0.5 and state[-1].position[0] > out, "a rate of 0.5 m/s")
-    poll(lambda: "stale" in task(ears, "command")[1] and task(ears, "command")[0] == 1, "the stale command")
+    poll(lambda: "stale" in ears.task("command")[1] and ears.task("command")[0] == 1, "the stale command")
     poll(lambda: state[-1].velocity[0] == 0.0, "a silent source holds the winch")
     length = command(ears, position=[1.0], velocity=[math.nan])
     send_until(length, lambda: abs(state[-1].position[0] - 1.0) < 0.01, "a length of 1 m")
@@ -114,65 +98,48 @@ def test_winch_commands(running):
     ):
         publisher.publish(bad)
     causes = {f"refused: {cause}" for cause in ("joint_name", "array_length", "effort_only", "not_finite")}
-    poll(lambda: causes <= set(task(ears, "command")[2]), "four causes in /diagnostics")
-    poll(lambda: task(ears, "command")[2]["no_command"] == "2", "two that command nothing")
+    poll(lambda: causes <= set(ears.task("command")[2]), "four causes in /diagnostics")
+    poll(lambda: ears.task("command")[2]["no_command"] == "2", "two that command nothing")
     assert all(map(math.isfinite, numbers(ears)))
 
 
 def test_a_halt_lasts_until_reset(running):
-    from sensor_msgs.msg import JointState
-    from std_srvs.srv import Trigger
-
     world, node, ears, ship = running
     publisher = ears.publisher(JointState, "winch/command")
     poll(publisher.get_subscription_count, "the node to listen")
     fatal = command(ears, position=[-1000.0])  # what the stand-in gives up at; said again until it is heard
-    poll(lambda: publisher.publish(fatal) or task(ears, "solver")[0] == 2, "an ERROR of the solver", step=0.05)
+    poll(lambda: publisher.publish(fatal) or ears.task("solver")[0] == 2, "an ERROR of the solver", step=0.05)
     node.until("halted")
-    assert "~/reset" in task(ears, "solver")[1]
+    assert "~/reset" in ears.task("solver")[1]
     counts = []
     for _ in range(2):  # what was on its way has come by then
-        heard = len(ears.received["/diagnostics"]) + 2
-        poll(lambda heard=heard: len(ears.received["/diagnostics"]) >= heard, "two more diagnostics")
+        ears.more("/diagnostics", 2)
         counts.append(len(ears.received["towbody/pose"]))
     assert counts[0] == counts[1], "poses are published after the halt"
-    answer = ears.call(Trigger, "/tow_sim/cable_sim/reset", Trigger.Request())
-    assert answer.success, answer.message
-    more_poses(ears, 20, "poses after the reset")
+    done, text = ears.ask("reset")
+    assert done, text
+    ears.more("towbody/pose", 20)
 
 
 def test_record_service(running):
-    from rcl_interfaces.msg import Parameter, ParameterType, ParameterValue
-    from rcl_interfaces.srv import SetParameters
-    from std_srvs.srv import SetBool
-
-    from cable_sim_ros.io.bags.bag import read_bag
-
     world, node, ears, ship = running
-    answer = ears.call(SetBool, "/tow_sim/cable_sim/record", SetBool.Request(data=True))
-    assert answer.success, answer.message
-    assert not ears.call(SetBool, "/tow_sim/cable_sim/record", SetBool.Request(data=True)).success
-    more_poses(ears, 50, "fifty ticks")
-    answer = ears.call(SetBool, "/tow_sim/cable_sim/record", SetBool.Request(data=False))
-    assert answer.success, answer.message
-    bags = list(world.folder.glob("recordings/tow_*"))
-    assert len(bags) == 1
-    assert sum(message.topic == "/tow_sim/towbody/pose" for message in read_bag(bags[0])) >= 40
-    assert not ears.call(SetBool, "/tow_sim/cable_sim/record", SetBool.Request(data=False)).success
+    done, text = ears.ask("record", True)
+    assert done, text
+    assert not ears.ask("record", True)[0]
+    ears.more("towbody/pose", 50)
+    done, text = ears.ask("record", False)
+    assert done, text
+    (bag,) = world.folder.glob("recordings/tow_*")
+    assert len(recorded(bag)["/tow_sim/towbody/pose"]) >= 40
+    assert not ears.ask("record", False)[0]
     for name in (".", "../x", "x" * 5000):  # none of them ends the node
-        value = ParameterValue(type=ParameterType.PARAMETER_STRING, string_value=name)
-        request = SetParameters.Request(parameters=[Parameter(name="recording.path", value=value)])
-        (result,) = ears.call(SetParameters, "/tow_sim/cable_sim/set_parameters", request).results
-        assert not result.successful and "is not a name for a recording" in result.reason
-    assert ears.call(SetBool, "/tow_sim/cable_sim/record", SetBool.Request(data=True)).success
-    assert ears.call(SetBool, "/tow_sim/cable_sim/record", SetBool.Request(data=False)).success
+        assert "is not a name for a recording" in ears.set("recording.path", name)
+    assert ears.ask("record", True)[0]
+    assert ears.ask("record", False)[0]
     assert len(list(world.folder.glob("recordings/tow_*"))) == 2
 
 
 def test_life_cycle_by_its_services(running):
-    from lifecycle_msgs.msg import Transition
-    from lifecycle_msgs.srv import ChangeState
-
     world, node, ears, ship = running
 
     def change(*transitions):
@@ -183,9 +150,9 @@ def test_life_cycle_by_its_services(running):
     change(Transition.TRANSITION_DEACTIVATE)
     node.until("ready")
     change(Transition.TRANSITION_ACTIVATE)
-    more_poses(ears, 20, "poses after a second activation")
+    ears.more("towbody/pose", 20)
     change(Transition.TRANSITION_DEACTIVATE, Transition.TRANSITION_CLEANUP)
     node.until("unconfigured")
     change(Transition.TRANSITION_CONFIGURE, Transition.TRANSITION_ACTIVATE)
-    more_poses(ears, 20, "poses after a second configure")
+    ears.more("towbody/pose", 20)
     assert "Traceback" not in node.text

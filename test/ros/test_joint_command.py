@@ -9,9 +9,9 @@ from types import SimpleNamespace
 
 import pytest
 import standard_package
-from conftest import poll
+from conftest import COMPILED, poll
+from sensor_msgs.msg import JointState
 
-pytest.importorskip("rclpy")
 from cable_sim_ros.io.bags.typestore import BESIDE, type_hash
 from cable_sim_ros.io.messages.messages import COMMANDS, JOINT_COMMAND, KINDS, VEHICLES
 from cable_sim_ros.io.sources.recorded_tow import read_motion
@@ -36,14 +36,10 @@ def package(tmp_path_factory):
         del sys.modules[name]
 
 
-@pytest.mark.skipif(os.environ.get("NUMBA_DISABLE_JIT") == "1", reason="needs real time")
+@COMPILED
 @pytest.mark.skipif(bool(standard_package.why_not()), reason=standard_package.why_not())
 def test_a_node_takes_both_messages_and_records_both(world, package):
-    from diagnostic_msgs.msg import DiagnosticArray
-    from sensor_msgs.msg import JointState
-
     ears = world.ears()
-    ears.listen(DiagnosticArray, "/diagnostics")
     ears.listen(JointState, "winch/state")
     kind = topics.message_class(JOINT_COMMAND)
     senders = {name: ears.publisher(kind, KINDS[name][1]) for name in COMMANDS if KINDS[name][0] == JOINT_COMMAND}
@@ -55,7 +51,7 @@ def test_a_node_takes_both_messages_and_records_both(world, package):
     assert f"winch commands are heard as {JOINT_COMMAND} too" in node.text
 
     def values():
-        return ears.diagnostics().get("command", (0, "", {}))[2]
+        return ears.task("command")[2]
 
     def sent(name, interface, value):
         senders[name].publish(kind(joint_names=["payout"], interface_name=interface, values=[value]))

@@ -8,7 +8,8 @@ from pathlib import Path
 
 import pytest
 
-pytest.importorskip("rclpy")
+from cable_sim_ros.io.recordings.recorded_run import load_run
+from cable_sim_ros.ros.play.live import LiveError, live
 
 FAKE = [sys.executable, str(Path(__file__).with_name("fake_sim.py")), "cable_sim_ros.ros.node"]
 
@@ -22,14 +23,10 @@ def own(world, monkeypatch):
 
 
 def run(own, bag, progress=lambda *_: None) -> dict:
-    from cable_sim_ros.ros.play.live import live
-
     return live(bag, "full_scale", 2.0, own.folder / "out", domain=own.domain, node_command=FAKE, progress=progress)
 
 
 def test_live_returns_figures_and_a_bag(own, bag):
-    from cable_sim_ros.io.recordings.recorded_run import load_run
-
     phases = []
     report = run(own, bag, lambda phase, done, total: phases.append(phase))
     assert report["node_exit"] == report["player_exit"] == 0
@@ -42,8 +39,6 @@ def test_live_returns_figures_and_a_bag(own, bag):
 @pytest.mark.parametrize("poll", [0.0, 2.0], ids=["sees it fail", "finds it ended"])
 def test_what_fails_is_reported_with_its_last_lines(own, bag, monkeypatch, poll):
     """The same words whether the node is seen before it has ended or after."""
-    from cable_sim_ros.ros.play.live import LiveError
-
     said = "(?s)node is failed: not configured: no static equilibrium: residual 123 N .*last lines:.*residual 123 N"
     with monkeypatch.context() as patched, pytest.raises(LiveError, match=said) as failed:
         patched.setenv("FAKE_START_FAILS", "1")
@@ -53,8 +48,6 @@ def test_what_fails_is_reported_with_its_last_lines(own, bag, monkeypatch, poll)
 
 
 def test_a_player_that_fails_is_reported_and_no_recording_overwritten(own, bag):
-    from cable_sim_ros.ros.play.live import LiveError
-
     with pytest.raises(LiveError, match="(?s)player.*no such bag"):
         run(own, "no_such_bag")
     with pytest.raises(LiveError, match="exists already"):  # what it has recorded

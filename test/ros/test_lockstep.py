@@ -6,6 +6,7 @@ import pytest
 
 from cable_sim_ros.ros.blocks import LockstepParameters as Settings
 from cable_sim_ros.ros.lockstep import LONGEST, Do, Lockstep, rate_problem
+from cable_sim_ros.ros.parameters import ParameterError, settle
 
 pytestmark = pytest.mark.check
 
@@ -198,8 +199,6 @@ def test_a_clock_that_is_taken_elsewhere_forgets_who_spoke():
 def test_the_rate_is_zero_or_not_too_small():
     assert [bool(rate_problem(value)) for value in (0.0, 0.1, 1.0, 0.05, 1e-9)] == [False] * 3 + [True] * 2
     assert "0.05" in rate_problem(0.05) and "nothing was changed: a slower clock" in rate_problem(0.05)
-    from cable_sim_ros.ros.parameters import ParameterError, settle
-
     with pytest.raises(ParameterError, match="lockstep.rate"):
         settle({"lockstep.rate": 0.05})
 

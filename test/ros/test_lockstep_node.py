@@ -4,11 +4,19 @@ from __future__ import annotations
 
 import math
 import threading
+from types import SimpleNamespace
 
 import pytest
-from conftest import poll
+import rclpy
+from conftest import ns, poll
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.parameter import Parameter
+from rclpy.serialization import deserialize_message
+from rosgraph_msgs.msg import Clock
+from sensor_msgs.msg import JointState
 
-pytest.importorskip("rclpy")
+from cable_sim_ros.io.bags.bag import BagReader
+from cable_sim_ros.ros.play import clock_player
 
 S = 1_000_000_000
 TICK = 10_000_000  # ns, of the scene
@@ -22,41 +30,28 @@ class Seat:
     answers: the controller answers each winch/state instead of its timer.
     """
 
-    def __init__(self, domain: int, ship, sensors: bool = True, controller: bool = True, answers: bool = False) -> None:
-        import rclpy
-        from rclpy.executors import SingleThreadedExecutor
-        from rclpy.parameter import Parameter
-        from sensor_msgs.msg import JointState
-
+    def __init__(self, domain: int, ship, answers: bool = False) -> None:
         self.context = rclpy.Context()
         rclpy.init(context=self.context, domain_id=domain)
         self.executor = SingleThreadedExecutor(context=self.context)
-        self.ship, self.JointState = ship, JointState
-        self.mute = self.deaf = False  # of the controller, of the sensors
+        self.ship, self.mute = ship, False  # mute: the controller says nothing
         self.sensed: list[int] = []
         self.commanded: list[int] = []
-        self.stamp = lambda now: now  # of a command, ns
-        self.nodes = []
-        for name, wanted in (("sensors", sensors), ("controller", controller)):
-            if wanted:
-                node = rclpy.create_node(
-                    name,
-                    context=self.context,
-                    namespace="/tow_sim",
-                    parameter_overrides=[Parameter("use_sim_time", value=True)],
-                )
-                self.executor.add_node(node)
-                self.nodes.append(node)
-                if name == "sensors":
-                    self.imu = node.create_publisher(ship.imu.msg_type, "imu/data", 200)
-                    self.odom = node.create_publisher(ship.odom.msg_type, "odom", 200)
-                    node.create_timer(0.02, lambda node=node: self.sense(node))
-                else:
-                    self.winch = node.create_publisher(JointState, "winch/command", 10)
-                    if answers:
-                        node.create_subscription(JointState, "winch/state", lambda _, n=node: self.command(n), 10)
-                    else:
-                        node.create_timer(0.01, lambda node=node: self.command(node))
+        sim_time = [Parameter("use_sim_time", value=True)]
+        self.sensors, self.controller = self.nodes = [
+            rclpy.create_node(name, context=self.context, namespace="/tow_sim", parameter_overrides=sim_time)
+            for name in ("sensors", "controller")
+        ]
+        for node in self.nodes:
+            self.executor.add_node(node)
+        self.imu = self.sensors.create_publisher(ship.imu.msg_type, "imu/data", 200)
+        self.odom = self.sensors.create_publisher(ship.odom.msg_type, "odom", 200)
+        self.sensors.create_timer(0.02, self.sense)
+        self.winch = self.controller.create_publisher(JointState, "winch/command", 10)
+        if answers:
+            self.controller.create_subscription(JointState, "winch/state", lambda _: self.command(), 10)
+        else:
+            self.controller.create_timer(0.01, self.command)
         self._stop = threading.Event()
         self._thread = threading.Thread(target=self._spin, daemon=True)
         self._thread.start()
@@ -69,24 +64,23 @@ class Seat:
             node.destroy_node()
         self.context.try_shutdown()
 
-    def sense(self, node) -> None:
-        now = node.get_clock().now().nanoseconds
-        if self.deaf or not now:
+    def sense(self) -> None:
+        now = self.sensors.get_clock().now().nanoseconds
+        if not now:
             return
         imu, odom = self.ship.messages(now, now * 1e-9)
         self.imu.publish(imu)
         self.odom.publish(odom)
         self.sensed.append(now)
 
-    def command(self, node) -> None:
-        now = node.get_clock().now().nanoseconds
+    def command(self) -> None:
+        now = self.controller.get_clock().now().nanoseconds
         if self.mute or not now:
             return
-        message = self.JointState(name=["payout"], velocity=[0.2 * math.sin(now * 1e-9)])
-        stamp = self.stamp(now)
-        message.header.stamp.sec, message.header.stamp.nanosec = divmod(stamp, S)
+        message = JointState(name=["payout"], velocity=[0.2 * math.sin(now * 1e-9)])
+        message.header.stamp.sec, message.header.stamp.nanosec = divmod(now, S)
         self.winch.publish(message)
-        self.commanded.append(stamp)
+        self.commanded.append(now)
 
     def close(self) -> None:
         self._stop.set()
@@ -98,21 +92,15 @@ class Watcher:
     """What a test looks at: /clock, winch/state, diagnostics; and the services."""
 
     def __init__(self, world) -> None:
-        from diagnostic_msgs.msg import DiagnosticArray
-        from rclpy.serialization import deserialize_message
-        from rosgraph_msgs.msg import Clock
-        from sensor_msgs.msg import JointState
-
         self.ears = world.ears()
         self.clocks = self.ears.listen(Clock, "/clock")
         self.states: list = []
         self.ears.hear(
             JointState, "winch/state", lambda data: self.states.append(deserialize_message(data, JointState))
         )
-        self.ears.listen(DiagnosticArray, "/diagnostics")
 
-    def task(self, name: str = "lockstep"):
-        return self.ears.diagnostics().get(name, (0, "", {}))
+    def task(self):
+        return self.ears.task("lockstep")
 
     def figure(self, name: str) -> float:
         return float(self.task()[2].get(name, "nan"))
@@ -129,33 +117,16 @@ class Watcher:
         """No tick and no other time while /clock is said so many times, after what was under way has come."""
 
         def said():
-            before = len(self.clocks)
-            poll(lambda: len(self.clocks) > before + times, f"/clock {times} times more")
+            self.ears.more("/clock", times + 1)
             return self.ticks(), self.clock()
 
         assert said() == said()
 
     def clock(self) -> int:
-        return self.clocks[-1].clock.sec * S + self.clocks[-1].clock.nanosec
+        return ns(self.clocks[-1].clock)
 
     def stamps(self) -> list[int]:
-        return [m.header.stamp.sec * S + m.header.stamp.nanosec for m in self.states]
-
-    def call(self, name: str, data: bool | None = None):
-        from std_srvs.srv import SetBool, Trigger
-
-        if data is None:
-            return self.ears.call(Trigger, f"cable_sim/{name}", Trigger.Request())
-        return self.ears.call(SetBool, f"cable_sim/{name}", SetBool.Request(data=data))
-
-    def set(self, **parameters) -> None:
-        from rcl_interfaces.srv import SetParameters
-        from rclpy.parameter import Parameter
-
-        given = [Parameter(k.replace("__", "."), value=v).to_parameter_msg() for k, v in parameters.items()]
-        request = SetParameters.Request(parameters=given)
-        for result in self.ears.call(SetParameters, "cable_sim/set_parameters", request).results:
-            assert result.successful, result.reason
+        return [ns(message.header.stamp) for message in self.states]
 
 
 def seat(world, watcher, **what) -> Seat:
@@ -170,28 +141,28 @@ def test_nodes_on_the_clock_in_any_order_pause_step_and_a_controller_that_dies(w
     there = seat(world, watcher)  # sensors and controller are there before the node
     node = world.node(**LOCKSTEP, lockstep__steps=7, recording__root=str(world.folder)).until("running")
     watcher.more(80)
-    assert watcher.call("record", True).success
+    assert watcher.ears.ask("record", True)[0]
     watcher.more(100)
     assert set(b - a for a, b in zip(there.sensed[-50:], there.sensed[-49:])) == {2 * TICK}, "no stroke of a timer lost"
     assert set(b - a for a, b in zip(there.commanded[-50:], there.commanded[-49:])) == {TICK}
     poll(lambda: watcher.task()[2].get("controller_spoke") == "true", "the controller in /diagnostics")
     assert watcher.task()[2]["command_period_s"] == "0.010"
-    assert watcher.call("pause", True).success
+    assert watcher.ears.ask("pause", True)[0]
     watcher.stands()
     before = watcher.stamps()[-1]
-    assert watcher.call("step").success
+    assert watcher.ears.ask("step")[0]
     watcher.stands()
     assert watcher.stamps()[-1] == before + 7 * TICK
-    assert watcher.call("pause", False).success
+    assert watcher.ears.ask("pause", False)[0]
     watcher.more(50)
-    assert watcher.call("record", False).success
+    assert watcher.ears.ask("record", False)[0]
     # the controller stops answering: bounded, counted, ERROR, and the simulation goes on without it
     there.mute = True
-    watcher.set(lockstep__wait=0.2)
+    assert watcher.ears.set("lockstep.wait", 0.2) == ""
     poll(lambda: watcher.task()[0] == 2, "ERROR")
     assert "silent" in watcher.task()[1] and watcher.figure("commands_missed_in_row") == 5.0
     watcher.more(50)
-    watcher.set(lockstep__wait=5.0)
+    assert watcher.ears.set("lockstep.wait", 5.0) == ""
     there.mute = False
     poll(lambda: watcher.task()[0] == 0, "the controller is heard again")
     watcher.more(20)
@@ -204,8 +175,6 @@ def test_nodes_on_the_clock_in_any_order_pause_step_and_a_controller_that_dies(w
 
 
 def bag_is_on_the_clock(world, stamps: list[int]) -> None:
-    from cable_sim_ros.io.bags.bag import BagReader
-
     (path,) = [p for p in world.folder.glob("tow_*") if p.is_dir()]
     with BagReader(path) as reader:
         messages = [(m.topic, m.time) for m in reader.read(list(reader.topics))]
@@ -215,8 +184,6 @@ def bag_is_on_the_clock(world, stamps: list[int]) -> None:
 
 
 def test_a_paused_node_first_then_a_controller_that_answers_and_a_second_clock(world):
-    from rosgraph_msgs.msg import Clock
-
     watcher = Watcher(world)
     node = world.node(**LOCKSTEP, lockstep__paused=True).until("waiting")
     watcher.stands()
@@ -225,7 +192,7 @@ def test_a_paused_node_first_then_a_controller_that_answers_and_a_second_clock(w
     poll(lambda: there.sensed, "the first motion")
     watcher.stands()
     assert there.sensed == [S] and not there.commanded
-    assert watcher.call("pause", False).success
+    assert watcher.ears.ask("pause", False)[0]
     watcher.more(80)
     assert set(b - a for a, b in zip(there.commanded[-50:], there.commanded[-49:])) == {TICK}, "one answer a tick"
     stamps = watcher.stamps()  # from where both ends know of each other: the first may not come
@@ -235,8 +202,7 @@ def test_a_paused_node_first_then_a_controller_that_answers_and_a_second_clock(w
     poll(lambda: watcher.task()[0] == 2, "ERROR")
     assert "held" in watcher.task()[1] and "/tow_sim/ears" in watcher.task()[1]
     held = watcher.figure("step")
-    said = len(watcher.ears.received["/diagnostics"])
-    poll(lambda: len(watcher.ears.received["/diagnostics"]) > said + 2, "two more of /diagnostics")
+    watcher.ears.more("/diagnostics", 3)
     assert watcher.figure("step") == held
     told = S + round(held) * TICK - DELAY  # each step since lockstep.start was a tick
     poll(lambda: watcher.stamps()[-1] == told, f"the tick of step {held:g}; {watcher.stamps()[-1]} is not {told}")
@@ -248,10 +214,6 @@ def test_a_paused_node_first_then_a_controller_that_answers_and_a_second_clock(w
 
 def test_another_clock_before_the_start_is_refused(monkeypatch):
     """Without a process of its own: what `open` raises fails the configure, as every error there does."""
-    from types import SimpleNamespace
-
-    from cable_sim_ros.ros.play import clock_player
-
     others: list = []
     node = SimpleNamespace(
         count_publishers=lambda topic: len(others),

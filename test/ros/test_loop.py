@@ -4,17 +4,15 @@ because the stand-in takes the place of the simulator's modules."""
 from __future__ import annotations
 
 import json
-import os
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
+from conftest import COMPILED, run_script
+
+from cable_sim_ros.io.motion.arrival_order import DataClock, Stamp
 
 HERE = Path(__file__).parent
-pytestmark = pytest.mark.skipif(
-    os.environ.get("NUMBA_DISABLE_JIT") == "1", reason="the loop calls libc from compiled code"
-)
+pytestmark = COMPILED
 
 SCRIPT = """
 import json, os, time
@@ -62,21 +60,11 @@ loop.close()
 """
 
 
-def run_script(cache) -> dict:
-    environment = os.environ | {
-        "NUMBA_CACHE_DIR": str(cache),
-        "PYTHONPATH": os.pathsep.join([str(HERE), str(HERE.parents[1])]),
-    }
-    done = subprocess.run([sys.executable, "-c", SCRIPT], env=environment, capture_output=True, text=True, timeout=600)
-    assert done.returncode == 0, done.stderr
-    return json.loads(done.stdout.splitlines()[-1])
-
-
 @pytest.fixture(scope="module")
 def runs(tmp_path_factory) -> list[dict]:
     """Two in a row on one cache on disk, empty at first."""
-    cache = tmp_path_factory.mktemp("cache")
-    return [run_script(cache), run_script(cache)]
+    cache = str(tmp_path_factory.mktemp("cache"))
+    return [json.loads(run_script(SCRIPT, NUMBA_CACHE_DIR=cache).splitlines()[-1]) for _ in range(2)]
 
 
 def test_time_stays_on_the_grid_and_a_stall_is_counted(runs):
@@ -102,8 +90,6 @@ SECOND = 10**9
 
 
 def test_the_clock_takes_the_least_delay():
-    from cable_sim_ros.io.motion.arrival_order import DataClock
-
     clock = DataClock()
     assert clock.now(0) is None
     for k in range(100):
@@ -113,8 +99,6 @@ def test_the_clock_takes_the_least_delay():
 
 
 def test_the_clock_follows_a_drift_upwards():
-    from cable_sim_ros.io.motion.arrival_order import DataClock
-
     clock = DataClock()
     for k in range(60):
         clock.update(k * SECOND, k * SECOND + k * 1_000_000)  # the sender's clock is 1000 ppm slow
@@ -122,8 +106,6 @@ def test_the_clock_follows_a_drift_upwards():
 
 
 def test_one_wild_stamp_is_no_jump_but_five_are():
-    from cable_sim_ros.io.motion.arrival_order import DataClock, Stamp
-
     clock = DataClock()
     clock.update(100 * SECOND, 0)
     assert clock.judge(100 * SECOND + 500_000_000, 0) is Stamp.FITS, "the least delay is still being found"
@@ -137,8 +119,6 @@ def test_one_wild_stamp_is_no_jump_but_five_are():
 @pytest.mark.parametrize("jump, within", [(0.3, 5), (-0.3, 55), (0.9, 5), (-0.9, 55), (5.0, 5), (-5.0, 5)])
 def test_a_jump_of_a_part_of_a_second_is_noticed(jump, within):
     """50 Hz with delays of up to 40 ms: ahead after five stamps, behind by less than a second after a second of it."""
-    from cable_sim_ros.io.motion.arrival_order import DataClock, Stamp
-
     clock, after = DataClock(), None
     for k in range(300):
         stamp = 100 * SECOND + k * 20_000_000 + (round(jump * SECOND) if k >= 200 else 0)
@@ -155,8 +135,6 @@ def test_a_jump_of_a_part_of_a_second_is_noticed(jump, within):
 @pytest.mark.parametrize("stall", [0.15, 0.5, 0.9])
 def test_a_stall_of_the_network_is_no_jump(stall):
     """Messages of the stall come at once at its end."""
-    from cable_sim_ros.io.motion.arrival_order import DataClock, Stamp
-
     clock, held = DataClock(), round(stall * SECOND)
     for k in range(500):
         stamp = arrival = k * 20_000_000

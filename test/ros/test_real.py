@@ -2,23 +2,18 @@
 
 from __future__ import annotations
 
-import os
-
 import numpy as np
 import pytest
+from conftest import COMPILED
 
-pytest.importorskip("rclpy")
-pytestmark = [
-    pytest.mark.realtime,
-    pytest.mark.skipif(os.environ.get("NUMBA_DISABLE_JIT") == "1", reason="needs real time"),
-]
+from cable_sim_ros.io.recordings.recorded_run import load_run
+from cable_sim_ros.ros.play.live import live
+from cable_sim_ros.runs.offline import replay
+
+pytestmark = [pytest.mark.realtime, COMPILED]
 
 
 def test_recorded_ship_motion_through_the_node_and_replayed(world):
-    from cable_sim_ros.io.recordings.recorded_run import load_run
-    from cable_sim_ros.ros.play.live import live
-    from cable_sim_ros.runs.offline import replay
-
     report = live("nbp1406", "full_scale", 6.0, world.folder / "out", domain=world.domain, progress=lambda *_: None)
     metrics = report["node"]
     assert metrics["last"] == "running" and metrics["dropped"] == {}

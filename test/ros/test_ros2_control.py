@@ -15,9 +15,11 @@ import pytest
 from conftest import ROOT, poll
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "io"))
+import rclpy
 from hardware_component import INTERFACES, Component, of_urdf
+from rclpy.qos import QoSProfile, qos_profile_sensor_data
+from sensor_msgs.msg import JointState
 
-pytest.importorskip("rclpy")
 FILES = ROOT / "config" / "ros2_control"
 CYCLE = 0.02  # s, 1 / update_rate
 TIMEOUT = 1.0  # s; a busy machine holds up a sender for half of it
@@ -27,9 +29,6 @@ class Hardware:
     """A component on its topics: read() and write() in turn, as the controller manager calls them."""
 
     def __init__(self, ears, component: Component) -> None:
-        from rclpy.qos import QoSProfile, qos_profile_sensor_data
-        from sensor_msgs.msg import JointState
-
         self.component, self.kind, self.node, self.active = component, JointState, ears.node, True
         self.sent: list[float] = []  # when
         self.cycles = 0
@@ -70,11 +69,7 @@ class Hardware:
 @pytest.fixture
 def tow(world):
     """(ears, node) of a node that runs on the stand-in for the simulator, on a live ship."""
-    from diagnostic_msgs.msg import DiagnosticArray
-    from sensor_msgs.msg import JointState
-
     ears = world.ears()
-    ears.listen(DiagnosticArray, "/diagnostics")
     ears.listen(JointState, "winch/state")
     node = world.node(winch__command_timeout=TIMEOUT)
     hardware = Hardware(ears, of_urdf(FILES / "winch_velocity.urdf"))  # before the first motion: nothing is refused
@@ -82,12 +77,8 @@ def tow(world):
     poll(hardware.publisher.get_subscription_count, "the node to listen")
     world.ship(ears).sail()
     node.until("running")
-    poll(lambda: task(ears)[2].get("no_command", "0") != "0", "the component in /diagnostics")
+    poll(lambda: ears.task("command")[2].get("no_command", "0") != "0", "the component in /diagnostics")
     return ears, node, hardware
-
-
-def task(ears):
-    return ears.diagnostics().get("command", (0, "", {}))
 
 
 def rates(ears, seconds: float) -> list[float]:
@@ -103,7 +94,7 @@ def test_a_winch_through_the_life_of_a_controller(tow):
     ears, node, hardware = tow
     it = hardware.component
     # no controller yet: NaN in every cycle
-    level, text, values = task(ears)
+    level, text, values = ears.task("command")
     assert level == 0 and text.startswith("no command yet: the winch holds; ") and "messages without a command" in text
     assert values["accepted"] == "0" and not [key for key in values if key.startswith("refused")]
     poll(lambda: all(isfinite(it.state[f"{joint}/{i}"]) for joint in it.joints for i in INTERFACES), "both joints")
@@ -113,12 +104,13 @@ def test_a_winch_through_the_life_of_a_controller(tow):
     poll(lambda: it.state["payout/velocity"] == pytest.approx(0.3), "the rate in the state")
     found = rates(ears, 2.5 * TIMEOUT)
     assert len(found) > 50 and set(found) == {0.3}
-    assert task(ears)[0] == 0 and task(ears)[2]["stale"] == "false" and task(ears)[2]["newest"] == "rate 0.3 m/s"
+    level, _, values = ears.task("command")
+    assert level == 0 and values["stale"] == "false" and values["newest"] == "rate 0.3 m/s"
 
     # it is deactivated: on_deactivate() of JointGroupVelocityController writes 0
     it.command["payout/velocity"] = 0.0
     poll(lambda: it.state["payout/velocity"] == 0.0, "the stop")
-    assert set(rates(ears, 1.5 * TIMEOUT)) == {0.0} and task(ears)[2]["stale"] == "false"
+    assert set(rates(ears, 1.5 * TIMEOUT)) == {0.0} and ears.task("command")[2]["stale"] == "false"
 
     # the component is emptied while it pays out: the rate runs out
     it.command["payout/velocity"] = 0.3
@@ -126,7 +118,7 @@ def test_a_winch_through_the_life_of_a_controller(tow):
     it.command["payout/velocity"] = nan
     found = rates(ears, 2.5 * TIMEOUT)
     assert found[0] == 0.3 and found[-1] == 0.0 and found == sorted(found, reverse=True)
-    text = poll(lambda: task(ears)[1] if task(ears)[0] == 1 else "", "a WARN")
+    text = poll(lambda: ears.task("command")[1] if ears.task("command")[0] == 1 else "", "a WARN")
     assert "command stale: the newest, rate 0.3 m/s" in text and "is the controller active?" in text
 
     # the component itself is deactivated: silence, and the same end
@@ -177,13 +169,11 @@ def test_commands_that_are_equal_to_the_state_and_lengths(tow, world):
     begun = len(lengths.sent)
     time.sleep(1.0)
     assert len(lengths.sent) - begun <= 2 and other.state["payout/position"] == pytest.approx(wanted, abs=1e-4)
-    assert task(ears)[2]["newest"].startswith("length") and "winch command refused" not in node.text
+    assert ears.task("command")[2]["newest"].startswith("length") and "winch command refused" not in node.text
 
 
 def given(world, name: str, *arguments: str) -> dict:
     """Parameters of a node of this name that is started with these arguments, as rcl reads them."""
-    import rclpy
-
     context = rclpy.Context()
     rclpy.init(args=["--ros-args", *arguments], context=context, domain_id=world.domain)
     node = rclpy.create_node(name, context=context, automatically_declare_parameters_from_overrides=True)

@@ -12,12 +12,17 @@ import time
 from pathlib import Path
 
 import pytest
-from conftest import ROOT, poll
+from conftest import ROOT, ns, poll
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "io"))
+import rclpy
 from hardware_component import of_urdf
+from rclpy.duration import Duration
+from rclpy.parameter import Parameter
+from rclpy.qos import QoSProfile, qos_profile_sensor_data
+from rosgraph_msgs.msg import Clock
+from sensor_msgs.msg import JointState
 
-pytest.importorskip("rclpy")
 PERIOD = 20_000_000  # ns, 1 / update_rate of controllers.yaml
 
 
@@ -25,14 +30,11 @@ class Sensors:
     """A ship that is measured at 50 Hz of /clock, each stamp sent once the clock has come to it."""
 
     def __init__(self, ears, ship) -> None:
-        from rclpy.qos import QoSProfile
-        from rosgraph_msgs.msg import Clock
-
         self.ship, self.next, self.clock = ship, 0, 0
         ears.node.create_subscription(Clock, "/clock", self.on_clock, QoSProfile(depth=10))
 
     def on_clock(self, message) -> None:
-        self.clock = message.clock.sec * 10**9 + message.clock.nanosec
+        self.clock = ns(message.clock)
         if not self.next:
             self.next = self.clock - self.clock % PERIOD
         while self.next <= self.clock:
@@ -46,12 +48,6 @@ class Manager:
     """main() of ros2_control_node.cpp with use_sim_time, and one component."""
 
     def __init__(self, ears, component) -> None:
-        import rclpy
-        from rclpy.duration import Duration
-        from rclpy.parameter import Parameter
-        from rclpy.qos import QoSProfile, qos_profile_sensor_data
-        from sensor_msgs.msg import JointState
-
         self.component, self.kind, self.newest, self.sent, self.cycles = component, JointState, None, 0, 0
         self.on_cycle = lambda cycle: None
         self.begins: list[int] = []  # ns, of its cycles
@@ -104,18 +100,8 @@ class Manager:
         assert not self._thread.is_alive(), "the manager hangs in its clock"
 
 
-def lockstep(ears) -> tuple[int, str, dict]:
-    return ears.diagnostics().get("lockstep", (0, "", {}))
-
-
 def test_a_manager_that_sends_every_command_is_waited_for_and_one_that_does_not_is_silent(world):
-    from diagnostic_msgs.msg import DiagnosticArray
-    from rcl_interfaces.srv import SetParameters
-    from rclpy.parameter import Parameter
-    from sensor_msgs.msg import JointState
-
     ears = world.ears()
-    ears.listen(DiagnosticArray, "/diagnostics")
     states = ears.listen(JointState, "winch/state")
     sensors = Sensors(ears, world.ship(ears))
     component = of_urdf(ROOT / "config" / "ros2_control" / "winch_velocity.urdf")
@@ -126,15 +112,13 @@ def test_a_manager_that_sends_every_command_is_waited_for_and_one_that_does_not_
     )
 
     def wait_at_most(seconds: float) -> None:
-        request = SetParameters.Request(parameters=[Parameter("lockstep.wait", value=seconds).to_parameter_msg()])
-        assert ears.call(SetParameters, "cable_sim/set_parameters", request).results[0].successful
-        said = len(ears.received["/diagnostics"])
-        poll(lambda: len(ears.received["/diagnostics"]) > said + 2, "diagnostics from after it")
+        assert ears.set("lockstep.wait", seconds) == ""
+        ears.more("/diagnostics", 3)  # from after it
 
     node.until("running")
-    poll(lambda: manager.sent > 20 and lockstep(ears)[2].get("controller_spoke") == "true", "NaN, and it spoke")
+    poll(lambda: manager.sent > 20 and ears.task("lockstep")[2].get("controller_spoke") == "true", "NaN, and it spoke")
     wait_at_most(600.0)  # only now: what is sent before both ends have found each other is lost
-    missed = lockstep(ears)[2]["commands_missed"]
+    missed = ears.task("lockstep")[2]["commands_missed"]
     assert ears.diagnostics()["command"][2]["accepted"] == "0", "it commands nothing, and is waited for"
 
     # a rate for 3 s of simulation: sent in every cycle, by simulation time, none missed for its own doing
@@ -146,9 +130,8 @@ def test_a_manager_that_sends_every_command_is_waited_for_and_one_that_does_not_
     *begins, last = manager.begins[cycles:]
     assert len(begins) == pytest.approx((last - begins[0]) / PERIOD, abs=3), "50 Hz of simulation"
     assert set(map(rate, states[begun:])) == {0.3}
-    said = len(ears.received["/diagnostics"])
-    poll(lambda: len(ears.received["/diagnostics"]) > said + 1, "what it says of them")
-    level, text, values = lockstep(ears)
+    ears.more("/diagnostics", 2)
+    level, text, values = ears.task("lockstep")
     assert values["commands_unstamped"] == "0" and values["commands_missed"] == missed and level < 2, text
     assert ears.diagnostics()["command"][2]["newest"] == "rate 0.3 m/s"
 
@@ -157,7 +140,7 @@ def test_a_manager_that_sends_every_command_is_waited_for_and_one_that_does_not_
     poll(lambda: component.state["payout/velocity"] == 0.0, "the stop")
     component.threshold = 1e-5
     wait_at_most(0.2)
-    level, text, values = poll(lambda: lockstep(ears) if lockstep(ears)[0] == 2 else None, "an ERROR")
+    level, text, values = poll(lambda: ears.task("lockstep") if ears.task("lockstep")[0] == 2 else None, "an ERROR")
     assert "the controller is silent" in text and int(values["commands_missed"]) >= 5
     first = sensors.clock
     poll(lambda: sensors.clock - first > 10**9, "the simulation to go on")

@@ -1,12 +1,15 @@
 """The rules of a node: its ticks one by one give what a run gives, in /diagnostics, the final figures and the bag."""
 
+import json
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
+from cable_sim_ros.io.bags.bag import BagReader
 from cable_sim_ros.io.scenes.load import load_scene, override
 from cable_sim_ros.physics.tick_output import TICK_OUTPUT
+from cable_sim_ros.ros.parameters import settle
 from cable_sim_ros.ros.parts import OK, WARN
 from cable_sim_ros.ros.publisher import PIECE, rule_keeper
 from cable_sim_ros.ros.report.diagnostics import rule_status
@@ -70,11 +73,6 @@ def test_the_task_warns_from_the_first_break_on(scene):
 
 
 def test_the_bag_keeps_them(scene, tmp_path):
-    import json
-
-    from cable_sim_ros.io.bags.bag import BagReader
-    from cable_sim_ros.ros.parameters import settle
-
     settings = settle({"scene": "full_scale", "recording.root": str(tmp_path), "recording.path": "a"})
     control = RecordingControl(settings, "/tow_sim")
     assert control.start() == ""

@@ -7,21 +7,17 @@ that misbehave. In a process of its own, as the loop's thread is compiled code.
 from __future__ import annotations
 
 import json
-import os
-import subprocess
-import sys
 from collections import Counter
 from pathlib import Path
 
 import pytest
+from conftest import COMPILED, run_script
 
 from cable_sim_ros.io.recordings.journal import read_journal
 from cable_sim_ros.io.sources.recorded_tow import read_tow
 
 HERE = Path(__file__).parent
-pytestmark = pytest.mark.skipif(
-    os.environ.get("NUMBA_DISABLE_JIT") == "1", reason="the loop calls libc from compiled code"
-)
+pytestmark = COMPILED
 
 SCRIPT = """
 import json, math, sys, threading, time, warnings
@@ -207,7 +203,7 @@ found = finish()
 
 ALL = """
 import json, sys
-for name, script in json.load(sys.stdin).items():
+for name, script in json.loads(sys.argv[2]).items():
     space = {"bag": f"{sys.argv[1]}/{name}/bag", "__name__": name}
     exec(compile(script, name, "exec"), space)
     print(json.dumps([name, space["found"]]))
@@ -221,13 +217,8 @@ def ran(tmp_path_factory) -> tuple[dict, Path]:
     scripts = {"odd": ODD, "events": EVENTS, "middle": MIDDLE, "restored": RESTORED}
     for name in scripts:
         (folder / name).mkdir()
-    path = os.pathsep.join([str(HERE), str(HERE.parent / "io"), str(HERE.parents[1])])
-    done = subprocess.run(
-        [sys.executable, "-c", ALL, str(folder)], env=os.environ | {"PYTHONPATH": path}, capture_output=True,
-        input=json.dumps({name: SCRIPT + what for name, what in scripts.items()}), text=True, timeout=600,
-    )  # fmt: skip
-    assert done.returncode == 0, done.stderr[-3000:]
-    return dict(json.loads(line) for line in done.stdout.splitlines()), folder
+    told = run_script(ALL, str(folder), json.dumps({name: SCRIPT + what for name, what in scripts.items()}))
+    return dict(json.loads(line) for line in told.splitlines()), folder
 
 
 def same(found: dict) -> None:

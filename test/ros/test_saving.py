@@ -13,6 +13,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from click.testing import CliRunner
+from conftest import COMPILED
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "io"))
 
@@ -42,9 +43,7 @@ from cable_sim_ros.sim.simulator import Simulator
 from cable_sim_ros.sim.verdict import Verdict
 
 S = 1_000_000_000
-pytestmark = pytest.mark.skipif(
-    os.environ.get("NUMBA_DISABLE_JIT") == "1", reason="the loop calls libc from compiled code"
-)
+pytestmark = COMPILED
 
 
 class Harness:

@@ -6,9 +6,8 @@ import os
 import signal
 
 import pytest
-from conftest import LONG, ROOT, poll
-
-pytest.importorskip("rclpy")
+from conftest import LONG, ROOT, poll, recorded
+from sensor_msgs.msg import PointCloud2
 
 MARKERS, TF = "/tow_sim/cable/markers", "/tow_sim/tf"
 
@@ -16,15 +15,6 @@ MARKERS, TF = "/tow_sim/cable/markers", "/tow_sim/tf"
 def stamp_of(array: bytes) -> bytes:
     """That of the first marker, behind encapsulation and count."""
     return array[8:16]
-
-
-def recorded(path):
-    from cable_sim_ros.io.bags.bag import read_bag
-
-    data: dict[str, list[bytes]] = {}
-    for message in read_bag(path):
-        data.setdefault(message.topic, []).append(message.data)
-    return data
 
 
 def test_live_markers_are_those_recorded(world):
@@ -51,8 +41,6 @@ def test_live_markers_are_those_recorded(world):
 
 def test_without_their_package_the_node_says_so_once_and_goes_on(world):
     """A package that cannot be imported stands in front of the installed one."""
-    from sensor_msgs.msg import PointCloud2
-
     hidden = world.folder / "hidden"
     for name in ("visualization_msgs", "tf2_msgs"):
         (hidden / name).mkdir(parents=True)

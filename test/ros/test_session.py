@@ -4,17 +4,12 @@ same time. In a process of its own, because the stand-in takes the place of the 
 from __future__ import annotations
 
 import json
-import os
-import subprocess
-import sys
 from pathlib import Path
 
-import pytest
+from conftest import COMPILED, run_script
 
 HERE = Path(__file__).parent
-pytestmark = pytest.mark.skipif(
-    os.environ.get("NUMBA_DISABLE_JIT") == "1", reason="the loop calls libc from compiled code"
-)
+pytestmark = COMPILED
 
 SCRIPT = """
 import json, time
@@ -76,13 +71,7 @@ print(json.dumps(dict(
 
 
 def test_a_bag_with_odd_commands_decides_as_the_session_did(kernel_cache):
-    environment = os.environ | {
-        "NUMBA_CACHE_DIR": str(kernel_cache),
-        "PYTHONPATH": os.pathsep.join([str(HERE), str(HERE.parent / "io"), str(HERE.parents[1])]),
-    }
-    done = subprocess.run([sys.executable, "-c", SCRIPT], env=environment, capture_output=True, text=True, timeout=600)
-    assert done.returncode == 0, done.stderr
-    found = json.loads(done.stdout.splitlines()[-1])
+    found = json.loads(run_script(SCRIPT, NUMBA_CACHE_DIR=str(kernel_cache)).splitlines()[-1])
     assert found["state"] == "running" and found["motion_refused"] == {"stamp_off_clock": 6}, "one wild, five of a jump"
     assert found["jumps"] == [1, 1]
     commanded, *left = found["kept"]

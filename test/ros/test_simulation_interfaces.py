@@ -10,15 +10,15 @@ from types import SimpleNamespace
 
 import pytest
 import standard_package
-from conftest import LONG, poll
+from conftest import COMPILED, LONG, poll
+from rclpy.lifecycle import TransitionCallbackReturn as Done
 
-pytest.importorskip("rclpy")
+from cable_sim_ros.ros.services.policy import differences
+from cable_sim_ros.ros.services.simulation_interfaces import Standard as Handlers
 from cable_sim_ros.ros.services.simulation_interfaces import service_name
+from cable_sim_ros.ros.timing import NOT_IN_REAL_TIME
 
-pytestmark = [
-    pytest.mark.skipif(os.environ.get("NUMBA_DISABLE_JIT") == "1", reason="needs real time"),
-    pytest.mark.skipif(bool(standard_package.why_not()), reason=standard_package.why_not()),
-]
+pytestmark = [COMPILED, pytest.mark.skipif(bool(standard_package.why_not()), reason=standard_package.why_not())]
 OK, UNSUPPORTED, INCORRECT_STATE, FAILED = 1, 0, 3, 4  # of Result.msg
 ALREADY, TRANSITION_ERROR = 101, 102  # of SetSimulationState.srv
 STOPPED, PLAYING, PAUSED, QUITTING, NO_WORLD = range(5)
@@ -71,8 +71,6 @@ def standard(world, package):
 
 
 def test_in_lockstep_all_of_it_works(world, standard):
-    from cable_sim_ros.ros.services.policy import differences
-
     node, ears, it = standard(time_mode="lockstep", lockstep__paused=True)
     node.until("waiting")
     assert "services of simulation_interfaces under /tow_sim/cable_sim" in node.text
@@ -103,11 +101,6 @@ def test_in_lockstep_all_of_it_works(world, standard):
 
 def test_in_real_time_what_needs_time_to_stand_is_refused(package):
     """The handlers by themselves, with the classes of the package."""
-    from rclpy.lifecycle import TransitionCallbackReturn as Done
-
-    from cable_sim_ros.ros.services.simulation_interfaces import Standard as Handlers
-    from cable_sim_ros.ros.timing import NOT_IN_REAL_TIME
-
     msg, srv = (importlib.import_module(f"simulation_interfaces.{part}") for part in ("msg", "srv"))
     refused = (False, NOT_IN_REAL_TIME)
     session = SimpleNamespace(state="unconfigured", problem="", lockstep=False, paused=False, step=lambda n: refused)

@@ -4,9 +4,15 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
 import pytest
 
+from cable_sim_ros.io.messages.messages import decode_imu, decode_odometry
+from cable_sim_ros.physics.heave_filter import Convention
+from cable_sim_ros.ros.load.sender import Ship
 from verification.soak import SOAK
+from verification.soak.pace import missed_fraction
+from verification.soak.rig import percentile
 
 
 def test_the_command_offers_the_rows_that_there_are():
@@ -16,20 +22,11 @@ def test_the_command_offers_the_rows_that_there_are():
 
 
 def test_missed_share_and_percentiles():
-    import numpy as np
-
-    from verification.soak.pace import missed_fraction
-    from verification.soak.rig import percentile
-
     assert missed_fraction({"overruns": 1.0, "skipped": 9.0, "ticks": 991.0}) == 0.01
     assert np.isnan(percentile([], 50)) and percentile([1.0, 3.0], 50) == 2.0
 
 
 def test_a_made_up_ship_sends_what_the_node_reads():
-    from cable_sim_ros.io.messages.messages import decode_imu, decode_odometry
-    from cable_sim_ros.physics.heave_filter import Convention
-    from cable_sim_ros.ros.load.sender import Ship
-
     ship = Ship(1.0, 8.0)
     imu = decode_imu(ship.message("imu", 5_000_000_123, 2.0), Convention.ENU)
     odometry = decode_odometry(ship.message("odometry", 5_000_000_123, 2.0), Convention.ENU)

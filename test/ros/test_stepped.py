@@ -4,7 +4,6 @@ came and whatever the wall clock did meanwhile."""
 from __future__ import annotations
 
 import math
-import os
 import random
 import sys
 from collections import Counter
@@ -13,19 +12,31 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from conftest import COMPILED
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "io"))
 from test_commands import command
 from test_joint_commands import joint_command
 from test_motion import imu, odometry
 
+from cable_sim_ros import run
+from cable_sim_ros.io.bags.bag import BagReader
+from cable_sim_ros.io.messages.channels import CHANNELS, Context, Encoder
 from cable_sim_ros.io.messages.messages import Event, stamp_of
+from cable_sim_ros.io.motion.arrival_order import Intake
+from cable_sim_ros.io.recordings.journal import MSGTYPE, TOPIC, Journal, read_journal
+from cable_sim_ros.io.recordings.recorder import Recorder
+from cable_sim_ros.io.scenes.load import dump_scene, load_scene, override
+from cable_sim_ros.io.sources.recorded_tow import read_tow
+from cable_sim_ros.ros import session as module
+from cable_sim_ros.ros.parameters import settle
+from cable_sim_ros.ros.publisher import DirectPublisher
+from cable_sim_ros.ros.report.health import lockstep_metrics, lockstep_status
+from cable_sim_ros.ros.stepped import session_of
+from cable_sim_ros.runs import offline
+from cable_sim_ros.sim.simulator import Simulator
 
-pytest.importorskip("rclpy")
-pytestmark = [
-    pytest.mark.check,
-    pytest.mark.skipif(os.environ.get("NUMBA_DISABLE_JIT") == "1", reason="minutes without compilation"),
-]
+pytestmark = [pytest.mark.check, COMPILED]
 
 MS = 1_000_000
 S = 1_000_000_000
@@ -57,10 +68,6 @@ class Run:
     """A session, its frames, and wall time that is made up."""
 
     def __init__(self, monkeypatch, bag: Path | None = None, **parameters) -> None:
-        from cable_sim_ros.ros import session as module
-        from cable_sim_ros.ros.parameters import settle
-        from cable_sim_ros.ros.stepped import session_of
-
         monkeypatch.setattr(module, "quiet", lambda: None)
         self.said: list[str] = []
         self.wall = 0
@@ -78,12 +85,6 @@ class Run:
         self.session.activate()
 
     def record(self, bag: Path) -> None:
-        from cable_sim_ros.io.messages.channels import CHANNELS, Context, Encoder
-        from cable_sim_ros.io.recordings.journal import MSGTYPE, TOPIC, Journal
-        from cable_sim_ros.io.recordings.recorder import Recorder
-        from cable_sim_ros.io.scenes.load import dump_scene
-        from cable_sim_ros.ros.publisher import DirectPublisher
-
         session, context = self.session, Context()
         self.published: Counter[str] = Counter()
         quiet = {topic: self.topic(topic) for topic in map(context.topic, CHANNELS)}
@@ -188,8 +189,6 @@ def test_the_same_bits_poured_in_or_one_by_one_paused_stepped_replayed_and_free_
     assert second.session.steps.gate.cadence["imu"].missed == 0 and second.session.steps.commands.missed == 0
     assert again.tobytes() == frames.tobytes()
 
-    from cable_sim_ros.runs import offline
-
     replayed = offline.replay(str(tmp_path / "bag"))
     assert replayed.metrics["replay_faults"] == [] and replayed.metrics["largest_difference"]["difference"] == 0.0
     assert replayed.frames.tobytes() == frames.tobytes()
@@ -198,9 +197,6 @@ def test_the_same_bits_poured_in_or_one_by_one_paused_stepped_replayed_and_free_
 
 def free_running(run: Run, begin: int) -> np.recarray:
     """The same messages pushed into a plain Simulator, each as soon as its tick could know it."""
-    from cable_sim_ros.io.motion.arrival_order import Intake
-    from cable_sim_ros.sim.simulator import Simulator
-
     sim = Simulator(run.session.scene)
     intake = Intake(sim.inputs, run.session.scene)
     messages, commands, frames = ship(), winch(), []
@@ -258,8 +254,6 @@ def test_bad_motion_and_bad_commands_are_counted_and_change_nothing(monkeypatch)
     assert run.wall < 30 * S, "bounded"
     refused = session.intake.commands.refused
     assert refused["step_future"] == refused["step_past"] == refused["step_twice"] > 1
-    from cable_sim_ros.ros.report.health import lockstep_metrics, lockstep_status
-
     status = lockstep_status(session)
     assert status.level == 2 and "silent" in status.message and status.values["refused: step_twice"] != "0"
     assert lockstep_metrics(session)["commands_missed"] == 5
@@ -321,8 +315,6 @@ def test_the_first_command_counts_alike_before_and_after_the_first_motion(monkey
 
 
 def test_what_nobody_hears_is_published_for_a_recording_only(monkeypatch, tmp_path):
-    from cable_sim_ros.io.bags.bag import BagReader
-
     run = poured(monkeypatch, tmp_path / "bag")
     run.heard = lambda topic: int(topic.endswith("sim/health"))
     run.until(5)
@@ -366,11 +358,6 @@ def test_no_tick_is_no_tick(monkeypatch):
 
 def test_a_scenario_of_faults_meets_the_ticks_of_an_offline_run(monkeypatch, tmp_path):
     """Again after a reset; one that lasts a tick; three targets."""
-    from cable_sim_ros import run
-    from cable_sim_ros.io.recordings.journal import read_journal
-    from cable_sim_ros.io.scenes.load import load_scene, override
-    from cable_sim_ros.io.sources.recorded_tow import read_tow
-
     path, changed = tmp_path / "faults.yaml", {"instruments.encoder.on": True, "instruments.depth.on": True}
     path.write_text(
         "scenario: a\nfaults:\n  a: {at: 0.2, until: 0.22, target: encoder, kind: bias, size: 7.0}\n"

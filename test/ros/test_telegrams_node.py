@@ -9,18 +9,17 @@ import numpy as np
 import pytest
 from conftest import poll
 
-pytest.importorskip("rclpy")
+from cable_sim_ros.io.scenes.load import load_scene
+from cable_sim_ros.ros.load.probe import Probe
+from cable_sim_ros.tools.logs.formats import read_log
+from cable_sim_ros.tools.telegrams.tss1 import LINE
+
 pytestmark = pytest.mark.realtime
 MS, DAY = 1_000_000, 86_400_000_000_000  # ns
 LB = 4.4482216152605  # N
 
 
 def test_a_node_sends_what_it_publishes_and_counts_it(world, tmp_path):
-    from cable_sim_ros.io.scenes.load import load_scene
-    from cable_sim_ros.ros.load.probe import Probe
-    from cable_sim_ros.tools.logs.formats import read_log
-    from cable_sim_ros.tools.telegrams.tss1 import LINE
-
     ears = Probe(world.domain, "ears")
     world.closing.append(ears.close)
     ears.watch()

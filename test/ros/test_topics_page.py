@@ -5,8 +5,6 @@ from pathlib import Path
 
 import pytest
 
-pytest.importorskip("rclpy")
-
 from cable_sim_ros.io.messages import channels, markers
 from cable_sim_ros.io.messages.messages import KINDS
 from cable_sim_ros.ros import node

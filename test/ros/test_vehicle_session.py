@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-import os
 import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
+from conftest import COMPILED
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "io"))
 from test_motion import odometry
@@ -20,12 +20,9 @@ from cable_sim_ros.io.motion.arrival_order import Intake
 from cable_sim_ros.io.scenes.load import load_scene
 from cable_sim_ros.physics.inputs import make_inputs
 from cable_sim_ros.ros.report.diagnostics import vehicle_status
+from cable_sim_ros.runs import offline
 
-pytest.importorskip("rclpy")
-pytestmark = [
-    pytest.mark.check,
-    pytest.mark.skipif(os.environ.get("NUMBA_DISABLE_JIT") == "1", reason="minutes without compilation"),
-]
+pytestmark = [pytest.mark.check, COMPILED]
 
 SCENE = {"scene": "rov_tether", "solver.tick": 0.02, "lockstep.rate": 0.0}
 TICKS = 100
@@ -86,8 +83,6 @@ def test_pose_in_wrench_out_in_lockstep_recorded_and_replayed(monkeypatch, tmp_p
     status = vehicle_status(run.session, frames[-1], run.session.now())
     assert (status.level, status.message) in ((0, "followed"), (0, "closed")) and status.values["received"] == "30"
     assert run.session.poses == 30 and run.session.steps.gate.cadence["vehicle"].missed == 0
-
-    from cable_sim_ros.runs import offline
 
     again = offline.replay(str(tmp_path / "bag"))
     assert again.metrics["replay_faults"] == [] and again.frames.tobytes() == frames.tobytes()
