@@ -25,10 +25,10 @@ from cable_sim_ros.io.bags.bag import BagWriter, read_bag
 from cable_sim_ros.io.messages.messages import KINDS
 from cable_sim_ros.ros.child import Process
 from cable_sim_ros.ros.client import Client
-from cable_sim_ros.ros.load import sender
 from cable_sim_ros.ros.topics import message_class
 from cable_sim_ros.testing.arguments import SENT_AGAIN
 from cable_sim_ros.testing.domain import reserve
+from verification.soak import sender
 
 HERE = Path(__file__).parent
 LONG = 600.0  # s of wall time that only something that hangs takes

@@ -13,8 +13,8 @@ from conftest import COMPILED, poll
 from geometry_msgs.msg import PoseStamped
 from sensor_msgs.msg import JointState
 
-from cable_sim_ros.ros.load.probe import Probe
 from cable_sim_ros.ros.services.policy import differences
+from verification.soak.probe import Probe
 
 pytestmark = [pytest.mark.realtime, COMPILED]
 

@@ -9,10 +9,10 @@ import pytest
 
 from cable_sim_ros.io.messages.messages import decode_imu, decode_odometry
 from cable_sim_ros.physics.heave_filter import Convention
-from cable_sim_ros.ros.load.sender import Ship
 from verification.soak import SOAK
 from verification.soak.pace import missed_fraction
 from verification.soak.rig import percentile
+from verification.soak.sender import Ship
 
 
 def test_the_command_offers_the_rows_that_there_are():

@@ -10,9 +10,9 @@ import pytest
 from conftest import poll
 
 from cable_sim_ros.io.scenes.load import load_scene
-from cable_sim_ros.ros.load.probe import Probe
 from cable_sim_ros.tools.logs.formats import read_log
 from cable_sim_ros.tools.telegrams.tss1 import LINE
+from verification.soak.probe import Probe
 
 pytestmark = pytest.mark.realtime
 MS, DAY = 1_000_000, 86_400_000_000_000  # ns

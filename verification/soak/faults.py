@@ -105,7 +105,7 @@ def flooded(quick: bool) -> Found:
             it.sail(500.0, 500.0)
             time.sleep(SETTLED)
             if flood:
-                it.start("flood", "cable_sim_ros.ros.load.flood", flood, "--seconds", str(seconds + 5.0))
+                it.start("flood", "verification.soak.flood", flood, "--seconds", str(seconds + 5.0))
                 time.sleep(1.0)
             counts = grown(it, seconds)
             rates = it.probe.tasks("inputs")[-1].values

@@ -29,7 +29,7 @@ def giants(quick: bool) -> Found:
     size, seconds = (2_000_000, 5.0) if quick else (20_000_000, 30.0)
     with sailing() as it:
         before = it.resident()
-        it.start("flood", "cable_sim_ros.ros.load.flood", "giants", "--bytes", str(size), "--seconds", str(seconds))
+        it.start("flood", "verification.soak.flood", "giants", "--bytes", str(size), "--seconds", str(seconds))
         counts = grown(it, seconds + 3.0)
         metrics = _kept_on(it, counts)
         memory = it.resident() - before
@@ -46,7 +46,7 @@ def giants(quick: bool) -> Found:
 def discovery(quick: bool) -> Found:
     """The node without ROS_AUTOMATIC_DISCOVERY_RANGE, the sensors open to the subnet."""
     with rig(None, {"ROS_AUTOMATIC_DISCOVERY_RANGE": ""}) as it:
-        it.start("sensors", "cable_sim_ros.ros.load.sender", ROS_AUTOMATIC_DISCOVERY_RANGE="SUBNET")
+        it.start("sensors", "verification.soak.sender", ROS_AUTOMATIC_DISCOVERY_RANGE="SUBNET")
         it.state("running", within=30.0)
         said = "discovery: this host only" in it.node.text
         it.finish()
@@ -81,7 +81,7 @@ def floods(quick: bool) -> Found:
     with sailing() as it:
         mark = it.mark()
         for what in ("topics", "services"):
-            child = it.start("flood", "cable_sim_ros.ros.load.flood", what, "--seconds", str(seconds))
+            child = it.start("flood", "verification.soak.flood", what, "--seconds", str(seconds))
             until(lambda child=child: "flooding" in child.text, 20.0, f"a flood of {what}")
         counts = grown(it, seconds)
         _, frames = it.probe.frames(mark)
@@ -105,7 +105,7 @@ def floods(quick: bool) -> Found:
 @stress("a foreign publisher on an output, a second node of the name", "each warned of within 4 s, once")
 def foreign(quick: bool) -> Found:
     """The listener publishes on towbody/pose; another node calls itself cable_sim."""
-    from cable_sim_ros.ros.load.probe import Probe
+    from .probe import Probe
 
     with rig() as it:
         it.sail()

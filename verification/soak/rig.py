@@ -48,7 +48,7 @@ class Rig:
         self.metrics = folder / "node.json"
         self.sensors: Process | None = None
         self.children: list[Process] = [node]
-        from cable_sim_ros.ros.load.probe import Probe  # imports rclpy
+        from .probe import Probe  # imports rclpy
 
         self.probe = Probe(domain, "probe")
         self.probe.watch()
@@ -78,7 +78,7 @@ class Rig:
     def sail(self, imu: float = 50.0, odometry: float = 50.0, heave: str = "1,8") -> None:
         """Start the sensors at rates [Hz]; returns once ticks are heard."""
         self.sensors = self.start(
-            "sensors", "cable_sim_ros.ros.load.sender", "--imu", str(imu), "--odometry", str(odometry), "--heave", heave
+            "sensors", "verification.soak.sender", "--imu", str(imu), "--odometry", str(odometry), "--heave", heave
         )
         self.state("running", "overloaded", within=60.0)
         until(lambda: self.probe.received["sim/health"], 10.0, "the first tick")

@@ -7,9 +7,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...io.messages.channels import decode_frames
-from ..client import Client
-from ..topics import message_class
+from cable_sim_ros.io.messages.channels import decode_frames
+from cable_sim_ros.ros.client import Client
+from cable_sim_ros.ros.topics import message_class
 
 HEALTH, DIAGNOSTICS = "sim/health", "/diagnostics"
 

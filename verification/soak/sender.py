@@ -1,6 +1,6 @@
 """A ship's sensors in a process of their own, for load tests: IMU and odometry of a heaving ship at any rates.
 
-    python -m cable_sim_ros.ros.load.sender --imu 500 --odometry 500 [--heave M,S] [--seconds S] [--ros-args ...]
+    python -m verification.soak.sender --imu 500 --odometry 500 [--heave M,S] [--seconds S] [--ros-args ...]
 
 Messages are patched into CDR templates, so that 1000 a second cost this process a twentieth of a core.
 """
@@ -19,13 +19,13 @@ import rclpy
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from rclpy.signals import SignalHandlerOptions
 
-from ...io.bags.typestore import STORE
-from ...io.messages.cdr import header, store_type
-from ...io.messages.messages import KINDS
-from ...processes import Alive
-from ..loop import raise_priority
-from ..play.player import SECOND, sleep_until
-from ..topics import senders
+from cable_sim_ros.io.bags.typestore import STORE
+from cable_sim_ros.io.messages.cdr import header, store_type
+from cable_sim_ros.io.messages.messages import KINDS
+from cable_sim_ros.processes import Alive
+from cable_sim_ros.ros.loop import raise_priority
+from cable_sim_ros.ros.play.player import SECOND, sleep_until
+from cable_sim_ros.ros.topics import senders
 
 GRAVITY = 9.81  # m/s^2
 _Vector3, _Point = store_type("geometry_msgs/msg/Vector3"), store_type("geometry_msgs/msg/Point")

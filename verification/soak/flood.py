@@ -1,6 +1,6 @@
 """A careless or hostile neighbour, for load tests: floods services and topics of the node as fast as one core allows.
 
-python -m cable_sim_ros.ros.load.flood services|topics|giants [--seconds S] [--bytes N]
+python -m verification.soak.flood services|topics|giants [--seconds S] [--bytes N]
 """
 
 from __future__ import annotations
@@ -16,10 +16,11 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.signals import SignalHandlerOptions
 from std_srvs.srv import SetBool
 
-from ...io.messages.messages import KINDS
-from ...processes import Alive
-from ...terminal import say
-from ..topics import inputs_there, senders
+from cable_sim_ros.io.messages.messages import KINDS
+from cable_sim_ros.processes import Alive
+from cable_sim_ros.ros.topics import inputs_there, senders
+from cable_sim_ros.terminal import say
+
 from .sender import Ship
 
 AT_ONCE = 50  # calls under way at a time, of each service
