@@ -15,7 +15,6 @@ from typing import Any, NamedTuple, Union, get_args, get_origin
 
 from ..errors import CableSimError
 from ..io.recordings.recording_place import name_problem, root_problem, state_problem
-from ..io.scenes.document import find_scene
 from ..io.scenes.fault_plan import FaultError, load_faults, timed
 from ..io.scenes.live_changes import CONSEQUENCE, SECOND, ChangeError, Timetable, fit, refuse_unacting, tick_of
 from ..io.scenes.load import SceneError, SceneWarning, load_scene, override
@@ -120,11 +119,10 @@ def _kind(annotation) -> tuple[type, int, tuple[str, ...], bool]:
 
 
 class Settings(NamedTuple):
-    """Checked parameters: scene with every override, its file, the node's own block, all rows to declare, cautions,
+    """Checked parameters: scene with every override, the node's own block, all rows to declare, cautions,
     and the faults of `faults_file` by their ticks."""
 
     scene: Scene
-    scene_path: str
     node: NodeBlock
     rows: list[Row]
     warnings: list[str]
@@ -186,7 +184,6 @@ def settle(overrides: dict[str, Any]) -> Settings:
         raise ParameterError(problem)
     return Settings(
         scene,
-        str(find_scene(given)),
         node,
         rows(node) + rows(scene),
         [str(item.message) for item in caught if issubclass(item.category, SceneWarning)],
