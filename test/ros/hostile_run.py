@@ -19,9 +19,8 @@ sys.path.insert(0, str(Path(__file__).parent))
 sys.path.insert(0, str(Path(__file__).parents[1] / "io"))
 
 from hostile_files import crafted, flipped, flipped_inside, members_of
+from pytest import MonkeyPatch
 from test_saving import Harness
-
-from cable_sim_ros.ros import session as session_module
 
 WHOLE = 40  # refusals from one comparison of everything to the next; the others compare the tow and the clock
 
@@ -30,7 +29,7 @@ class Trial:
     """One session that is handed files."""
 
     def __init__(self, folder: Path) -> None:
-        self.it, self.good, self.bad = Harness(), folder / "tow.npz", folder / "bad.npz"
+        self.it, self.good, self.bad = Harness(MonkeyPatch()), folder / "tow.npz", folder / "bad.npz"
         self.it.feed(0, 300)
         self.it.feed(0, 300, "imu")
         self.it.order(0.3)
@@ -80,7 +79,6 @@ def main() -> None:
     flips, below = int(sys.argv[1]), int(sys.argv[2])
     rng = np.random.default_rng(int(sys.argv[3]) if len(sys.argv) > 3 else 1)
     warnings.simplefilter("ignore")
-    session_module.quiet = lambda: None
     with tempfile.TemporaryDirectory() as folder:
         trial = Trial(Path(folder))
         good = trial.good.read_bytes()

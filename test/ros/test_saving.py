@@ -6,7 +6,6 @@ from __future__ import annotations
 import math
 import os
 import sys
-import time
 from collections import deque
 from pathlib import Path
 
@@ -21,7 +20,7 @@ from hostile_files import crafted, flipped, flipped_inside, members_of
 from state_files import with_notes
 from test_commands import command
 from test_motion import imu, odometry
-from test_stepped import Run, ship, winch
+from test_stepped import Run, poured
 
 from cable_sim_ros.cli import commands
 from cable_sim_ros.io.bags.bag import BagReader
@@ -32,9 +31,7 @@ from cable_sim_ros.io.recordings.recorded_run import load_run
 from cable_sim_ros.io.scenes.load import load_scene, override
 from cable_sim_ros.io.sources.recorded_tow import read_tow
 from cable_sim_ros.plots.run import caption
-from cable_sim_ros.ros import session as session_module
 from cable_sim_ros.ros.parameters import settle
-from cable_sim_ros.ros.stepped import SteppedSession
 from cable_sim_ros.runs import offline
 from cable_sim_ros.runs.step_choice import stepped
 from cable_sim_ros.sim.inputs import WinchCommand
@@ -46,21 +43,11 @@ S = 1_000_000_000
 pytestmark = COMPILED
 
 
-class Harness:
-    """A session that stands at /clock 1 s until it is stepped; frames of its ticks."""
+class Harness(Run):
+    """A session that stands at /clock 1 s until it is stepped."""
 
-    def __init__(self, **parameters) -> None:
-        given = {"scene": "side_scan", "solver.tick": 0.02, "time_mode": "lockstep", "lockstep.paused": True}
-        self.said: list[str] = []
-        self.session = SteppedSession(settle(given | parameters), lambda level, text: self.said.append(text))
-        self.frames: list[np.void] = []
-        self.session.publish_ticks = self._publish
-        self.session.configure()
-        self.session.activate()
-
-    def _publish(self) -> None:
-        loop = self.session.built_loop
-        self.frames.append(loop.output.frame[(loop.count - 1) % loop.rows].copy())
+    def __init__(self, monkeypatch, **parameters) -> None:
+        super().__init__(monkeypatch, **{"lockstep.start": 1.0, "lockstep.paused": True} | parameters)
 
     def feed(self, first: int, last: int, kind: str = "odometry", heading: float = 0.0) -> None:
         """Motion of 50 Hz from 1 s on, samples first to last; every tenth brings a command for its time."""
@@ -79,26 +66,19 @@ class Harness:
 
     def step(self, count: int) -> list[bytes]:
         """So many ticks; their tick outputs."""
-        before, until = len(self.frames), time.monotonic() + 600.0
+        before = len(self.frames)
         begun, text = self.session.step(count)
         assert begun, text
-        while self.session.steps_left:
-            assert time.monotonic() < until, (self.session.steps.doing, self.session.problem)
-            self.session.advance(time.monotonic_ns())
+        self.until(before + count)
         return [frame.tobytes() for frame in self.frames[before:]]
-
-    def close(self) -> None:
-        self.session.close()
-        self.session.built_loop.close()
 
 
 @pytest.fixture
 def make(monkeypatch):
-    monkeypatch.setattr(session_module, "quiet", lambda: None)
     made = []
 
     def make(**parameters):
-        made.append(Harness(**parameters))
+        made.append(Harness(monkeypatch, **parameters))
         return made[-1]
 
     yield make
@@ -226,13 +206,7 @@ def test_a_state_of_another_clock_is_taken_to_the_present(make, tmp_path):
 
 def under_way(monkeypatch, bag: Path | None = None) -> Run:
     monkeypatch.setattr(Simulator, "warm_up", lambda self, progress=None: 0.0)
-    run = Run(monkeypatch, bag, **{"lockstep.rate": 0.0, "lockstep.paused": True})
-    for _, kind, data in ship():
-        run.give(kind, data)
-    commands = winch()
-    run.at_clock = lambda clock: clock in commands and run.session.command(commands[clock], -1)
-    run.session.pause(False)
-    return run
+    return poured(monkeypatch, bag)
 
 
 def test_a_recording_has_every_restore_and_is_replayed_bit_for_bit(monkeypatch, tmp_path):
