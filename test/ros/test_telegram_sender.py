@@ -35,9 +35,9 @@ def scene():
 def receivers():
     made = []
 
-    def receiver() -> socket.socket:
+    def receiver(port: int = 0) -> socket.socket:
         it = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
-        it.bind(("127.0.0.1", 0))
+        it.bind(("127.0.0.1", port))
         it.setblocking(False)
         made.append(it)
         return it
@@ -143,13 +143,10 @@ def test_nobody_listening_is_said_and_holds_nothing_up(scene, receivers):
     assert counts["sent"] == 10 and counts["failed"] == 0 and counts["unheard"] >= 8
     (status,) = sender.statuses()
     assert status.level == 0 and status.message == f"lci90i: 10 sent, nobody listens on 127.0.0.1 port {port}"
-    late = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
-    late.bind(("127.0.0.1", port))
-    late.setblocking(False)
+    late = receivers(port)
     sender.tick(row(55))
     sender.tick(row(60))
     assert len(heard(late)) == 2 and "nobody" not in sender.statuses()[0].message
-    late.close()
     sender.close()
 
 

@@ -29,10 +29,6 @@ TICKS = 100
 PLACE = (-48.0, 3.0, -30.0)
 
 
-def pose(stamp: int, place, **more) -> bytes:
-    return odometry(stamp, place, **more)
-
-
 def moving(t: float) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
     """Place and velocity: 1 m to and fro in 6 s."""
     w = 2.0 * math.pi / 6.0
@@ -65,7 +61,7 @@ def poses(seconds: float = 3.0, rate: float = 10.0) -> list[tuple[str, bytes]]:
     found = []
     for k in range(round(seconds * rate)):
         place, velocity = moving(k / rate)
-        found.append(("vehicle", pose(BEGIN + round(k * S / rate), place, velocity=velocity)))
+        found.append(("vehicle", odometry(BEGIN + round(k * S / rate), place, velocity=velocity)))
     return found
 
 
@@ -91,9 +87,9 @@ def test_pose_in_wrench_out_in_lockstep_recorded_and_replayed(monkeypatch, tmp_p
 def test_a_silent_vehicle_begins_where_the_scene_has_it_and_odd_poses_are_counted(monkeypatch):
     place = (-50.0, 0.0, -32.0)
     odd = [
-        ("vehicle", pose(BEGIN + 500 * MS, (float("nan"), 0.0, 0.0), velocity=(1e-9, 0.0, 0.0))),
-        ("vehicle", pose(BEGIN + 600 * MS, place, velocity=(40.0, 0.0, 0.0))),
-        ("vehicle", pose(BEGIN - 50 * S, place, velocity=(1e-9, 0.0, 0.0))),
+        ("vehicle", odometry(BEGIN + 500 * MS, (float("nan"), 0.0, 0.0), velocity=(1e-9, 0.0, 0.0))),
+        ("vehicle", odometry(BEGIN + 600 * MS, place, velocity=(40.0, 0.0, 0.0))),
+        ("vehicle", odometry(BEGIN - 50 * S, place, velocity=(1e-9, 0.0, 0.0))),
         ("vehicle", b"\x00\x01\x00\x00 no message"),
     ]
     run = sailed(monkeypatch, vehicle=odd)
@@ -124,7 +120,7 @@ def test_poses_alone_will_do_and_their_rates_are_differences(monkeypatch):
 def test_a_pose_for_a_scene_without_a_vehicle_is_counted():
     intake = Intake(make_inputs(), load_scene("side_scan"))
     place, velocity = moving(0.0)
-    assert not intake.of_vehicle(Event(BEGIN, BEGIN, "vehicle", pose(BEGIN, place, velocity=velocity)))
+    assert not intake.of_vehicle(Event(BEGIN, BEGIN, "vehicle", odometry(BEGIN, place, velocity=velocity)))
     assert intake.refusals() == {"no_vehicle": 1} and not intake.inputs.vehicle_head[0]
 
 
