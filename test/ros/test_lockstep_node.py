@@ -3,19 +3,18 @@
 from __future__ import annotations
 
 import math
-import threading
 from types import SimpleNamespace
 
 import pytest
 import rclpy
 from conftest import ns, poll
-from rclpy.executors import SingleThreadedExecutor
 from rclpy.parameter import Parameter
 from rclpy.serialization import deserialize_message
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import JointState
 
 from cable_sim_ros.io.bags.bag import BagReader
+from cable_sim_ros.ros.client import Client
 from cable_sim_ros.ros.play import clock_player
 
 S = 1_000_000_000
@@ -25,25 +24,21 @@ LOCKSTEP = {"time_mode": "lockstep", "lockstep__rate": 0.0, "lockstep__wait": 5.
 
 
 class Seat:
-    """Sensors (IMU and odometry at 50 Hz) and a controller (100 Hz) whose timers move on /clock; a thread spins them.
+    """Sensors (IMU and odometry at 50 Hz) and a controller (100 Hz) whose timers move on /clock.
 
     answers: the controller answers each winch/state instead of its timer.
     """
 
     def __init__(self, domain: int, ship, answers: bool = False) -> None:
-        self.context = rclpy.Context()
-        rclpy.init(context=self.context, domain_id=domain)
-        self.executor = SingleThreadedExecutor(context=self.context)
+        self.client = Client(domain, "seat")
         self.ship, self.mute = ship, False  # mute: the controller says nothing
         self.sensed: list[int] = []
         self.commanded: list[int] = []
         sim_time = [Parameter("use_sim_time", value=True)]
-        self.sensors, self.controller = self.nodes = [
-            rclpy.create_node(name, context=self.context, namespace="/tow_sim", parameter_overrides=sim_time)
+        self.sensors, self.controller = nodes = [
+            rclpy.create_node(name, context=self.client.context, namespace="/tow_sim", parameter_overrides=sim_time)
             for name in ("sensors", "controller")
         ]
-        for node in self.nodes:
-            self.executor.add_node(node)
         self.imu = self.sensors.create_publisher(ship.imu.msg_type, "imu/data", 200)
         self.odom = self.sensors.create_publisher(ship.odom.msg_type, "odom", 200)
         self.sensors.create_timer(0.02, self.sense)
@@ -52,17 +47,8 @@ class Seat:
             self.controller.create_subscription(JointState, "winch/state", lambda _: self.command(), 10)
         else:
             self.controller.create_timer(0.01, self.command)
-        self._stop = threading.Event()
-        self._thread = threading.Thread(target=self._spin, daemon=True)
-        self._thread.start()
-
-    def _spin(self) -> None:
-        while not self._stop.is_set():
-            self.executor.spin_once(timeout_sec=0.02)
-        self.executor.shutdown()
-        for node in self.nodes:
-            node.destroy_node()
-        self.context.try_shutdown()
+        for node in nodes:
+            self.client.executor.add_node(node)
 
     def sense(self) -> None:
         now = self.sensors.get_clock().now().nanoseconds
@@ -81,11 +67,6 @@ class Seat:
         message.header.stamp.sec, message.header.stamp.nanosec = divmod(now, S)
         self.winch.publish(message)
         self.commanded.append(now)
-
-    def close(self) -> None:
-        self._stop.set()
-        self._thread.join(30.0)
-        assert not self._thread.is_alive(), "the thread that spins did not end within 30 s"
 
 
 class Watcher:
@@ -131,7 +112,7 @@ class Watcher:
 
 def seat(world, watcher, **what) -> Seat:
     found = Seat(world.domain, world.ship(watcher.ears), **what)
-    world.closing.insert(0, found.close)
+    world.closing.insert(0, found.client.close)
     return found
 
 
