@@ -6,11 +6,13 @@ import hashlib
 import json
 import os
 import signal
+import socket
 import subprocess
 import sys
 import threading
 import time
 from collections.abc import Iterator
+from contextlib import ExitStack
 from pathlib import Path
 
 import pytest
@@ -221,6 +223,30 @@ def recorded(path: Path) -> dict[str, list[bytes]]:
     for message in read_bag(path):
         data.setdefault(message.topic, []).append(message.data)
     return data
+
+
+@pytest.fixture
+def receivers():
+    """Function: a socket for UDP at a port of this machine, 0: any; what has come to it: `datagrams`."""
+    with ExitStack() as made:
+
+        def receiver(port: int = 0) -> socket.socket:
+            it = made.enter_context(socket.socket(socket.AF_INET, socket.SOCK_DGRAM))
+            it.bind(("127.0.0.1", port))
+            it.setblocking(False)
+            return it
+
+        yield receiver
+
+
+def datagrams(receiver: socket.socket) -> list[bytes]:
+    """What has come since it was asked before."""
+    found = []
+    while True:
+        try:
+            found.append(receiver.recv(4096))
+        except BlockingIOError:
+            return found
 
 
 @pytest.fixture(scope="session")

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from conftest import datagrams
 
 from cable_sim_ros.io.scenes.load import load_scene
 from cable_sim_ros.physics.tick_output import TICK_OUTPUT
@@ -31,33 +32,8 @@ def scene():
     return load_scene("full_scale")
 
 
-@pytest.fixture
-def receivers():
-    made = []
-
-    def receiver(port: int = 0) -> socket.socket:
-        it = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
-        it.bind(("127.0.0.1", port))
-        it.setblocking(False)
-        made.append(it)
-        return it
-
-    yield receiver
-    for it in made:
-        it.close()
-
-
 def port_of(receiver):
     return receiver.getsockname()[1]
-
-
-def heard(receiver):
-    found = []
-    while True:
-        try:
-            found.append(receiver.recv(4096))
-        except BlockingIOError:
-            return found
 
 
 def row(k, **values):
@@ -84,11 +60,11 @@ def test_telegrams_go_out_at_their_rates_of_simulation_time(scene, receivers):
     )
     for k in range(1, 101):
         sender.tick(row(k))
-    found = [data.split(b",") for data in heard(winch)]
+    found = [data.split(b",") for data in datagrams(winch)]
     assert [part[1][-6:] for part in found] == [b"%06.3f" % (20 + k / 100) for k in range(5, 101, 5)]
     assert [float(part[5]) for part in found] == [100.0 + k for k in range(5, 101, 5)]
     assert {part[2] for part in found} == {b"X"}
-    motion = [data for data in heard(tss) if tss1.LINE.fullmatch(data)]
+    motion = [data for data in datagrams(tss) if tss1.LINE.fullmatch(data)]
     assert len(motion) == 30 and sender.links[1].counts() == {
         "sent": 30,
         "withheld": 0,
@@ -110,10 +86,10 @@ def test_what_ticks_skipped_is_counted_and_a_new_start_is_not(scene, receivers):
     sender = sender_of(scene, lci90i={"port": port_of(winch), "rate": 20.0})
     sender.tick(row(5))
     sender.tick(row(25))  # the publisher was overtaken: 10, 15, 20 were due
-    assert sender.links[0].counts()["missed"] == 3 and len(heard(winch)) == 2
+    assert sender.links[0].counts()["missed"] == 3 and len(datagrams(winch)) == 2
     sender.tick(row(1, time=FIRST + 10**12))  # another start, at another time
     sender.tick(row(5))  # and back
-    assert sender.links[0].counts()["missed"] == 3 and len(heard(winch)) == 2
+    assert sender.links[0].counts()["missed"] == 3 and len(datagrams(winch)) == 2
     sender.close()
 
 
@@ -123,7 +99,7 @@ def test_a_value_that_does_not_fit_is_withheld_counted_and_said(scene, receivers
     sender.tick(row(5))
     sender.tick(row(10, payout=-1e6))
     sender.tick(row(15, tension=math.nan))
-    assert len(heard(winch)) == 1
+    assert len(datagrams(winch)) == 1
     assert sender.links[0].counts() == {"sent": 1, "withheld": 2, "missed": 0, "unheard": 0, "failed": 0}
     (status,) = sender.statuses()
     assert status.level == 1 and status.message == (
@@ -146,7 +122,7 @@ def test_nobody_listening_is_said_and_holds_nothing_up(scene, receivers):
     late = receivers(port)
     sender.tick(row(55))
     sender.tick(row(60))
-    assert len(heard(late)) == 2 and "nobody" not in sender.statuses()[0].message
+    assert len(datagrams(late)) == 2 and "nobody" not in sender.statuses()[0].message
     sender.close()
 
 
@@ -179,7 +155,7 @@ def test_ipv6_of_this_host_goes_too(scene):
     listener.setblocking(False)
     sender = sender_of(scene, address="::1", lci90i={"port": listener.getsockname()[1]})
     sender.tick(row(5))
-    assert len(heard(listener)) == 1
+    assert len(datagrams(listener)) == 1
     with pytest.raises(TelegramError, match="1 other socket of this host"):
         sender_of(scene, address="::1", lci90i={"port": listener.getsockname()[1]})
     sender.close()

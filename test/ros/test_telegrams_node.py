@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import socket
 import time
 
 import numpy as np
 import pytest
-from conftest import poll
+from conftest import datagrams, poll
 
 from cable_sim_ros.io.scenes.load import load_scene
 from cable_sim_ros.tools.logs.formats import read_log
@@ -19,32 +18,21 @@ MS, DAY = 1_000_000, 86_400_000_000_000  # ns
 LB = 4.4482216152605  # N
 
 
-def test_a_node_sends_what_it_publishes_and_counts_it(world, tmp_path):
+def test_a_node_sends_what_it_publishes_and_counts_it(world, receivers, tmp_path):
     ears = Probe(world.domain, "ears")
     world.closing.append(ears.close)
     ears.watch()
 
-    def udp() -> socket.socket:
-        it = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
-        it.setblocking(False)
-        it.bind(("127.0.0.1", 0))
-        world.closing.append(it.close)
-        return it
-
-    sockets = {name: udp() for name in ("lci90i", "psxn", "pashr", "tss1")}
+    sockets = {name: receivers() for name in ("lci90i", "psxn", "pashr", "tss1")}
     ports = {f"telegrams__{name}__port": it.getsockname()[1] for name, it in sockets.items()}
-    taken, other = udp(), udp()
+    taken, other = receivers(), receivers()
     other.connect(taken.getsockname())
     refused = world.node(telegrams__tss1__port=taken.getsockname()[1])
     heard: dict[str, list[bytes]] = {name: [] for name in sockets}
 
     def listen() -> bool:
         for name, it in sockets.items():
-            while True:
-                try:
-                    heard[name].append(it.recv(4096))
-                except BlockingIOError:
-                    break
+            heard[name] += datagrams(it)
         many = min(len(heard[name]) for name in ("psxn", "pashr", "tss1")) > 20 and len(heard["lci90i"]) > 40
         return many and heaved() > 0.3
 
