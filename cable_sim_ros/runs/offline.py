@@ -54,7 +54,7 @@ from .passage import phase_figures
 from .resume import Resumed, report_of
 from .resume import save as save_run
 from .settings import NOTHING, Settings, apply_to_bag, apply_to_scene, of_intake, recorded_intake, refuse_without_bag
-from .sources import in_the_sea, motion_of, notes_of, scene_of_bag, sea_motion_kept, seconds_of
+from .sources import beside_vehicle, in_the_sea, motion_of, notes_of, scene_of_bag, sea_motion_kept, seconds_of
 from .step_choice import doubts_of_steps, metrics_of_steps, overwritten, stepped
 from .stepping import Progress, Stepped, silent
 from .summary import SKIP, after_start, bag_path, of_bodies, summarize, write_summary
@@ -260,7 +260,12 @@ def run(
         duration = max(seconds_of(heave, rao, scene, way) - (0.0 if way is None else before), last + AFTER_PLAN) or None
     endless = (heave, rao, way, vehicle) != (None, None, None, None)
     lasts = before + duration if duration is not None and endless else duration
-    tow = motion_of(scene, motion, heave, lasts, imu_only, settings, topics, rao, way, vehicle)
+
+    def moved() -> RecordedTow | None:
+        own = motion_of(scene, motion, heave, lasts, imu_only, settings, topics, rao, way)
+        return beside_vehicle(own, vehicle, scene, lasts)
+
+    tow = moved()
     if tow is not None and (plan is not None or control is not None):
         tow.events = [event for event in tow.events if not event.is_command]
     one = MessageRun(scene, tow, progress=progress, winch=plan, control=control, changes=live)
@@ -290,15 +295,7 @@ def run(
     judged(result, scene, [*one.doubts, *(tow.doubts if tow else ()), *_damage(tow)], before=before)
     if check:
         with in_the_sea(rao is not None):
-            refinement_check.compare(
-                result,
-                scene,
-                lambda: motion_of(scene, motion, heave, lasts, imu_only, settings, topics, rao, way, vehicle),
-                duration,
-                plan,
-                progress,
-                live,
-            )
+            refinement_check.compare(result, scene, moved, duration, plan, progress, live)
     write_summary(out, result)
     if one.failed is not None:
         one.failed.run = result

@@ -86,27 +86,8 @@ def motion_of(
     topics: Mapping[str, str] = NOTHING,
     rao: str | os.PathLike | None = None,
     ship: ShipPlan | None = None,
-    vehicle: Pose | str | os.PathLike | None = None,
 ) -> RecordedTow | None:
-    """Messages of the ship's motion, whatever they come from, and of the vehicle's."""
-    tow = _ship_motion(scene, motion, heave, duration, imu_only, settings, topics, rao, ship)
-    if vehicle is None:
-        return tow
-    return with_vehicle(at_rest(scene, duration or HEAVE_SECONDS) if tow is None else tow, vehicle, scene)
-
-
-def _ship_motion(
-    scene: Scene,
-    motion: str | os.PathLike | None,
-    heave: tuple[float, float] | None,
-    duration: float | None,
-    imu_only: bool,
-    settings: Settings,
-    topics: Mapping[str, str],
-    rao: str | os.PathLike | None,
-    ship: ShipPlan | None,
-) -> RecordedTow | None:
-    """The first of them."""
+    """Messages of the ship's motion, whatever they come from; None on the mean track."""
     table = motion if motion is not None and Path(motion).suffix.lower() == ".csv" else None
     if heave is not None and motion is not None:
         raise MotionError(f"heave and the motion '{motion}' were both given: nothing was simulated; give one of them")
@@ -144,6 +125,15 @@ def _ship_motion(
     smooth_odometry(tow, scene.sheave.position)
     take_provenance(tow, scene.sheave.position)
     return tow
+
+
+def beside_vehicle(
+    tow: RecordedTow | None, vehicle: Pose | str | os.PathLike | None, scene: Scene, duration: float | None
+) -> RecordedTow | None:
+    """The motion of a ship, which may lie on its mean track, and that of a vehicle, if there is one."""
+    if vehicle is None:
+        return tow
+    return with_vehicle(at_rest(scene, duration or HEAVE_SECONDS) if tow is None else tow, vehicle, scene)
 
 
 def seconds_of(
