@@ -154,12 +154,12 @@ def _topics() -> Iterable[str]:
         rate = f"{channel.rate:g} Hz" if channel.rate else "every reading" if channel.new else "every tick"
         fields = [name for name in carried(channel) if name != "time"]
         yield _topic(channel, rate, _own_rate(channel), _fields(channel, fields))
-    drawn = Channel("", TOPIC, MSGTYPE, 0.0, "reliable", print, None)
+    drawn = Channel("", TOPIC, MSGTYPE, None, None)
     yield _topic(drawn, f"`--markers`, at most {MAX_RATE:g} Hz; none as shipped", "`publish.marker_rate`", "a drawing")
-    kept = Channel("", journal.TOPIC, journal.MSGTYPE, 0.0, "", print, None)
+    kept = Channel("", journal.TOPIC, journal.MSGTYPE, None, None, qos="")
     yield _topic(kept, "as it comes", NOT_PUBLISHED, "inputs as each tick took them, JSON")
     for kind, (msgtype, topic) in KINDS.items():
-        taken = Channel("", topic, msgtype, 0.0, "", print, None)
+        taken = Channel("", topic, msgtype, None, None, qos="")
         yield _topic(taken, "as it comes", "as it comes", f"input: {kind}, as it was received")
 
 

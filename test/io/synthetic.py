@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from cable_sim_ros.io.bags.bag import BagWriter
-from cable_sim_ros.io.messages.channels import Context, Encoder
+from cable_sim_ros.io.bags.typestore import STORE
+from cable_sim_ros.io.messages.channels import Channel, Context, Encoder
 from cable_sim_ros.physics.tick_output import CONTACT_COLUMNS, FIELDS, SHAPE_COLUMNS, TICK_OUTPUT
 
 START = 1_700_000_000_000_000_000
@@ -80,6 +81,17 @@ def make_contact(frame: np.void) -> np.ndarray:
 
 
 assert len(CONTACT_COLUMNS) == 9
+
+
+def serialize(channel: Channel, frame, shape, contact, context: Context) -> bytes:
+    """CDR bytes of one channel at any tick."""
+    ((_, _, data),) = Encoder(context, 1.0, (channel._replace(rate=0.0, new=0),)).encode(frame, shape, contact)
+    return data
+
+
+def canonical(data: bytes, msgtype: str) -> bytes:
+    """The same message as the typestore serializes it."""
+    return bytes(STORE.serialize_cdr(STORE.deserialize_cdr(data, msgtype), msgtype))
 
 
 def write_run(path, seconds: float = 10.0, tick_s: float = 0.01, **custom: str) -> np.recarray:

@@ -18,11 +18,11 @@ from hypothesis import strategies as st
 from mcap.reader import make_reader
 from rosbags.highlevel import AnyReader
 from rosbags.rosbag2 import Reader
-from synthetic import make_frames, write_run
+from synthetic import make_frames, serialize, write_run
 
 from cable_sim_ros.io.bags.bag import BagError, BagWriter, Damage, Message, read_bag, read_metadata
 from cable_sim_ros.io.bags.typestore import STORE, definition, type_hash
-from cable_sim_ros.io.messages.channels import CHANNELS, Context, decode, serialize
+from cable_sim_ros.io.messages.channels import CHANNELS, Context, decode
 from cable_sim_ros.io.recordings.recorded_run import load_run
 from cable_sim_ros.io.recordings.recorder import Recorder
 from cable_sim_ros.io.recordings.recovery import recover

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
-from synthetic import START, make_contact, make_frames, make_shape
+from synthetic import START, canonical, make_contact, make_frames, make_shape, serialize
 
 from cable_sim_ros.io.bags.typestore import STORE
 from cable_sim_ros.io.messages.channels import (
@@ -18,11 +18,11 @@ from cable_sim_ros.io.messages.channels import (
     Encoder,
     channel_of,
     decode,
-    decode_frame,
+    decode_frames,
     numbers_of,
     rotate,
-    serialize,
 )
+from cable_sim_ros.io.messages.instrument_channels import INSTRUMENTS
 from cable_sim_ros.physics.tick_output import CONTACT_COLUMNS, FIELDS, SHAPE_COLUMNS, TICK_OUTPUT
 
 pytestmark = pytest.mark.check
@@ -57,7 +57,7 @@ def tables(frame):
 @settings(max_examples=20)
 def test_health_carries_every_field_of_the_frame_bit_by_bit(frame):
     data = serialize(BY_NAME["sim_health"], frame, None, None, CONTEXT)
-    assert decode_frame(data).tobytes() == frame.tobytes()
+    assert decode_frames([data])[0].tobytes() == frame.tobytes()
     fields = decode(BY_NAME["sim_health"], data)
     assert set(fields) == {name for name, *_ in FIELDS}
     for name, *_ in FIELDS:
@@ -75,10 +75,11 @@ def test_health_of_another_version_is_read_by_name():
     message = STORE.deserialize_cdr(
         serialize(BY_NAME["sim_health"], frame, None, None, CONTEXT), "sensor_msgs/msg/JointState"
     )
+    assert message.header.frame_id == "" and not len(message.velocity) and not len(message.effort)
     keep = [k for k, name in enumerate(message.name) if name not in ("residual", "status")][::-1]
     message.name = [message.name[k] for k in keep] + ["unheard_of"]
     message.position = np.append(message.position[keep], 7.0)
-    again = decode_frame(bytes(STORE.serialize_cdr(message, "sensor_msgs/msg/JointState")))
+    (again,) = decode_frames([bytes(STORE.serialize_cdr(message, "sensor_msgs/msg/JointState"))])
     assert math.isnan(again["residual"]) and again["status"] == 0
     assert again["tension"] == frame["tension"] and again["time"] == frame["time"]
     assert again["substeps"] == frame["substeps"]
@@ -90,8 +91,12 @@ def test_encoder_writes_the_bytes_of_the_serializer(frame):
     frame["tick"] = 0  # every channel is due
     shape, contact = tables(make_frames(1)[0])
     frame["contact_stations"] = len(contact) - 3
-    quick = {row.name: data for row, _, data in Encoder(CONTEXT, 0.01).encode(frame, shape, contact)}
-    assert quick == {channel.name: serialize(channel, frame, shape, contact, CONTEXT) for channel in CHANNELS}
+    frame["readings_new"] = -1
+    rows = (*CHANNELS, *(channel for channel, _ in INSTRUMENTS))
+    written = Encoder(CONTEXT, 0.01, rows).encode(frame, shape, contact)
+    assert [row for row, *_ in written] == list(rows)
+    for row, _, data in written:
+        assert data == canonical(data, row.msgtype), row.name
 
 
 def test_template_is_written_anew_each_time():

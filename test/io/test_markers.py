@@ -4,10 +4,10 @@ import math
 
 import numpy as np
 import pytest
-from synthetic import START, make_contact, make_frames, make_shape
+from synthetic import START, canonical, make_contact, make_frames, make_shape, serialize
 
 from cable_sim_ros.io.bags.typestore import STORE
-from cable_sim_ros.io.messages.channels import TRANSFORMS, Context, Encoder, numbers_of, serialize
+from cable_sim_ros.io.messages.channels import TRANSFORMS, Context, Encoder, numbers_of
 from cable_sim_ros.io.messages.markers import (
     MSGTYPE,
     SLACK,
@@ -16,8 +16,8 @@ from cable_sim_ros.io.messages.markers import (
     cable_points,
     colours,
     markers_channel,
-    times,
 )
+from cable_sim_ros.io.messages.mounting import times
 from cable_sim_ros.io.messages.rotation import rotate
 from cable_sim_ros.io.scenes.load import load_scene
 from cable_sim_ros.physics.section import CableModel
@@ -59,8 +59,12 @@ def drawn(scene, frame, shape, contact, rate=10.0):
     return markers
 
 
+def numbers(*messages):
+    return [getattr(m, part) for m in messages for part in ("x", "y", "z", "w", "r", "g", "b", "a") if hasattr(m, part)]
+
+
 def points(marker):
-    return np.array([(p.x, p.y, p.z) for p in marker.points])
+    return np.array([(p.x, p.y, p.z) for p in marker.points]).reshape(-1, 3)
 
 
 def place(marker):
@@ -72,15 +76,28 @@ def place(marker):
 @pytest.mark.parametrize("model", list(CableModel))
 @pytest.mark.parametrize("contact_points", [0, 1, 40, 300])
 def test_quick_bytes_are_those_of_the_serializer(scene, model, contact_points):
-    row = markers_channel(scene.model_copy(update={"cable": scene.cable.model_copy(update={"model": model})}), 10.0)
-    encoder = Encoder(CONTEXT, 0.01, (row,))
+    scene = scene.model_copy(update={"cable": scene.cable.model_copy(update={"model": model})})
+    encoder, drawing = Encoder(CONTEXT, 0.01, (markers_channel(scene, 10.0),)), TowDrawing(scene, 10.0)
     for frame in make_frames(3):
         frame["tick"] = 0
         contact = np.resize(make_contact(frame), (max(contact_points, 1), 9))
         frame["contact_stations"] = contact_points
         [(_, topic, data)] = encoder.encode(frame, sloped(frame), contact)
         assert topic == "/tow_sim/cable/markers"
-        assert data == serialize(row, frame, sloped(frame), contact, CONTEXT)
+        assert data == canonical(data, MSGTYPE)
+        markers, items = (
+            STORE.deserialize_cdr(data, MSGTYPE).markers,
+            drawing.items(numbers_of(frame), sloped(frame), contact),
+        )
+        for m, item in zip(markers, items, strict=True):
+            assert (m.ns, m.id, m.type, m.action, m.text) == (item.ns, item.id, item.kind, item.action, item.text)
+            assert numbers(m.pose.position, m.pose.orientation, m.scale) == [
+                *item.position,
+                *item.quaternion,
+                *item.scale,
+            ]
+            assert numbers(m.color, *m.colors) == np.float32([*item.color, *np.ravel(item.colors)]).tolist()
+            assert np.array_equal(points(m), item.points) and not m.frame_locked
 
 
 def test_the_cable_is_drawn_through_its_shape_functions(tow):

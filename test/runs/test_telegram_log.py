@@ -10,7 +10,7 @@ from click.testing import CliRunner
 
 from cable_sim_ros.cli.commands import main
 from cable_sim_ros.io.bags.bag import BagWriter
-from cable_sim_ros.io.messages.channels import CHANNELS, Context, serialize
+from cable_sim_ros.io.messages.channels import CHANNELS, Context, Encoder
 from cable_sim_ros.io.scenes.load import dump_scene, load_scene
 from cable_sim_ros.physics.tick_output import TICK_OUTPUT
 from cable_sim_ros.tools.logs.formats import read_log
@@ -34,10 +34,11 @@ def record(path: Path, scene, keep: bool = True) -> np.ndarray:
     frames["payout"], frames["payout_rate"], frames["tension"] = 100.0 + 0.01 * k, 0.5, 2000.0 + k
     frames["ship_position"][:, 2] = scene.ship.reference_height + 0.001 * k**2
     frames["ship_velocity"][:, 2] = 0.1 * k
+    encoder = Encoder(Context(), 0.02, (HEALTH,))
     with BagWriter(path, custom_data={"scene_yaml": dump_scene(scene)} if keep else {}) as writer:
         for frame in frames:
-            data = serialize(HEALTH, frame, np.zeros((2, 8)), np.zeros((0, 9)), Context())
-            writer.add("/tow_sim/sim/health", HEALTH.msgtype, int(frame["time"]), data)
+            ((_, topic, data),) = encoder.encode(frame, None, None)
+            writer.add(topic, HEALTH.msgtype, int(frame["time"]), data)
     return frames
 
 

@@ -26,18 +26,18 @@ class Context:
 
 
 class Channel(NamedTuple):
-    """One row: name, relative topic, ROS type, rate [Hz] (0 = every tick), QoS ("reliable", "sensor"), function to a
-    message, function back to a dict of fields (None: not read back, other channels have all of it), and a quicker way
-    to the same bytes where there is one; optional: goes on where its message package is not installed; new: bit of
-    readings_new without which a tick has no message."""
+    """One row: name, relative topic, ROS type, function to a message, function back to a dict of fields (None: not read
+    back, other channels have all of it), rate [Hz] (0 = every tick), QoS ("reliable", "sensor"); template: makes the
+    function to its bytes, in place of one to a message; optional: goes on where its message package is not installed;
+    new: bit of readings_new without which a tick has no message."""
 
     name: str
     topic: str
     msgtype: str
-    rate: float
-    qos: str
-    write: Callable
+    write: Callable | None
     read: Callable | None
+    rate: float = 0.0
+    qos: str = "reliable"
     template: Callable | None = None
     optional: bool = False
     new: int = 0

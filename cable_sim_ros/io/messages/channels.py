@@ -53,6 +53,7 @@ from .message_classes import (
     Vector3,
     Wrench,
     WrenchStamped,
+    serialized,
 )
 from .rotation import inverse, rotate
 
@@ -83,6 +84,8 @@ for _name, _shape, *_ in FIELDS:
     _first = NAMES.index(_components(_name, _shape)[0])
     PLACES.append((_name, slice(_first, _first + _shape[0]) if _shape else _first))
 
+CLOUD, JOINT_STATE = "sensor_msgs/msg/PointCloud2", "sensor_msgs/msg/JointState"
+WRENCH = "geometry_msgs/msg/WrenchStamped"
 EMPTY = np.zeros(0)
 JOINTS = ("payout", "drum")
 HEALTH = NAMES[1:]  # all but time
@@ -119,17 +122,6 @@ def _xyz(vector) -> tuple[float, float, float]:
 
 
 # ---- functions of the rows
-
-
-def winch_state(f, shape, contact, context: Context):
-    """``payout``: m, m/s, tension at the drum N. ``drum``: rad, rad/s, N m, positive hauling in."""
-    return JointState(
-        header(f.time, ""),
-        list(JOINTS),
-        np.array([f.payout, f.drum_angle]),
-        np.array([f.payout_rate, f.drum_rate]),
-        np.array([f.tension_drum, f.drum_torque]),
-    )
 
 
 def read_winch_state(m) -> dict:
@@ -187,30 +179,15 @@ def read_sheave_tension(m) -> dict:
     return {"tension_vector": force, "tension": hypot(*force)}
 
 
-def sheave_contact(f, shape, contact, context: Context):
-    """One point per contact point, inboard to outboard: the filled rows of the contact table."""
-    return cloud(f.time, context.sheave_link, CONTACT_COLUMNS, contact[: f.contact_stations], "sheave/contact")
-
-
-def cable_shape(f, shape, contact, context: Context):
-    """One point per node."""
-    return cloud(f.time, context.odom, SHAPE_COLUMNS, shape[:, : len(SHAPE_COLUMNS)], "cable/shape")
-
-
-def cable_strum(f, shape, contact, context: Context):
-    """One point per node: how the element that begins there strums."""
-    return cloud(f.time, context.odom, STRUM_COLUMNS, strum_table(shape), "cable/strum")
-
-
-def cable_bodies(f, shape, contact, context: Context):
-    """One point per body on the line."""
-    return cloud(f.time, context.odom, BODY_COLUMNS, body_rows(shape, context.bodies), "cable/bodies")
-
-
 def flap_angles(f, shape, contact, context: Context):
     """Angles of the flaps as they stand, rad, trailing edge down."""
     angles = np.array([shape[row, -1] for _, row in context.flaps], float)
     return JointState(header(f.time, ""), [name for name, _ in context.flaps], angles, EMPTY, EMPTY)
+
+
+def read_flap_angles(m) -> dict:
+    """Angles by the name of the flap."""
+    return {"flaps": dict(zip(m.name, m.position.tolist()))}
 
 
 def vehicle_wrench(f, shape, contact, context: Context):
@@ -218,11 +195,6 @@ def vehicle_wrench(f, shape, contact, context: Context):
     back = inverse(f.body_quaternion)
     force, moment = rotate(back, f.vehicle_force), rotate(back, f.vehicle_moment)
     return WrenchStamped(header(f.time, context.vehicle_link), Wrench(Vector3(*force), Vector3(*moment)))
-
-
-def sim_health(f, shape, contact, context: Context):
-    """Every field of the tick output."""
-    return JointState(header(f.time, ""), list(HEALTH), np.array(f.numbers[1:], float), EMPTY, EMPTY)
 
 
 def read_sim_health(m) -> dict:
@@ -254,6 +226,7 @@ def transforms(f, shape, contact, context: Context):
 
 
 def _winch_template() -> Callable[..., bytes]:
+    """``payout``: m, m/s, tension at the drum N. ``drum``: rad, rad/s, N m, positive hauling in."""
     joints = JointTemplate(JOINTS, arrays=3)
     return lambda f, *_: joints.write(
         f.time, f.payout, f.drum_angle, f.payout_rate, f.drum_rate, f.tension_drum, f.drum_torque
@@ -261,108 +234,57 @@ def _winch_template() -> Callable[..., bytes]:
 
 
 def _health_template() -> Callable[..., bytes]:
+    """Every field of the tick output."""
     joints = JointTemplate(HEALTH, arrays=1)
     return lambda f, *_: joints.write(*f.numbers)
 
 
+def _cloud(
+    field: str, topic: str, columns: tuple, rate: float, qos: str, rows: Callable, frame: str = "odom"
+) -> Channel:
+    """A table as a point cloud: one point a row of what ``rows`` gives; frame: of the context."""
+
+    def write(f, shape, contact, context: Context):
+        return cloud(f.time, getattr(context, frame), columns, rows(f, shape, contact, context), topic)
+
+    def read(m) -> dict:
+        return {field: cloud_table(m, columns)}
+
+    return Channel(topic.replace("/", "_"), topic, CLOUD, write, read, rate, qos)
+
+
 CHANNELS = (
-    Channel(
-        "winch_state",
-        "winch/state",
-        "sensor_msgs/msg/JointState",
-        0.0,
-        "reliable",
-        winch_state,
-        read_winch_state,
-        _winch_template,
-    ),
-    Channel(
-        "towbody_pose",
-        "towbody/pose",
-        "geometry_msgs/msg/PoseStamped",
-        0.0,
-        "reliable",
-        towbody_pose,
-        read_towbody_pose,
-    ),
-    Channel("towbody_odom", "towbody/odom", "nav_msgs/msg/Odometry", 0.0, "reliable", towbody_odom, read_towbody_odom),
-    Channel(
-        "sheave_tension",
-        "sheave/tension",
-        "geometry_msgs/msg/WrenchStamped",
-        0.0,
-        "reliable",
-        sheave_tension,
-        read_sheave_tension,
-    ),
-    Channel(
-        "sheave_contact",
+    Channel("winch_state", "winch/state", JOINT_STATE, None, read_winch_state, template=_winch_template),
+    Channel("towbody_pose", "towbody/pose", "geometry_msgs/msg/PoseStamped", towbody_pose, read_towbody_pose),
+    Channel("towbody_odom", "towbody/odom", "nav_msgs/msg/Odometry", towbody_odom, read_towbody_odom),
+    Channel("sheave_tension", "sheave/tension", WRENCH, sheave_tension, read_sheave_tension),
+    _cloud(  # contact points, inboard to outboard: the filled rows of the contact table
+        "contact",
         "sheave/contact",
-        "sensor_msgs/msg/PointCloud2",
+        CONTACT_COLUMNS,
         20.0,
         "sensor",
-        sheave_contact,
-        lambda m: {"contact": cloud_table(m, CONTACT_COLUMNS)},
+        lambda f, shape, contact, context: contact[: f.contact_stations],
+        "sheave_link",
     ),
-    Channel(
-        "cable_shape",
-        "cable/shape",
-        "sensor_msgs/msg/PointCloud2",
-        10.0,
-        "sensor",
-        cable_shape,
-        lambda m: {"shape": cloud_table(m, SHAPE_COLUMNS)},
-    ),
-    Channel(
-        "sim_health",
-        "sim/health",
-        "sensor_msgs/msg/JointState",
-        0.0,
-        "reliable",
-        sim_health,
-        read_sim_health,
-        _health_template,
-    ),
+    _cloud("shape", "cable/shape", SHAPE_COLUMNS, 10.0, "sensor", lambda f, shape, *_: shape[:, : len(SHAPE_COLUMNS)]),
+    Channel("sim_health", "sim/health", JOINT_STATE, None, read_sim_health, template=_health_template),
 )
 
-STRUM = Channel(
-    "cable_strum",
-    "cable/strum",
-    "sensor_msgs/msg/PointCloud2",
-    1.0,
-    "sensor",
-    cable_strum,
-    lambda m: {"strum": cloud_table(m, STRUM_COLUMNS)},
-)
-
-BODIES = Channel(
-    "cable_bodies",
+# how the element that begins at each node strums
+STRUM = _cloud("strum", "cable/strum", STRUM_COLUMNS, 1.0, "sensor", lambda f, shape, *_: strum_table(shape))
+BODIES = _cloud(  # on the line
+    "bodies",
     "cable/bodies",
-    "sensor_msgs/msg/PointCloud2",
+    BODY_COLUMNS,
     0.0,
     "reliable",
-    cable_bodies,
-    lambda m: {"bodies": cloud_table(m, BODY_COLUMNS)},
+    lambda f, shape, contact, context: body_rows(shape, context.bodies),
 )
-
-
-FLAPS = Channel(
-    "flap_angles",
-    "towbody/flap_angles",
-    "sensor_msgs/msg/JointState",
-    0.0,
-    "reliable",
-    flap_angles,
-    lambda m: {"flaps": dict(zip(m.name, m.position.tolist()))},
-)
-
-VEHICLE = Channel(
-    "vehicle_wrench", "vehicle/wrench", "geometry_msgs/msg/WrenchStamped", 0.0, "reliable", vehicle_wrench, None
-)
-
-
+FLAPS = Channel("flap_angles", "towbody/flap_angles", JOINT_STATE, flap_angles, read_flap_angles)
+VEHICLE = Channel("vehicle_wrench", "vehicle/wrench", WRENCH, vehicle_wrench, None)
 TRANSFORMS = Channel(  # /tf of tools: relative, as on the global /tf the simulated ship would stand beside the real one
-    "transforms", "tf", "tf2_msgs/msg/TFMessage", 20.0, "reliable", transforms, None, optional=True
+    "transforms", "tf", "tf2_msgs/msg/TFMessage", transforms, None, 20.0, optional=True
 )
 
 
@@ -380,15 +302,6 @@ def channels_of(scene: Scene) -> tuple[Channel, ...]:
     """Channels that a scene has."""
     some = (channel for channel, has in SOMETIMES if has(scene))
     return (*CHANNELS[:-1], *some, TRANSFORMS, CHANNELS[-1])
-
-
-def serialize(channel: Channel, frame, shape, contact, context: Context) -> bytes:
-    """CDR bytes of one channel by the message and its serializer, the plain way; `Encoder` is the quick one.
-
-    frame: TICK_OUTPUT record; shape [nodes, 5 or more]; contact [points, 9]. ValueError names what is not finite.
-    """
-    message = channel.write(numbers_of(frame), shape, contact, context)
-    return bytes(STORE.serialize_cdr(message, channel.msgtype))
 
 
 class Encoder:
@@ -421,7 +334,8 @@ class Encoder:
             if template is not None:
                 data = template(f, shape, contact, self.context)
             else:
-                data = bytes(STORE.serialize_cdr(channel.write(f, shape, contact, self.context), channel.msgtype))
+                assert channel.write is not None, f"{channel.name} has neither a message nor a template"
+                data = serialized(channel.write(f, shape, contact, self.context))
             due.append((channel, topic, data))
         return due
 
@@ -445,14 +359,9 @@ def decode(channel: Channel, data: bytes) -> dict:
     return {"time": header_time(message.header), **channel.read(message)}
 
 
-def decode_frame(data: bytes) -> np.void:
-    """CDR bytes of ``sim/health`` -> record of dtype TICK_OUTPUT, bit by bit the one written. Fields that the
-    recording lacks are NaN, or 0 for integers."""
-    return decode_frames([data])[0]
-
-
 def decode_frames(messages: list[bytes]) -> np.recarray:
-    """Messages of ``sim/health`` in order -> recarray of TICK_OUTPUT [messages]; see `decode_frame`."""
+    """Messages of ``sim/health`` in order -> recarray of TICK_OUTPUT [messages], bit by bit those written. Fields that
+    the recording lacks are NaN, or 0 for integers."""
     frames = np.zeros(len(messages), TICK_OUTPUT)
     read = [_HEALTH_READER.read(data) for data in messages]
     ours = {k: numbers for k, numbers in enumerate(read) if numbers is not None}

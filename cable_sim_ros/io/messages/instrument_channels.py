@@ -16,7 +16,6 @@ from .cdr import JointTemplate, header
 from .channel import Channel
 from .message_classes import (
     Imu,
-    JointState,
     Odometry,
     Point,
     PointStamped,
@@ -33,8 +32,6 @@ from .rotation import inverse, rotate
 
 UNKNOWN = np.zeros(36)  # covariance
 NOT_GIVEN = np.array([-1.0, *np.zeros(8)])  # covariance of what a message has not
-EMPTY = np.zeros(0)
-JOINT = ("payout",)
 MRU_LINK = "mru_link"
 
 
@@ -73,21 +70,18 @@ def read_mru(m) -> dict:
     }
 
 
-def _joint(payout: str, rate: str) -> tuple[Callable, Callable, Callable]:
-    def write(f, shape, contact, context):
-        """Joint payout: m, m/s."""
-        place, speed = np.array([getattr(f, payout)]), np.array([getattr(f, rate)])
-        return JointState(header(f.time, ""), list(JOINT), place, speed, EMPTY)
+def _joint(payout: str, rate: str) -> tuple[None, Callable, Callable]:
+    """Joint payout: m, m/s."""
 
     def read(m) -> dict:
         """Back to tick output fields."""
         return {payout: m.position[0], rate: m.velocity[0]}
 
     def template() -> Callable[..., bytes]:
-        joints = JointTemplate(JOINT, arrays=2)
+        joints = JointTemplate(("payout",), arrays=2)
         return lambda f, *_: joints.write(f.time, getattr(f, payout), getattr(f, rate))
 
-    return write, read, template
+    return None, read, template
 
 
 def load_pin(f, shape, contact, context):
@@ -155,10 +149,10 @@ def read_altimeter(m) -> dict:
 
 
 def _channel(
-    device: int, topic: str, msgtype: str, write: Callable, read: Callable, template: Callable | None = None
+    device: int, topic: str, msgtype: str, write: Callable | None, read: Callable, template: Callable | None = None
 ) -> Channel:
     name = f"instrument_{DEVICES[device]}"
-    return Channel(name, topic, msgtype, 0.0, "reliable", write, read, template, new=1 << device)
+    return Channel(name, topic, msgtype, write, read, template=template, new=1 << device)
 
 
 def _aboard(device: int) -> Callable[[Scene], bool]:

@@ -11,7 +11,7 @@ from __future__ import annotations
 import struct
 from collections.abc import Sequence
 from functools import cache
-from math import ceil, floor, log, log10, pi, radians, sqrt, tan
+from math import ceil, floor, log, log10, pi, sqrt
 from typing import NamedTuple
 
 import numpy as np
@@ -21,10 +21,11 @@ from ...physics.tick_output import CONTACT_COLUMNS, SHAPE_COLUMNS, SLOPE_COLUMNS
 from ...physics.towbody import BodyModel
 from ...sim.scene import Scene
 from ..bags.bag_writer import BagError
-from .cdr import SECOND, header, refuse_not_finite, store_type
+from .cdr import SECOND, refuse_not_finite
 from .channels import Channel, Context
+from .mounting import times
 from .rotation import rotate
-from .shapes import hull
+from .shapes import half_width, hull
 
 ADD, DELETE = 0, 2
 NOTHING = np.zeros((0, 3))
@@ -34,17 +35,6 @@ _NUMBERS = struct.Struct("<10d4fiI?")  # pose, scale, colour, lifetime, frame_lo
 EMPTY = b"\1\0\0\0" + bytes(4)  # a string, with what aligns the next
 NO_TEXTURE = EMPTY + bytes(8) + EMPTY + EMPTY + bytes(8)  # resource; header, its frame, format, data; uv_coordinates
 NO_MESH = EMPTY + EMPTY + bytes(5)  # resource; name and data of the file; use_embedded_materials
-
-Marker = store_type("visualization_msgs/msg/Marker")
-MarkerArray = store_type("visualization_msgs/msg/MarkerArray")
-ColorRGBA = store_type("std_msgs/msg/ColorRGBA")
-CompressedImage = store_type("sensor_msgs/msg/CompressedImage")
-MeshFile = store_type("visualization_msgs/msg/MeshFile")
-Duration = store_type("builtin_interfaces/msg/Duration")
-Point = store_type("geometry_msgs/msg/Point")
-Pose = store_type("geometry_msgs/msg/Pose")
-Quaternion = store_type("geometry_msgs/msg/Quaternion")
-Vector3 = store_type("geometry_msgs/msg/Vector3")
 
 MSGTYPE, TOPIC = "visualization_msgs/msg/MarkerArray", "cable/markers"
 LIFETIME = (
@@ -159,18 +149,6 @@ def encode(items: list[Drawn], time: int, frame_id: str, lifetime: int) -> bytes
     return bytes(w.out)
 
 
-def times(p: tuple, q: tuple) -> tuple[float, float, float, float]:
-    """Product of unit quaternions x y z w: first q, then p."""
-    x, y, z, w = p
-    a, b, c, d = q
-    return (
-        w * a + x * d + y * c - z * b,
-        w * b - x * c + y * d + z * a,
-        w * c + x * b - y * a + z * d,
-        w * d - x * a - y * b - z * c,
-    )
-
-
 def cable_points(table: np.ndarray, parts: int) -> tuple[np.ndarray, np.ndarray]:
     """Points [m] along the cable and tension [N] there: [(nodes - 1) parts + 1, 3], [...].
 
@@ -237,8 +215,7 @@ def colour_scale(scene: Scene, maximum: float | None) -> Colours:
 
 
 class TowDrawing:
-    """Markers of one scene: called with a tick output's numbers and tables it gives the message, `data` gives its
-    bytes.
+    """Markers of one scene, from a tick output's numbers and tables.
 
     rate: Hz, for the lifetime; most: top of the colour scale [N], None: from the scene.
     """
@@ -269,9 +246,7 @@ class TowDrawing:
         wheel = self.scene.sheave
         angle = np.linspace(0.0, 2.0 * pi, 37)
         circle = (wheel.radius + wheel.groove_depth) * np.column_stack((np.sin(angle), 0.0 * angle, np.cos(angle)))
-        side = np.array(
-            [0.0, wheel.groove_depth * tan(radians(0.5 * wheel.throat_angle_deg)) + 0.5 * self.diameter, 0.0]
-        )
+        side = np.array([0.0, half_width(self.scene, self.diameter), 0.0])
         return np.concatenate((circle - side, circle + side))
 
     def items(self, f, shape: np.ndarray, contact: np.ndarray) -> list[Drawn]:
@@ -377,13 +352,8 @@ class TowDrawing:
             Drawn("text", 3, LINE_STRIP, (x, y, z), STANDING, (0.8 * tall, 0.0, 0.0), INK, bar, colour),
         ]
 
-    def __call__(self, f, shape: np.ndarray, contact: np.ndarray, context: Context):
-        """The message as one of the typestore, the plain way."""
-        lifetime = Duration(*divmod(self.lifetime, SECOND))
-        return MarkerArray([_message(i, f.time, context.odom, lifetime) for i in self.items(f, shape, contact)])
-
     def data(self, f, shape: np.ndarray, contact: np.ndarray, context: Context) -> bytes:
-        """Its CDR bytes, quicker."""
+        """CDR bytes of the message of a tick."""
         return encode(self.items(f, shape, contact), f.time, context.odom, self.lifetime)
 
 
@@ -399,34 +369,8 @@ def check_rate(rate: float) -> None:
 def markers_channel(scene: Scene, rate: float, maximum: float | None = None) -> Channel:
     """The row of cable/markers; arguments as of TowDrawing. Nothing is read back: all of it is in other channels."""
     drawing = TowDrawing(scene, rate, maximum)
-    return Channel(
-        "cable_markers", TOPIC, MSGTYPE, rate, "reliable", drawing, None, lambda: drawing.data, optional=True
-    )
+    return Channel("cable_markers", TOPIC, MSGTYPE, None, None, rate, template=lambda: drawing.data, optional=True)
 
 
 def _apart(points: np.ndarray, place) -> np.ndarray:
     return np.sqrt(((points - place) ** 2).sum(axis=1))
-
-
-def _message(item: Drawn, time: int, frame_id: str, lifetime):
-    return Marker(
-        header(time, frame_id),
-        item.ns,
-        item.id,
-        item.kind,
-        item.action,
-        Pose(Point(*map(float, item.position)), Quaternion(*item.quaternion)),
-        Vector3(*item.scale),
-        ColorRGBA(*item.color),
-        lifetime,
-        False,
-        [Point(*p) for p in np.asarray(item.points, float).tolist()],
-        [ColorRGBA(*c) for c in np.asarray(item.colors, float).tolist()],
-        "",
-        CompressedImage(header(0, ""), "", np.zeros(0, np.uint8)),
-        [],
-        item.text,
-        "",
-        MeshFile("", np.zeros(0, np.uint8)),
-        False,
-    )

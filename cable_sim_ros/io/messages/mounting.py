@@ -23,7 +23,7 @@ VECTORS = {"imu": (13, 25), "odometry": (43, 46)}  # in body axes: rates and for
 
 
 def times(a: Rotor, b: Rotor) -> Rotor:
-    """The rotation b, then a."""
+    """Product of unit quaternions x y z w: the rotation b, then a."""
     (ax, ay, az, aw), (bx, by, bz, bw) = a, b
     return (
         aw * bx + ax * bw + ay * bz - az * by,

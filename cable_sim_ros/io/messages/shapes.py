@@ -76,21 +76,8 @@ def rims(scene: Scene, cable: float) -> np.ndarray:
 def drum(scene: Scene) -> Mesh:
     """The drum with its flanges; its width is made up, two radii, where the scene has no lay width."""
     r, half = scene.winch.drum_radius, drum_half(scene)
-    return revolved(
-        np.array(
-            [
-                (0.0, -1.1 * half),
-                (1.5 * r, -1.1 * half),
-                (1.5 * r, -half),
-                (r, -half),
-                (r, half),
-                (1.5 * r, half),
-                (1.5 * r, 1.1 * half),
-                (0.0, 1.1 * half),
-            ]
-        ),  # fmt: skip
-        1,
-    )
+    side = np.array([(0.0, -1.1 * half), (1.5 * r, -1.1 * half), (1.5 * r, -half), (r, -half)])
+    return revolved(np.concatenate((side, side[::-1] * (1.0, -1.0))), 1)
 
 
 def drum_half(scene: Scene) -> float:
