@@ -15,8 +15,9 @@ import numpy as np
 
 from ...physics.inputs import MAX_WINGS, Inputs, push_command, push_flaps
 from ...physics.winch_command import ASKED_WITHIN
-from ..bags.typestore import STORE
-from .messages import CAUSES, COMMANDS, JOINT, KINDS, Command, Event, Refused, decode_flaps
+from .cdr import header
+from .message_classes import JointState, serialized
+from .messages import CAUSES, COMMANDS, JOINT, Command, Event, Refused, decode_flaps
 
 SECOND = 1_000_000_000
 OF_A_CLOCK = 60 * SECOND  # ns; a stamp further off a clock is not of that clock
@@ -26,11 +27,8 @@ NEVER = -(2**62)
 
 def encode_command(stamp: int, payout: float | None, rate: float | None) -> bytes:
     """CDR bytes of a command as a sensor_msgs/JointState; stamp: ns; payout: m, rate: m/s, None: not commanded."""
-    types = STORE.types
-    header = types["std_msgs/msg/Header"](types["builtin_interfaces/msg/Time"](*divmod(stamp, 1_000_000_000)), "")
     arrays = (np.array([] if value is None else [value], float) for value in (payout, rate, None))
-    kind = KINDS["command"][0]
-    return bytes(STORE.serialize_cdr(types[kind](header, [JOINT], *arrays), kind))
+    return serialized(JointState(header(stamp, ""), [JOINT], *arrays))
 
 
 def as_joint_state(event: Event) -> Event:
@@ -46,10 +44,8 @@ def as_joint_state(event: Event) -> Event:
 
 def encode_flaps(stamp: int, angles: Mapping[str, float]) -> bytes:
     """CDR bytes of angles [rad] of flaps by name as a sensor_msgs/JointState; stamp: ns."""
-    types, kind, none = STORE.types, KINDS["flaps"][0], np.zeros(0)
-    header = types["std_msgs/msg/Header"](types["builtin_interfaces/msg/Time"](*divmod(stamp, 1_000_000_000)), "")
-    message = types[kind](header, list(angles), np.array([*angles.values()], float), none, none)
-    return bytes(STORE.serialize_cdr(message, kind))
+    none = np.zeros(0)
+    return serialized(JointState(header(stamp, ""), list(angles), np.array([*angles.values()], float), none, none))
 
 
 def _after(last: int, now: int) -> int:

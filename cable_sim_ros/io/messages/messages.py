@@ -203,8 +203,10 @@ def _open(data: bytes, strings: int, body: dict[str, Struct]) -> tuple[int, Any,
     return sec * 10**9 + nanosec, body[order].unpack_from(data, at), tuple(names)
 
 
-def _unit(x: float, y: float, z: float, w: float) -> tuple[Rotor, float]:
+def _unit(quaternion: Rotor) -> tuple[Rotor, float]:
     """The quaternion at norm 1, and the norm it had."""
+    _check(quaternion, 2.0)
+    x, y, z, w = quaternion
     norm = sqrt(x * x + y * y + z * z + w * w)
     if abs(norm - 1.0) > NORM_WITHIN:
         raise Refused("quaternion")
@@ -245,8 +247,7 @@ def decode_imu(
     if d[4] == -1.0:
         raise Refused("no_orientation")
     rate, force = d[13:16], d[25:28]
-    _check(d[:4], 2.0)
-    rotor, norm = _unit(*d[:4])
+    rotor, norm = _unit(d[:4])
     _check(rate, MAX_RATE)
     _check(force, MAX_FORCE)
     force = (-force[0], -force[1], -force[2]) if force_reversed else force
@@ -265,8 +266,7 @@ def decode_odometry(data: bytes, convention: Convention = Convention.ENU) -> Odo
     stamp, d, frames = _open(data, 2, _ODOMETRY)
     position, velocity, rate = d[:3], d[43:46], d[46:49]
     _check(position, MAX_POSITION)
-    _check(d[3:7], 2.0)
-    rotor, norm = _unit(*d[3:7])
+    rotor, norm = _unit(d[3:7])
     angles = _angles(rotor)
     _check(velocity, MAX_SPEED)
     _check(rate, MAX_RATE)
@@ -280,19 +280,21 @@ def decode_pose(data: bytes, convention: Convention = Convention.ENU) -> Odometr
     """Checked numbers of a geometry_msgs/PoseStamped, as odometry without twist; Refused if it cannot be used."""
     stamp, d, frames = _open(data, 1, _POSE)
     _check(d[:3], MAX_POSITION)
-    _check(d[3:], 2.0)
-    rotor, norm = _unit(*d[3:])
+    rotor, norm = _unit(d[3:])
     position, angles = d[:3], _angles(rotor)
     if convention is Convention.NED:
         position, angles = (position[1], position[0], -position[2]), _world_angles(angles)
     return Odometry(stamp, position, angles, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), False, norm, frames)
 
 
-class _Sequences:
-    """Strings and sequences of doubles of a message, one after another; Refused where they leave the bytes."""
+class _Joints:
+    """A message of joints: their names, then its strings and sequences of doubles, one after another; Refused where
+    they leave the bytes."""
 
-    def __init__(self, data: bytes, order: str, at: int) -> None:
-        self.data, self.order, self.at = data, order, at
+    def __init__(self, data: bytes) -> None:
+        self.data, self.order, self.at = data, _order(data), 12
+        self.string()  # frame_id
+        self.names = [self.string() for _ in range(self.count())]
 
     def _next(self, size: int) -> int:
         """Where the next `size` bytes begin; goes past them."""
@@ -337,14 +339,11 @@ def decode_command(data: bytes) -> Command:
     A joint `payout` with position or velocity or both; NaN or an empty array = not commanded, and with neither the
     message commands nothing, as from a controller that is not active. Effort is carried out by nothing here.
     """
-    order = _order(data)
-    parts = _Sequences(data, order, 12)
-    parts.string()  # frame_id
-    names = [parts.string() for _ in range(parts.count())]
-    position, velocity, effort = (parts.doubles() for _ in range(3))  # rclpy may leave padding after them
-    if names.count(JOINT.encode()) != 1:
+    parts = _Joints(data)
+    arrays = [parts.doubles() for _ in range(3)]  # rclpy may leave padding after them
+    if parts.names.count(JOINT.encode()) != 1:
         raise Refused("joint_name")
-    payout, rate, force = (_of_joint(array, names) for array in (position, velocity, effort))
+    payout, rate, force = (_of_joint(array, parts.names) for array in arrays)
     if payout is None or rate is None:
         raise Refused("array_length")
     if isinf(payout) or isinf(rate):
@@ -358,10 +357,8 @@ def decode_command(data: bytes) -> Command:
 
 def decode_flaps(data: bytes) -> JointAngles:
     """Checked angles of flaps, a sensor_msgs/JointState; Refused if it cannot be used. Only its position is read."""
-    parts = _Sequences(data, _order(data), 12)
-    parts.string()  # frame_id
-    names = [parts.string().decode(errors="replace") for _ in range(parts.count())]
-    position = parts.doubles()
+    parts = _Joints(data)
+    names, position = [name.decode(errors="replace") for name in parts.names], parts.doubles()
     if len(set(names)) < len(names):
         raise Refused("flap_name")
     if position and len(position) != len(names):
@@ -380,11 +377,8 @@ def decode_joint_command(data: bytes) -> Command:
     One value for each joint that is named, `payout` among them, of the interface that the message names, whatever the
     topic is; NaN commands nothing.
     """
-    order = _order(data)
-    parts = _Sequences(data, order, 12)
-    parts.string()  # frame_id
-    names = [parts.string() for _ in range(parts.count())]
-    interface, values = parts.string(), parts.doubles()
+    parts = _Joints(data)
+    names, interface, values = parts.names, parts.string(), parts.doubles()
     if names.count(JOINT.encode()) != 1:
         raise Refused("joint_name")
     if interface not in [name.encode() for name in INTERFACES]:
