@@ -15,8 +15,8 @@ import numpy as np
 from ...physics.heave_filter import Convention
 from ...sim.tables.attitude import to_world
 from ..messages.messages import Event, Odometry, Refused, decode_odometry
-from .motion_curves import Given, Rounding, judged, through
-from .motion_table import COORDINATES, SECOND, Samples, odometry_events
+from .motion_curves import Given, Rounding, Samples, judged, through
+from .motion_table import COORDINATES, SECOND, odometry_events
 from .recorded_tow import RecordedTow
 from .rounding import FEWEST, even, resolution
 

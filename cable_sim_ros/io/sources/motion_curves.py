@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from math import cos, hypot, sin
-from typing import NamedTuple, Protocol
+from typing import NamedTuple
 
 import numpy as np
 
@@ -22,15 +22,12 @@ Curve = Callable[..., np.ndarray]  # of times [s] and the order of the derivativ
 Part = tuple[np.ndarray, np.ndarray, "np.ndarray | None"]  # times [s], values, rates or none
 
 
-class Moving(Protocol):
-    """Coordinates [n, 6] m and rad, and their rates, at stamps [ns]."""
+class Samples(NamedTuple):
+    """Motion at stamps: int64 [n] ns, coordinates [n, 6] m and rad, their rates [n, 6] per s."""
 
-    @property
-    def time(self) -> np.ndarray: ...
-    @property
-    def value(self) -> np.ndarray: ...
-    @property
-    def rate(self) -> np.ndarray: ...
+    time: np.ndarray
+    value: np.ndarray
+    rate: np.ndarray
 
 
 class Given(NamedTuple):
@@ -112,7 +109,7 @@ def _interpolated(t: np.ndarray, values: np.ndarray, rates: np.ndarray | None) -
 
 
 def judged(
-    where: str, found: dict[int, Rounding], motion: Moving, sheave: tuple[float, float, float]
+    where: str, found: dict[int, Rounding], motion: Samples, sheave: tuple[float, float, float]
 ) -> tuple[list[dict[str, object]], list[str], list[Reason]]:
     """What smoothing gives to the JSON, to the notes and to the verdict of a run.
 
@@ -139,7 +136,7 @@ def judged(
     return [one.as_dict() for one in found.values()], [f"{where}: {one}" for one in found.values()], reasons
 
 
-def _in_plane(motion: Moving, sheave: tuple[float, float, float]) -> float:
+def _in_plane(motion: Samples, sheave: tuple[float, float, float]) -> float:
     """Rms acceleration of the sheave up and along the mean heading [m/s^2], angles taken as small."""
     t = (motion.time - motion.time[0]) * 1e-9
     steps = np.diff(t)

@@ -26,7 +26,7 @@ from ..scenes.ship_plan import ShipPlan
 from .csv_table import CONSEQUENCE as CONSEQUENCE
 from .csv_table import MotionError as MotionError
 from .csv_table import check_times, head_of, numbers_of
-from .motion_curves import Curve, Given, judged, through
+from .motion_curves import Curve, Given, Samples, judged, through
 from .recorded_tow import RecordedTow
 from .rounding import even
 
@@ -68,14 +68,6 @@ def _columns() -> dict[str, Column]:
 
 
 COLUMNS = _columns()
-
-
-class Samples(NamedTuple):
-    """Motion at stamps: int64 [n] ns, coordinates [n, 6] m and rad, their rates [n, 6] per s."""
-
-    time: np.ndarray
-    value: np.ndarray
-    rate: np.ndarray
 
 
 def read_table(

@@ -283,9 +283,7 @@ def _look_at_units(path: Path, period: float, headings: Sequence[float], longest
 def _around(headings: Sequence[float], symmetric: bool) -> tuple[list[float], list[int]]:
     """Bearings to interpolate between, and the column of the table that each has; a full circle is closed."""
     columns = list(range(len(headings)))
-    if symmetric:
-        return list(headings), columns
-    if headings[0] == 0.0 and headings[-1] == 360.0:
+    if symmetric or (headings[0] == 0.0 and headings[-1] == 360.0):
         return list(headings), columns
     last = len(headings) - 1
     return [headings[-1] - 360.0, *headings, headings[0] + 360.0], [last, *columns, 0]

@@ -36,7 +36,7 @@ from ..messages.messages import COMMANDS, KINDS, VEHICLES, Event, Refused, decod
 from ..messages.mounting import heading_of, moved_on
 from ..motion.arrival_order import CONFIRM, DataClock, Intake, Stamp, Took
 from ..recordings import journal
-from .motion_curves import Given, Rounding, judged
+from .motion_curves import Given, Rounding, Samples, judged
 
 MAX_INPUT = 1_000_000  # bytes; an Imu has 350, and a frame_id of megabytes is no name
 
@@ -472,13 +472,6 @@ def recorded_frames(tow: RecordedTow) -> np.recarray | None:
     return decode_frames(messages) if messages else None
 
 
-@dataclass
-class _Moving:
-    time: np.ndarray
-    value: np.ndarray
-    rate: np.ndarray
-
-
 def take_provenance(tow: RecordedTow, sheave: tuple[float, float, float]) -> None:
     """Put assumptions, losses and what rounding left of an import into `imported`, `notices`, `rounded`, `doubts`."""
     tow.imported = provenance(tow.about)
@@ -565,11 +558,11 @@ def _roundings(about: dict[str, Any]) -> dict[int, Rounding]:
     return out
 
 
-def _moving(tow: RecordedTow) -> _Moving | None:
+def _moving(tow: RecordedTow) -> Samples | None:
     time, value = odometry_of(tow)
     if len(time) < 3:
         return None
     t = (time - time[0]) * 1e-9
     if not (np.diff(t) > 0.0).all():
         return None
-    return _Moving(time, value, np.gradient(value, t, axis=0))
+    return Samples(time, value, np.gradient(value, t, axis=0))

@@ -23,7 +23,6 @@ from __future__ import annotations
 import os
 from collections.abc import Sequence
 from math import cos, degrees, exp, pi, radians, remainder, sin, sqrt
-from typing import Protocol
 
 import numpy as np
 
@@ -166,18 +165,7 @@ def _refuse(pair: str, why: str, known: Sequence[str]) -> None:
     raise MotionError(f"--rao {NAME}: '{pair.strip():.80}' {why}; {CONSEQUENCE}. {hint}")
 
 
-class Response(Protocol):
-    """What answers to a wave: a table or a hull."""
-
-    @property
-    def title(self) -> str: ...
-    def about(self) -> dict[str, object]: ...
-    def notes(self) -> list[str]: ...
-    def covers(self, wave: Wave) -> bool: ...
-    def response(self, wave: Wave) -> list[complex]: ...
-
-
-def response_of(rao: str | os.PathLike, scene: Scene) -> Response:
+def response_of(rao: str | os.PathLike, scene: Scene) -> RaoTable | SimpleHull:
     """A table in a CSV file, or the simple hull: ``simple``, ``simple:length=60,beam=12``. Raises MotionError."""
     name, _, text = os.fspath(rao).partition(":")
     if name == NAME:
