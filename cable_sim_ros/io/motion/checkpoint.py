@@ -59,20 +59,17 @@ def set_back(fresh: Any, tree: Any) -> Any:
     Nothing is changed before all of it has been looked at. Raises ValueError where the two do not fit, or a value is
     none that the attribute may have (`io.remembered`).
     """
-    changes: list[tuple[Any, str, Any]] = []
-    try:
-        value = _back(fresh, tree, changes)
-    except RecursionError:
-        raise ValueError("it is nested too deeply") from None
+    value, changes = check(fresh, tree)
     for owner, name, new in changes:
         setattr(owner, name, new)
     return value
 
 
-def check(fresh: Any, tree: Any) -> None:
-    """Raise the ValueError of `set_back` now; nothing is changed."""
+def check(fresh: Any, tree: Any) -> tuple[Any, Changes]:
+    """The answer of `set_back`, or its ValueError, and what it is going to change; nothing is changed."""
+    changes: Changes = []
     try:
-        _back(fresh, tree, [])
+        return _back(fresh, tree, changes), changes
     except RecursionError:
         raise ValueError("it is nested too deeply") from None
 
@@ -130,10 +127,6 @@ def _array(fresh: Any, parts: list[Any], changes: Changes) -> np.ndarray:
     return array.view(type(fresh)) if isinstance(fresh, np.recarray) else array
 
 
-def _bytes(fresh: Any, packed: str, changes: Changes) -> bytes:
-    return _unpacked(packed, MAX_MESSAGE)
-
-
 def _unpacked(packed: str, maximum: int) -> bytes:
     """Back from zlib in base64, of at most so many bytes."""
     unpacker = zlib.decompressobj()
@@ -158,10 +151,6 @@ def _sequence(fresh: Any, trees: list[Any], changes: Changes) -> list[Any]:
     return [_back(part, tree, changes) for part, tree in zip(before, trees)]
 
 
-def _deque(fresh: Any, trees: list[Any], changes: Changes) -> deque:
-    return deque(_sequence(fresh, trees, changes), fresh.maxlen)
-
-
 def _dict(fresh: Any, pairs: list[Any], changes: Changes) -> Any:
     if not isinstance(fresh, dict):
         raise ValueError("a table does not stand there")
@@ -181,12 +170,12 @@ _KINDS: dict[str, Callable[[Any, Any, Changes], Any]] = {
     "own": _own,
     "enum": _enum,
     "array": _array,
-    "bytes": _bytes,
+    "bytes": lambda fresh, inner, changes: _unpacked(inner, MAX_MESSAGE),
     "record": _record,
     "dict": _dict,
     "list": _sequence,
     "tuple": lambda fresh, inner, changes: tuple(_sequence(fresh, inner, changes)),
-    "deque": _deque,
+    "deque": lambda fresh, inner, changes: deque(_sequence(fresh, inner, changes), fresh.maxlen),
     "set": lambda fresh, inner, changes: set(_sequence(None, inner, changes)),
     "object": _object,
 }

@@ -10,7 +10,7 @@ import numpy as np
 
 from ...sim.scene import Scene
 from ..bags.bag import BagError, BagReader, report
-from ..messages.channels import BODIES, CHANNELS, STRUM, channel_of, decode, decode_frames
+from ..messages.channels import CHANNELS, CLOUD, channel_of, decode, decode_frames
 from ..scenes.load import load_scene, scene_from_text
 
 PIECE = 4096  # messages that are decoded at once: a message takes five times the memory of its tick output
@@ -63,10 +63,7 @@ def load_run(path: str | os.PathLike, tables: bool = True) -> RecordedRun:
     """
     frames: list[bytes] = []
     parts: list[np.recarray] = []
-    shapes: list[tuple[int, np.ndarray]] = []
-    contacts: list[tuple[int, np.ndarray]] = []
-    strums: list[tuple[int, np.ndarray]] = []
-    bodies: list[tuple[int, np.ndarray]] = []
+    found: dict[str, list[tuple[int, np.ndarray]]] = {"shape": [], "contact": [], "strum": [], "bodies": []}
     with BagReader(path) as bag:
         for message in bag:
             channel = channel_of(message.topic, message.msgtype)
@@ -75,14 +72,11 @@ def load_run(path: str | os.PathLike, tables: bool = True) -> RecordedRun:
                 if len(frames) == PIECE:
                     parts.append(decode_frames(frames))
                     frames.clear()
-            elif not tables:
-                continue
-            elif channel is STRUM or channel is BODIES:
+            elif tables and channel is not None and channel.msgtype == CLOUD:
                 fields = decode(channel, message.data)
-                (strums if channel is STRUM else bodies).append((fields.pop("time"), *fields.values()))
-            elif channel is not None and channel.name in ("cable_shape", "sheave_contact"):
-                fields = decode(channel, message.data)
-                (shapes if "shape" in fields else contacts).append((fields.pop("time"), *fields.values()))
+                time = fields.pop("time")
+                for field, table in fields.items():
+                    found[field].append((time, table))
         report(bag, None)
     if frames:
         parts.append(decode_frames(frames))
@@ -92,4 +86,4 @@ def load_run(path: str | os.PathLike, tables: bool = True) -> RecordedRun:
             f"summarise; give a bag that the node or the offline run recorded"
         )
     whole = parts[0] if len(parts) == 1 else np.concatenate(parts).view(np.recarray)
-    return RecordedRun(whole, shapes, contacts, bag.custom_data, strums, bodies)
+    return RecordedRun(whole, found["shape"], found["contact"], bag.custom_data, found["strum"], found["bodies"])
