@@ -58,18 +58,27 @@ def test_the_value_of_the_joint_comes_out_of_any_layout(value, interface, others
     assert event.kind == "command" and np.array_equal(decode_command(event.data), wanted, equal_nan=True)
 
 
-@given(st.data())
-def test_damaged_and_random_bytes_are_refused_or_within_their_bounds(data):
-    raw = bytearray(joint_command(NOW, "velocity", [1.0, 2.0], ["a", "payout"], frame="winch"))
+@pytest.mark.parametrize(
+    "decode, good",
+    [
+        (decode_joint_command, joint_command(NOW, "velocity", [1.0, 2.0], ["a", "payout"], frame="winch")),
+        (decode_command, command(NOW, [1.0, 2.0], [3.0, 4.0], ["a", "payout"], frame="winch")),
+    ],
+    ids=["JointCommand", "JointState"],
+)
+@given(data=st.data())
+def test_damaged_and_random_bytes_are_refused_or_within_their_bounds(decode, good, data):
+    raw = bytearray(good)
     for _ in range(data.draw(st.integers(0, 4))):
         raw[data.draw(st.integers(0, len(raw) - 1))] = data.draw(st.integers(0, 255))
-    raw = bytes(raw[: data.draw(st.integers(0, len(raw)))]) + data.draw(st.binary(max_size=80))
-    try:
-        _, payout, rate = decode_joint_command(raw)
-    except Refused as refusal:
-        assert CAUSES[refusal.cause]
-    else:
-        assert not abs(payout) > 1e5 and not abs(rate) > 1e5
+    cut = bytes(raw[: data.draw(st.integers(0, len(raw)))]) + data.draw(st.binary(max_size=80))
+    for sent in (bytes(raw), cut):
+        try:
+            _, payout, rate = decode(sent)
+        except Refused as refusal:
+            assert CAUSES[refusal.cause]
+        else:
+            assert not abs(payout) > 1e5 and not abs(rate) > 1e5
 
 
 GIANT = (2**32 - 1).to_bytes(4, "little")

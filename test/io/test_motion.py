@@ -12,11 +12,12 @@ from rosbags.rosbag1 import Writer as Writer1
 from rosbags.rosbag2 import StoragePlugin
 from rosbags.rosbag2 import Writer as Writer2
 from rosbags.typesys import Stores, get_typestore
+from scipy.spatial.transform import Rotation
 
 from cable_sim_ros.io.bags.bag import BagError, BagWriter
 from cable_sim_ros.io.bags.typestore import STORE
 from cable_sim_ros.io.messages.fault_hypotheses import DOUBTS
-from cable_sim_ros.io.messages.messages import CAUSES, Refused, decode_imu, decode_odometry, find_topics
+from cable_sim_ros.io.messages.messages import CAUSES, decode_imu, decode_odometry, find_topics
 from cable_sim_ros.io.motion.motion import MotionIngest
 from cable_sim_ros.io.sources.recorded_tow import read_motion
 from cable_sim_ros.physics.heave_filter import Convention, Heave, MotionInput
@@ -33,22 +34,14 @@ T0 = 1_700_000_000 * S
 STEP = S // 50
 
 
+def turn(roll, pitch, yaw):
+    """Rz Ry Rx, not by the code under test."""
+    return Rotation.from_euler("ZYX", [yaw, pitch, roll])
+
+
 def quaternion(roll, pitch, yaw):
-    """x y z w of Rz Ry Rx as a product of quaternions, not as in the code under test."""
-
-    def times(a, b):
-        (ax, ay, az, aw), (bx, by, bz, bw) = a, b
-        return (
-            aw * bx + ax * bw + ay * bz - az * by,
-            aw * by - ax * bz + ay * bw + az * bx,
-            aw * bz + ax * by - ay * bx + az * bw,
-            aw * bw - ax * bx - ay * by - az * bz,
-        )
-
-    return times(
-        times((0, 0, sin(yaw / 2), cos(yaw / 2)), (0, sin(pitch / 2), 0, cos(pitch / 2))),
-        (sin(roll / 2), 0, 0, cos(roll / 2)),
-    )
+    """x y z w of Rz Ry Rx."""
+    return turn(roll, pitch, yaw).as_quat().tolist()
 
 
 def parts(store, stamp, frame):
@@ -145,17 +138,6 @@ def test_numbers_come_back_whatever_the_names_and_byte_order(angles, position, v
     assert np.allclose(got.angles, angles, atol=1e-9)
 
 
-@given(st.binary(max_size=800))
-@settings(max_examples=100)
-def test_any_bytes_are_refused_or_finite(data):
-    for decode in (decode_imu, decode_odometry):
-        try:
-            decoded = decode(data)
-        except Refused:
-            continue
-        assert np.isfinite([*decoded.angles, *decoded.rate]).all()
-
-
 @given(st.integers(0, 84), st.floats(), st.integers(0, 36), st.floats())
 @settings(max_examples=150)
 def test_no_number_gets_a_sample_that_is_not_finite_through(i, a, k, b):
@@ -185,22 +167,11 @@ def test_known_roll_port_side_up():
 @settings(max_examples=40)
 def test_ned_is_the_same_motion_in_other_axes(angles, vector, position):
     """Rotate a body vector into the world in NED, then change axes: must be what the converted message gives."""
-
-    def turned(a, v):
-        (sr, cr), (sp, cp), (sy, cy) = ((sin(x), cos(x)) for x in a)
-        rx, ry = np.array([[1, 0, 0], [0, cr, -sr], [0, sr, cr]]), np.array([[cp, 0, sp], [0, 1, 0], [-sp, 0, cp]])
-        return np.array([[cy, -sy, 0], [sy, cy, 0], [0, 0, 1]]) @ ry @ rx @ v
-
-    north, east, down = turned(angles, vector)
+    north, east, down = turn(*angles).apply(vector)
     got = decode_odometry(odometry(T0, position, angles, vector, vector), Convention.NED)
-    assert np.allclose(turned(got.angles, got.velocity), (east, north, -down), atol=1e-9)
-    assert np.allclose(turned(got.angles, got.rate), (east, north, -down), atol=1e-9)
+    for found in (got.angles, decode_imu(imu(T0, angles, vector), Convention.NED).angles):
+        assert np.allclose(turn(*found).apply([got.velocity, got.rate]), (east, north, -down), atol=1e-9)
     assert got.position == (position[1], position[0], -position[2])
-    assert np.allclose(
-        turned(decode_imu(imu(T0, angles, vector), Convention.NED).angles, got.velocity),
-        (east, north, -down),
-        atol=1e-9,
-    )
 
 
 def test_a_quaternion_within_a_hundredth_is_renormalised():
@@ -301,23 +272,16 @@ def test_without_stamps_the_arrival_counts():
 # samples
 
 
-def drive(it, t, **kw):
+def drive(it, t, twist=True):
     """Odometry of a ship that heaves, rolls, pitches and goes ahead while it turns; exact twist."""
     stamp = T0 + round(t * S)
     a = np.array([0.1 * sin(0.6 * t), 0.05 * sin(0.5 * t + 1), 3.0 + 0.05 * t])
     da = np.array([0.06 * cos(0.6 * t), 0.025 * cos(0.5 * t + 1), 0.05])
     p, v = np.array([2.0 * t, 0.3 * t, sin(0.6 * t)]), np.array([2.0, 0.3, 0.6 * cos(0.6 * t)])
-    (sr, sp, sy), (cr, cp, cy) = np.sin(a), np.cos(a)
-    turn = np.array(
-        [
-            [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
-            [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
-            [-sp, cp * sr, cp * cr],
-        ]
-    )
+    (sr, sp, _), (cr, cp, _) = np.sin(a), np.cos(a)
     body = (da[0] - da[2] * sp, da[1] * cr + da[2] * cp * sr, da[2] * cp * cr - da[1] * sr)
-    twist = {"velocity": turn.T @ v, "rate": body} if kw.pop("twist", True) else {}
-    it.odometry(odometry(stamp, p, a, **twist), stamp)
+    sent = {"velocity": turn(*a).apply(v, inverse=True), "rate": body} if twist else {}
+    it.odometry(odometry(stamp, p, a, **sent), stamp)
     return p, a, v, da
 
 
@@ -568,6 +532,7 @@ def test_topics_are_found_by_type_and_name():
 def bag_of_any_kind(kind, path):
     """Three IMU and two odometry messages, two of them at the same time, odometry first."""
     plan = [("odom", T0), ("imu", T0), ("imu", T0 + STEP), ("odom", T0 + 2 * STEP), ("imu", T0 + 2 * STEP)]
+    topics = {"imu": ("/imu/data", "sensor_msgs/msg/Imu"), "odom": ("/odom", "nav_msgs/msg/Odometry")}
     if kind == "ros1":
         store = get_typestore(Stores.ROS1_NOETIC)
         writer, serialize = Writer1(path), store.serialize_ros1
@@ -576,29 +541,19 @@ def bag_of_any_kind(kind, path):
         writer = Writer2(path, version=9, storage_plugin=getattr(StoragePlugin, kind))
         serialize = store.serialize_cdr
     with writer:
-        types = {"imu": "sensor_msgs/msg/Imu", "odom": "nav_msgs/msg/Odometry"}
-        topics = {"imu": "/imu/data", "odom": "/odom"}
-        connections = {k: writer.add_connection(topics[k], types[k], typestore=store) for k in plan_kinds(plan)}
+        connections = {k: writer.add_connection(*topics[k], typestore=store) for k in ("odom", "imu")}
         for k, t in plan:
             make = imu_message if k == "imu" else odometry_message
-            writer.write(connections[k], t, serialize(make(t, angles=(0.1, 0, 0), store=store), types[k]))
-
-
-def plan_kinds(plan):
-    return dict.fromkeys(k for k, _ in plan)
+            writer.write(connections[k], t, serialize(make(t, angles=(0.1, 0, 0), store=store), topics[k][1]))
 
 
 @pytest.mark.parametrize("kind", ["MCAP", "SQLITE3", "ros1"])
 def test_bags_of_any_kind_give_the_same_bytes_in_the_same_order(kind, tmp_path):
     path = tmp_path / ("old.bag" if kind == "ros1" else "bag")
     bag_of_any_kind(kind, path)
-    assert list(read_motion(path)) == [
-        (T0, "imu", imu(T0, angles=(0.1, 0, 0))),
-        (T0, "odometry", odometry(T0, angles=(0.1, 0, 0))),
-        (T0 + STEP, "imu", imu(T0 + STEP, angles=(0.1, 0, 0))),
-        (T0 + 2 * STEP, "imu", imu(T0 + 2 * STEP, angles=(0.1, 0, 0))),
-        (T0 + 2 * STEP, "odometry", odometry(T0 + 2 * STEP, angles=(0.1, 0, 0))),
-    ]
+    plan = [("imu", T0), ("odometry", T0), ("imu", T0 + STEP), ("imu", T0 + 2 * STEP), ("odometry", T0 + 2 * STEP)]
+    made = {"imu": imu, "odometry": odometry}
+    assert list(read_motion(path)) == [(t, kind, made[kind](t, angles=(0.1, 0, 0))) for kind, t in plan]
 
 
 def test_bags_that_cannot_be_used(tmp_path):
