@@ -21,19 +21,28 @@ def rings(inputs):
     return {f"inputs_{name}": array.copy() for name, array in inputs._asdict().items()}
 
 
-def written(ticks=6, samples=3):
-    """Messages of a run of some ticks, each with new samples, and a command at the third."""
+BEGIN = Start(0, (0.0, 0.0), None)
+
+
+def begun(start=BEGIN, parameters=None):
+    """Rings, and the journal of a run that has begun with the messages that it writes."""
     inputs, messages = make_inputs(), []
     journal = Journal(messages.append, inputs)
-    journal.start(0, Start(1000, (1.0, 2.0), 0.5), {"winch.command_timeout": 0.7}, rings(inputs))
-    for tick in range(ticks):
-        for _ in range(samples):
+    journal.start(0, start, parameters or {}, rings(inputs))
+    return inputs, messages, journal
+
+
+def written():
+    """Messages of a run of six ticks, each with three new samples, and a command at the third."""
+    inputs, messages, journal = begun(Start(1000, (1.0, 2.0), 0.5), {"winch.command_timeout": 0.7})
+    for tick in range(6):
+        for _ in range(3):
             head = int(inputs.motion_head[0])
             push_motion(inputs, 1000 + head, [float(head)] * 14)
         if tick == 2:
             push_command(inputs, 1007, np.nan, -0.25)
         journal.tick(tick, *inputs.heads)
-    journal.end(ticks, "end")
+    journal.end(6, "end")
     return messages
 
 
@@ -43,14 +52,7 @@ def test_what_is_written_is_read_back_tick_by_tick():
     assert report.faults == [] and segment.ticks == 6 and not segment.halted
     assert segment.start == Start(1000, (1.0, 2.0), 0.5, "start")
     assert segment.parameters == {"winch.command_timeout": 0.7}
-    assert segment.heads().tolist() == [
-        [3, 0, 0, 0],
-        [6, 0, 0, 0],
-        [9, 1, 0, 0],
-        [12, 1, 0, 0],
-        [15, 1, 0, 0],
-        [18, 1, 0, 0],
-    ]
+    assert segment.heads().tolist() == [[3 * tick, int(tick > 2), 0, 0] for tick in range(1, 7)]
     again = make_inputs()
     segment.load(again)
     segment.push(again, 18, 1, 0, 0)
@@ -72,19 +74,8 @@ def test_missing_and_damaged_entries_are_said():
     assert fault.startswith("entry 0 cannot be used (start.time: Field required")
 
 
-def test_a_damaged_state_is_said():
-    entry = json.loads(STORE.deserialize_cdr(written()[0], MSGTYPE).data)
-    entry["start"]["state"] = entry["start"]["state"][:200]
-    report = read_journal([encoded(entry)])
-    assert report.segments == [] and "the state in the journal cannot be read" in report.faults[0]
-    empty = rings(make_inputs())
-    assert state_of(packed(empty)).rings.keys() == empty.keys()
-
-
 def test_samples_that_the_ring_has_lost_are_counted():
-    inputs, messages = make_inputs(), []
-    journal = Journal(messages.append, inputs)
-    journal.start(0, Start(0, (0.0, 0.0), None), {}, rings(inputs))
+    inputs, messages, journal = begun()
     for k in range(MOTION_ROWS + 100):
         push_motion(inputs, k, [0.0] * 14)
     journal.tick(0, MOTION_ROWS + 100, 0, 0, 0)
@@ -96,9 +87,7 @@ def test_samples_that_the_ring_has_lost_are_counted():
 
 @pytest.mark.parametrize("ended, halted", [("halted", True), ("recording ended", False)])
 def test_a_halt_and_a_reset_after_it(ended, halted):
-    inputs, messages = make_inputs(), []
-    journal = Journal(messages.append, inputs)
-    journal.start(0, Start(0, (0.0, 0.0), 0.0), {}, rings(inputs))
+    inputs, messages, journal = begun()
     journal.tick(3, 0, 0, 0, 0)
     journal.end(4, ended)
     journal.start(5, Start(9, (0.0, 0.0), 0.0, "reset"), {}, rings(inputs))
@@ -123,22 +112,10 @@ def changed(place: int, **values) -> list[bytes]:
     ("place", "values", "text"),
     [
         (2, {"motion": [[1] * 3]}, r"entry 2 cannot be used \(motion.0.3: Field required, got \[1, 1, 1\]\)"),
-        (
-            2,
-            {"motion": [[1009, *[float("inf")] * 14]]},
-            "entry 2 cannot be used .motion.0.1: Input should be .* got inf",
-        ),
+        (2, {"motion": [[1009, *[float("inf")] * 14]]}, "entry 2 .*motion.0.1: Input should be .* got inf"),
         (2, {"motion": [[1e999] * 15]}, r"entry 2 cannot be used \(motion.0.0: Input should be a"),
-        (
-            2,
-            {"motion": [[1000, *[0.0] * 14]]},
-            "entry 2 .*the stamp of a sample, 1000 ns, does not advance past 1002 ns",
-        ),
-        (
-            2,
-            {"motion": [[2000 + k, *[0.0] * 14] for k in range(1025)]},
-            "entry 2 .*motion: List should have at most 1024",
-        ),
+        (2, {"motion": [[1000, *[0.0] * 14]]}, "entry 2 .*of a sample, 1000 ns, does not advance past 1002 ns"),
+        (2, {"motion": [[2000 + k, *[0.0] * 14] for k in range(1025)]}, "entry 2 .*motion: List .* at most 1024"),
         (2, {"commands": [[5, "fast", None]]}, r"entry 2 cannot be used \(commands.0.1: "),
         (2, {"set": ["winch.command_timeout"]}, r"entry 2 cannot be used \(set: Input should be an object"),
         (2, {"set": {"winch.command_timeout": [1]}}, r"entry 2 cannot be used \(set.winch.command_timeout"),
@@ -160,11 +137,9 @@ def test_an_entry_that_is_none_is_left_out_and_said(place, values, text):
     ("state", "text"),
     [
         ("!", "the state in the journal cannot be read"),
+        (packed(rings(make_inputs()))[:200], "the state in the journal cannot be read"),
         ("UEsDBA==", "its end is missing"),
-        (
-            packed(rings(make_inputs()) | {"inputs_motion": np.zeros(65_000_000, np.uint8)}),
-            "would have more than 64000000",
-        ),
+        (packed(rings(make_inputs()) | {"inputs_motion": np.zeros(65_000_000, np.uint8)}), "more than 64000000"),
         (packed(rings(make_inputs()) | {"inputs_motion_head": np.array([-5])}), "-5 were written and 0 seen"),
         (packed(rings(make_inputs()) | {"inputs_motion": np.zeros(3)}), r"'inputs_motion' is f\[3\]"),
         (packed(rings(make_inputs()) | {"other": np.zeros(3)}), "'other.npy' is not part of it"),

@@ -148,8 +148,9 @@ def odometry(rate=True, pose=0.01, twist=0.0):
     return RecordedTow("made", events), curves, t
 
 
-def _with_twist(data, grain):
+def _with_twist(data, grain, knots=1.0):
     numbers = np.frombuffer(data[-680:], "<f8").copy()
+    numbers[43:46] *= knots
     numbers[43:49] = np.round(numbers[43:49] / grain) * grain
     return data[:-680] + numbers.tobytes()
 
@@ -175,9 +176,7 @@ def test_odometry_that_needs_no_smoothing_or_cannot_be_judged_is_left_alone():
     broken, _, _ = odometry(rate=False)
     broken.events[50] = broken.events[50]._replace(data=b"")
     knots, _, _ = odometry()
-    knots.events = [
-        event._replace(data=_with_twist(event.data[:-680] + _scaled(event.data), 0.01)) for event in knots.events
-    ]
+    knots.events = [event._replace(data=_with_twist(event.data, 0.01, 1.944)) for event in knots.events]
     for tow in (exact, fine, broken, knots):
         before = list(tow.events)
         smooth_odometry(tow, SHEAVE)
@@ -204,9 +203,3 @@ def test_a_bag_is_smoothed_once_for_all_runs_of_a_process_and_another_one_anew(m
     monkeypatch.setattr(coarse_bag, "LONGEST", 10)
     smooth_odometry(long := odometry(rate=False)[0], SHEAVE)
     assert not coarse_bag._kept and [event.data for event in long.events] == [event.data for event in first.events]
-
-
-def _scaled(data):
-    numbers = np.frombuffer(data[-680:], "<f8").copy()
-    numbers[43:46] *= 1.944
-    return numbers.tobytes()

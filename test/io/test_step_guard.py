@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from test_drop_outs import HEADING, Ship
 from test_motion import BAGS
-from test_plausible import DEGREES, FLIP, KNOTS, events, watched
+from test_plausible import IMU, ODOMETRY, events, watched
 from true_ship import sail, world
 
 from cable_sim_ros.io.plausibility.plausibility import HeightGuard, RateGuard
@@ -16,21 +16,17 @@ BEGIN, END = 12.0, 13.5  # s of the fault
 
 # name: topic, what turns wrong, causes that it may be refused for
 FAULTS = {
-    "knots": ("odometry", lambda m: replace(m, velocity=m.velocity * KNOTS), {"velocity_misfit", "velocity_knots"}),
-    "km/h": (
-        "odometry",
-        lambda m: replace(m, velocity=m.velocity * 3.6),
-        {"velocity_misfit", "velocity_kmh", "velocity_knots"},
-    ),
+    "knots": ("odometry", ODOMETRY["knots"][0], {"velocity_misfit", "velocity_knots"}),
+    "km/h": ("odometry", ODOMETRY["km/h"][0], {"velocity_misfit", "velocity_kmh", "velocity_knots"}),
     "twist in the world": (
         "odometry",
         lambda m: replace(m, velocity=world(m, m.velocity)),
         {"velocity_misfit", "velocity_world"},
     ),
-    "rates deg/s": ("odometry", lambda m: replace(m, rate=m.rate * DEGREES), {"rate_misfit", "rate_degrees"}),
-    "NED rates": ("odometry", lambda m: replace(m, rate=m.rate @ FLIP), {"rate_misfit", "rate_ned"}),
-    "z + 3 m": ("odometry", lambda m: replace(m, position=m.position + [0, 0, 3.0]), {"height_step"}),
-    "IMU rates deg/s": ("imu", lambda m: replace(m, rate=m.rate * DEGREES), {"rate_misfit", "rate_degrees"}),
+    "rates deg/s": ("odometry", ODOMETRY["rates deg/s"][0], {"rate_misfit", "rate_degrees"}),
+    "NED rates": ("odometry", ODOMETRY["NED rates"][0], {"rate_misfit", "rate_ned"}),
+    "z + 3 m": ("odometry", ODOMETRY["z + 3 m"][0], {"height_step"}),
+    "IMU rates deg/s": ("imu", IMU["rates deg/s"][0], {"rate_misfit", "rate_degrees"}),
 }
 
 
