@@ -53,6 +53,15 @@ def tables(frame):
     return make_shape(frame), make_contact(frame)
 
 
+def message_of(name, frame, context=CONTEXT):
+    channel = BY_NAME[name]
+    return STORE.deserialize_cdr(serialize(channel, frame, *tables(make_frames(1)[0]), context), channel.msgtype)
+
+
+def read_back(name, frame, shape=None, contact=None):
+    return decode(BY_NAME[name], serialize(BY_NAME[name], frame, shape, contact, CONTEXT))
+
+
 @given(frames())
 @settings(max_examples=20)
 def test_health_carries_every_field_of_the_frame_bit_by_bit(frame):
@@ -72,9 +81,7 @@ def test_health_names_are_fields_with_components():
 
 def test_health_of_another_version_is_read_by_name():
     frame = make_frames(1)[0]
-    message = STORE.deserialize_cdr(
-        serialize(BY_NAME["sim_health"], frame, None, None, CONTEXT), "sensor_msgs/msg/JointState"
-    )
+    message = message_of("sim_health", frame)
     assert message.header.frame_id == "" and not len(message.velocity) and not len(message.effort)
     keep = [k for k, name in enumerate(message.name) if name not in ("residual", "status")][::-1]
     message.name = [message.name[k] for k in keep] + ["unheard_of"]
@@ -111,7 +118,7 @@ def test_template_is_written_anew_each_time():
 @settings(max_examples=20)
 def test_fixed_channels_read_back(frame):
     for name in ("winch_state", "towbody_pose", "sheave_tension"):
-        fields = decode(BY_NAME[name], serialize(BY_NAME[name], frame, None, None, CONTEXT))
+        fields = read_back(name, frame)
         assert fields.pop("time") == frame["time"]
         fields.pop("tension", None)
         assert fields
@@ -124,9 +131,7 @@ def test_odometry_twist_is_in_the_child_frame():
     frame["body_quaternion"] = [0, 0, math.sqrt(0.5), math.sqrt(0.5)]  # heading along +y
     frame["body_velocity"] = [0, 2, 1]
     frame["body_rate"] = [0.1, 0, 0]
-    message = STORE.deserialize_cdr(
-        serialize(BY_NAME["towbody_odom"], frame, None, None, CONTEXT), "nav_msgs/msg/Odometry"
-    )
+    message = message_of("towbody_odom", frame)
     linear, angular = message.twist.twist.linear, message.twist.twist.angular
     assert (linear.x, linear.y, linear.z) == pytest.approx((2, 0, 1))
     assert (angular.x, angular.y, angular.z) == pytest.approx((0, -0.1, 0))
@@ -142,7 +147,7 @@ def test_odometry_velocity_reads_back(q, velocity):
     frame = make_frames(1)[0]
     frame["body_quaternion"] = q / np.linalg.norm(q)
     frame["body_velocity"], frame["body_rate"] = velocity
-    fields = decode(BY_NAME["towbody_odom"], serialize(BY_NAME["towbody_odom"], frame, None, None, CONTEXT))
+    fields = read_back("towbody_odom", frame)
     assert fields["body_velocity"] == pytest.approx(tuple(velocity[0]), abs=1e-12)
     assert fields["body_rate"] == pytest.approx(tuple(velocity[1]), abs=1e-12)
 
@@ -165,10 +170,9 @@ def test_rotation_agrees_with_scipy():
 def test_clouds_read_back(table):
     frame = make_frames(1)[0]
     frame["contact_stations"] = max(0, len(table) - 1)
-    data = serialize(BY_NAME["sheave_contact"], frame, None, table, CONTEXT)
-    assert np.array_equal(decode(BY_NAME["sheave_contact"], data)["contact"], table[: frame["contact_stations"]])
-    data = serialize(BY_NAME["cable_shape"], frame, table[:, :5], None, CONTEXT)
-    assert np.array_equal(decode(BY_NAME["cable_shape"], data)["shape"], table[:, :5])
+    filled = table[: frame["contact_stations"]]
+    assert np.array_equal(read_back("sheave_contact", frame, None, table)["contact"], filled)
+    assert np.array_equal(read_back("cable_shape", frame, table[:, :5])["shape"], table[:, :5])
 
 
 def test_cloud_fields_carry_the_names_of_the_contract():
@@ -177,9 +181,7 @@ def test_cloud_fields_carry_the_names_of_the_contract():
         ("sheave_contact", "sheave_link", CONTACT_COLUMNS),
         ("cable_shape", "odom", SHAPE_COLUMNS),
     ):
-        message = STORE.deserialize_cdr(
-            serialize(BY_NAME[name], frame, *tables(frame), CONTEXT), "sensor_msgs/msg/PointCloud2"
-        )
+        message = message_of(name, frame)
         assert [field.name for field in message.fields] == [label for label, _ in columns]
         assert {field.datatype for field in message.fields} == {7}
         assert message.header.frame_id == frame_id
@@ -190,9 +192,9 @@ def test_stamp_is_exact():
     frame = make_frames(1)[0]
     frame["time"] = START + 123_456_789
     for channel in CHANNELS:
-        message = STORE.deserialize_cdr(serialize(channel, frame, *tables(frame), CONTEXT), channel.msgtype)
+        message = message_of(channel.name, frame)
         assert (message.header.stamp.sec, message.header.stamp.nanosec) == (1_700_000_000, 123_456_789)
-        assert decode(channel, serialize(channel, frame, *tables(frame), CONTEXT))["time"] == START + 123_456_789
+        assert read_back(channel.name, frame, *tables(frame))["time"] == START + 123_456_789
 
 
 @pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf])
@@ -222,8 +224,7 @@ def test_what_is_not_finite_in_a_table_is_refused_by_name():
 def test_rows_past_the_filled_stations_are_not_looked_at():
     frame = make_frames(1)[0]
     contact = np.vstack([make_contact(frame), np.full((3, 9), math.nan)])
-    data = serialize(BY_NAME["sheave_contact"], frame, None, contact, CONTEXT)
-    assert len(decode(BY_NAME["sheave_contact"], data)["contact"]) == frame["contact_stations"]
+    assert len(read_back("sheave_contact", frame, None, contact)["contact"]) == frame["contact_stations"]
 
 
 def test_huge_finite_frame_is_no_false_alarm():
@@ -247,24 +248,14 @@ def test_rates():
     for frame in make_frames(100):
         for channel, *_ in encoder.encode(frame, *tables(frame)):
             counts[channel.name] = counts.get(channel.name, 0) + 1
-    assert counts == {
-        "winch_state": 100,
-        "towbody_pose": 100,
-        "towbody_odom": 100,
-        "sheave_tension": 100,
-        "sim_health": 100,
-        "sheave_contact": 20,
-        "cable_shape": 10,
-    }
+    assert counts == dict.fromkeys(BY_NAME, 100) | {"sheave_contact": 20, "cable_shape": 10}
     assert BY_NAME["sheave_contact"].every(0.2) == 1
 
 
 def test_names_come_from_the_context():
     context = Context(odom="map", towbody_link="fish", namespace="/other")
     frame = make_frames(1)[0]
-    message = STORE.deserialize_cdr(
-        serialize(BY_NAME["towbody_odom"], frame, None, None, context), "nav_msgs/msg/Odometry"
-    )
+    message = message_of("towbody_odom", frame, context)
     assert (message.header.frame_id, message.child_frame_id) == ("map", "fish")
     assert context.topic(BY_NAME["towbody_odom"]) == "/other/towbody/odom"
     assert channel_of("/other/towbody/odom") is BY_NAME["towbody_odom"]
@@ -274,9 +265,7 @@ def test_names_come_from_the_context():
 
 def test_winch_joints_are_those_of_the_contract():
     frame = make_frames(1)[0]
-    message = STORE.deserialize_cdr(
-        serialize(BY_NAME["winch_state"], frame, None, None, CONTEXT), "sensor_msgs/msg/JointState"
-    )
+    message = message_of("winch_state", frame)
     assert message.name == ["payout", "drum"]
     assert message.position.tolist() == [frame["payout"], frame["drum_angle"]]
     assert message.velocity.tolist() == [frame["payout_rate"], frame["drum_rate"]]

@@ -1,7 +1,6 @@
 """Every mistake in a scene is reported once: file, line, key, value, unit, bound, consequence, remedy."""
 
 import re
-import warnings
 from pathlib import Path
 
 import pytest
@@ -49,209 +48,87 @@ def problems(old, new, count=1):
     return caught.value.problems if count > 1 else caught.value.problems[0]
 
 
+@pytest.mark.filterwarnings("error")
 def test_the_sample_loads_without_a_warning():
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
-        scene = scene_from_text(SCENE, "tow.yaml")
+    scene = scene_from_text(SCENE, "tow.yaml")
     assert scene.cable.sections["free"].length == 100.0
     assert list(scene.cable.sections) == ["drum", "sheave", "free"]
 
 
-TEXTS = {
-    "out of range": (
-        "density: 1026.0",
-        "density: 12.0",
-        "tow.yaml:3: water.density = 12.0 kg/m^3 is outside [900, 1100] kg/m^3 (density of the water); "
-        "nothing was started. Give a value in [900, 1100] kg/m^3",
-    ),
-    "whole number out of range": (
-        "elements: 10,",
-        "elements: 0,",
-        "tow.yaml:11: cable.sections.free.elements = 0 is outside [1, 4000] (number of equal elements where "
-        "winch.drum is contact; a winch that feeds has `mesh`); nothing was started. Give a value in [1, 4000]",
-    ),
-    "vector out of range": (
-        "position: [-28.8, 0.0, 3.1]",
-        "position: [-28.8, 0.0, 3100]",
-        "tow.yaml:12: winch.position = [-28.8, 0.0, 3100] m, component 2, is outside [-200, 200] m (drum centre in "
-        "base_link (x forward, y left, z up); forward of the sheave); nothing was started. Give a value in "
-        "[-200, 200] m",
-    ),
-    "unknown key": (
-        "tow_speed: 2.0",
-        "tow_sped: 2.0",
-        "tow.yaml:2: ship.tow_sped = 2.0: there is no such key; nothing was started. Did you mean ship.tow_speed?",
-    ),
-    "right key in the wrong block": (
-        "name: short_tow",
-        "name: short_tow\nlift_area: 1.0",
-        "tow.yaml:2: lift_area = 1.0: there is no such key; nothing was started. Did you mean towbody.lift_area?",
-    ),
-    "unknown key unlike any": (
-        "tow_speed: 2.0",
-        "qqqqq: 2.0",
-        "tow.yaml:2: ship.qqqqq = 2.0: there is no such key; nothing was started. Known here: tow_speed, heading_deg, "
-        "reference_height, start_blend, source_blend, stale_decay, stale_after, max_gap",
-    ),
-    "unknown key of a section": (
-        "drag_law: ribbon",
-        "drag_lay: ribbon",
-        "tow.yaml:11: cable.sections.free.drag_lay = 'ribbon': there is no such key; nothing was started. "
-        "Did you mean cable.sections.free.drag_law?",
-    ),
-    "text for a number": (
-        "density: 1026.0",
-        "density: '1026'",
-        "tow.yaml:3: water.density = '1026' is text, expected a number in [900, 1100] kg/m^3 (density of the water); "
-        "nothing was started. A number is written without quotes. Write for example `density: 1026.0`",
-    ),
-    "number with its unit": (
-        "6.786e+6",
-        "6.786 MN",
-        "tow.yaml:7: cable.axial_stiffness = '6.786 MN' is text, expected a number in [1, 1e+11] N (EA); nothing was "
-        "started. A number is written without its unit. Write for example `axial_stiffness: 300000.0`",
-    ),
-    "decimal comma": (
-        "radius: 0.25",
-        "radius: '0,25'",
-        "tow.yaml:13: sheave.radius = '0,25' is text, expected a number in [0.005, 10] m (radius at the root of the "
-        "groove); nothing was started. The decimal sign is a point. Write for example `radius: 0.2`",
-    ),
-    "underscore": (
-        "6.786e+6",
-        "6_786_000",
-        "tow.yaml:7: cable.axial_stiffness = '6_786_000' is text, expected a number in [1, 1e+11] N (EA); nothing was "
-        "started. YAML numbers have no _. Write for example `axial_stiffness: 300000.0`",
-    ),
-    "truth for a number": (
-        "tow_speed: 2.0",
-        "tow_speed: true",
-        "tow.yaml:2: ship.tow_speed = true is true or false, expected a number in [-15, 15] m/s (mean speed ahead "
-        "through the world frame, used by the start and by IMU-only motion); nothing was started. "
-        "Write for example `tow_speed: 0.0`",
-    ),
-    "fraction for a count": (
-        "elements: 10,",
-        "elements: 2.5,",
-        "tow.yaml:11: cable.sections.free.elements = 2.5 is a number, expected a whole number or null in [1, 4000] "
-        "(number of equal elements where winch.drum is contact; a winch that feeds has `mesh`); nothing was started. "
-        "Write for example `elements: 60`",
-    ),
-    "empty value": (
-        "radius: 0.25",
-        "radius: ",
-        "tow.yaml:13: sheave.radius = null is empty, expected a number in [0.005, 10] m (radius at the root of the "
-        "groove); nothing was started. Write for example `radius: 0.2`",
-    ),
-    "vector too short": (
-        "position: [-28.8, 0.0, 3.1]",
-        "position: [-28.8, 3.1]",
-        "tow.yaml:12: winch.position = [-28.8, 3.1] is a list of 2, expected 3 numbers in [-200, 200] m (drum centre "
-        "in base_link (x forward, y left, z up); forward of the sheave); nothing was started. Write for example "
-        "`position: [1.0, 1.0, 1.0]`",
-    ),
-    "vector too long": (
-        "position: [-28.8, 0.0, 3.1]",
-        "position: [-28.8, 0.0, 3.1, 1]",
-        "tow.yaml:12: winch.position = [-28.8, 0.0, 3.1, 1] is a list of 4, expected 3 numbers in [-200, 200] m (drum "
-        "centre in base_link (x forward, y left, z up); forward of the sheave); nothing was started. "
-        "Write for example `position: [1.0, 1.0, 1.0]`",
-    ),
-    "number for a vector": (
-        "position: [-28.8, 0.0, 3.1]",
-        "position: 3",
-        "tow.yaml:12: winch.position = 3 is a number, expected 3 numbers in [-200, 200] m (drum centre in base_link "
-        "(x forward, y left, z up); forward of the sheave); nothing was started. Write for example `position: "
-        "[1.0, 1.0, 1.0]`",
-    ),
-    "block for a number": (
-        "radius: 0.25",
-        "radius: {m: 1}",
-        "tow.yaml:13: sheave.radius = {'m': 1} is a block of keys, expected a number in [0.005, 10] m (radius at the "
-        "root of the groove); nothing was started. Write for example `radius: 0.2`",
-    ),
-    "number for a block": (
-        "ship: {tow_speed: 2.0}",
-        "ship: 2.0",
-        "tow.yaml:2: ship = 2.0 is a number, expected a block of keys (ship); nothing was started. "
-        "Write for example `ship: {tow_speed: 0.0, ...}`",
-    ),
-    "number for a section": (
-        "free: {length: 100, elements: 10, drag_law: ribbon}",
-        "free: 100",
-        "tow.yaml:11: cable.sections.free = 100 is a number, expected a block of keys; nothing was started. "
-        "Write for example `free: {length: 10.0}`",
-    ),
-    "number for a name": (
-        "name: short_tow",
-        "name: 12",
-        "tow.yaml:1: name = 12 is a number, expected text (name of the scene); nothing was started. "
-        "Write for example `name: my_tow`",
-    ),
-    "NaN": (
-        "mass_per_length: 0.389",
-        "mass_per_length: .nan",
-        "tow.yaml:6: cable.mass_per_length = nan kg/m is not finite (dry mass per length); nothing was started. "
-        "Give a number in [1e-05, 1000] kg/m, for example `mass_per_length: 0.1`",
-    ),
-    "infinity in a vector": (
-        "position: [-28.8, 0.0, 3.1]",
-        "position: [-28.8, -.inf, 3.1]",
-        "tow.yaml:12: winch.position = [-28.8, -inf, 3.1] m is not finite (drum centre in base_link (x forward, y "
-        "left, z up); forward of the sheave); nothing was started. Give 3 numbers in [-200, 200] m, for example "
-        "`position: [1.0, 1.0, 1.0]`",
-    ),
-    "unknown law": (
-        "drag_law: ribbon",
-        "drag_law: ribbons",
-        "tow.yaml:11: cable.sections.free.drag_law = 'ribbons' is none of its values (drag law: loading functions, "
-        "C_N and C_T; none: that of the fairing, driscoll_nahon without one); nothing was started. Did you mean "
-        "ribbon? Known: off, driscoll_nahon, driscoll_nahon_printed, ribbon, crossflow, pode, choo_casarella, "
-        "huston_kamman_6, huston_kamman_10, huston_kamman_10_row_2_printed, dymore, capozucca",
-    ),
-    "missing number": (
-        "towbody: {mass: 250.0, net_weight: 445.0}",
-        "towbody: {mass: 250.0}",
-        "tow.yaml:14: towbody.net_weight is missing (weight less buoyancy in water); nothing was started. "
-        "Give a number in [-1e+06, 1e+07] N, for example `net_weight: 1.0`",
-    ),
-    "missing block": (
-        "towbody: {mass: 250.0, net_weight: 445.0}\n",
-        "",
-        "tow.yaml: towbody is missing (towbody); nothing was started. "
-        "Give a block of keys, for example `towbody: {mass: 1.0, ...}`",
-    ),
-    "key given twice": (
-        "water: {density: 1026.0",
-        "water: {density: 1000.0, density: 1026.0",
-        "tow.yaml:3: water.density is given twice, first on line 3; nothing was started. Correct the YAML",
-    ),
-    "key that is no word": (
-        "ship: {tow_speed: 2.0}",
-        "ship: {[1, 2]: 2.0}",
-        "tow.yaml:2: ship has a key that is not a plain word; nothing was started. Correct the YAML",
-    ),
-    "alias into itself": (
-        "ship: {tow_speed: 2.0}",
-        "ship: &a {tow_speed: *a}",
-        "tow.yaml:2: ship.tow_speed contains itself through an alias; nothing was started. Correct the YAML",
-    ),
-    "syntax": (
-        "ship: {tow_speed: 2.0}",
-        "ship: {tow_speed: 2.0",
-        "tow.yaml:3: expected ',' or '}', but got ':'; nothing was started. Correct the YAML",
-    ),
-    "two documents": (
-        "ship: {tow_speed: 2.0}",
-        "---\nship: {tow_speed: 2.0}",
-        "tow.yaml:2: but found another document; nothing was started. Correct the YAML",
-    ),
-}
+# change of the scene, and the text of the problem without its file and consequence; …: what is left out here
+TEXTS = r"""
+density: 1026.0 -> density: 12.0
+  :3: water.density = 12.0 kg/m^3 is outside [900, 1100] kg/m^3 (density of the water). Give a value in [900, 1100] …
+elements: 10, -> elements: 0,
+  :11: cable.sections.free.elements = 0 is outside [1, 4000] (number of equal elements … Give a value in [1, 4000]
+[-28.8, 0.0, 3.1] -> [-28.8, 0.0, 3100]
+  :12: winch.position = [-28.8, 0.0, 3100] m, component 2, is outside [-200, 200] m … Give a value in [-200, 200] m
+tow_speed: 2.0 -> tow_sped: 2.0
+  :2: ship.tow_sped = 2.0: there is no such key. Did you mean ship.tow_speed?
+tow_speed: 2.0 -> tow_speed: 2.0, lift_area: 1.0
+  :2: ship.lift_area = 1.0: there is no such key. Did you mean towbody.lift_area?
+tow_speed: 2.0 -> qqqqq: 2.0
+  :2: ship.qqqqq = 2.0: there is no such key. Known here: tow_speed, heading_deg, reference_height, start_blend, …
+drag_law: ribbon -> drag_lay: ribbon
+  :11: cable.sections.free.drag_lay = 'ribbon': there is no such key. Did you mean cable.sections.free.drag_law?
+density: 1026.0 -> density: '1026'
+  :3: water.density = '1026' is text, expected a number in [900, 1100] kg/m^3 … A number is written without quotes. …
+6.786e+6 -> 6.786 MN
+  :7: cable.axial_stiffness = '6.786 MN' is text, expected a number in [1, 1e+11] N (EA). A number … without its unit. …
+radius: 0.25 -> radius: '0,25'
+  :13: sheave.radius = '0,25' is text, expected a number in [0.005, 10] m … The decimal sign is a point. …
+6.786e+6 -> 6_786_000
+  :7: cable.axial_stiffness = '6_786_000' is text, expected a number in … YAML numbers have no _. Write for example …
+tow_speed: 2.0 -> tow_speed: true
+  :2: ship.tow_speed = true is true or false, expected a number in [-15, 15] m/s (mean speed … example `tow_speed: 0.0`
+elements: 10, -> elements: 2.5,
+  :11: cable.sections.free.elements = 2.5 is a number, expected a whole number or null in [1, 4000] … `elements: 60`
+radius: 0.25 -> radius: null
+  :13: sheave.radius = null is empty, expected a number in [0.005, 10] m … Write for example `radius: 0.2`
+[-28.8, 0.0, 3.1] -> [-28.8, 3.1]
+  :12: winch.position = [-28.8, 3.1] is a list of 2, expected 3 numbers in [-200, 200] m … `position: [1.0, 1.0, 1.0]`
+[-28.8, 0.0, 3.1] -> [-28.8, 0.0, 3.1, 1]
+  :12: winch.position = [-28.8, 0.0, 3.1, 1] is a list of 4, expected 3 numbers in … `position: [1.0, 1.0, 1.0]`
+[-28.8, 0.0, 3.1] -> 3
+  :12: winch.position = 3 is a number, expected 3 numbers in [-200, 200] m (drum centre … `position: [1.0, 1.0, 1.0]`
+radius: 0.25 -> radius: {m: 1}
+  :13: sheave.radius = {'m': 1} is a block of keys, expected a number in [0.005, 10] m … Write for example `radius: 0.2`
+ship: {tow_speed: 2.0} -> ship: 2.0
+  :2: ship = 2.0 is a number, expected a block of keys (ship). Write for example `ship: {tow_speed: 0.0, ...}`
+free: {length: 100, elements: 10, drag_law: ribbon} -> free: 100
+  :11: cable.sections.free = 100 is a number, expected a block of keys. Write for example `free: {length: 10.0}`
+name: short_tow -> name: 12
+  :1: name = 12 is a number, expected text (name of the scene). Write for example `name: my_tow`
+mass_per_length: 0.389 -> mass_per_length: .nan
+  :6: cable.mass_per_length = nan kg/m is not finite (dry mass per length). Give a number in [1e-05, 1000] kg/m, for …
+[-28.8, 0.0, 3.1] -> [-28.8, -.inf, 3.1]
+  :12: winch.position = [-28.8, -inf, 3.1] m is not finite (drum … Give 3 numbers in [-200, 200] m, for example `pos…
+drag_law: ribbon -> drag_law: ribbons
+  :11: cable.sections.free.drag_law = 'ribbons' is none of its values … Did you mean ribbon? Known: off, driscoll_n…
+, net_weight: 445.0 ->
+  :14: towbody.net_weight is missing (weight less buoyancy in water). Give a number … N, for example `net_weight: 1.0`
+towbody: {mass: 250.0, net_weight: 445.0} ->
+  : towbody is missing (towbody). Give a block of keys, for example `towbody: {mass: 1.0, ...}`
+water: {density: 1026.0 -> water: {density: 1000.0, density: 1026.0
+  :3: water.density is given twice, first on line 3. Correct the YAML
+ship: {tow_speed: 2.0} -> ship: {[1, 2]: 2.0}
+  :2: ship has a key that is not a plain word. Correct the YAML
+ship: {tow_speed: 2.0} -> ship: &a {tow_speed: *a}
+  :2: ship.tow_speed contains itself through an alias. Correct the YAML
+ship: {tow_speed: 2.0} -> ship: {tow_speed: 2.0
+  :3: expected ',' or '}', but got ':'. Correct the YAML
+ship: {tow_speed: 2.0} -> ---\nship: {tow_speed: 2.0}
+  :2: but found another document. Correct the YAML
+""".strip().splitlines()
 
 
-@pytest.mark.parametrize("old, new, text", TEXTS.values(), ids=TEXTS)
-def test_text_of_a_mistake(old, new, text):
-    assert problems(old, new) == text
+@pytest.mark.parametrize("change, text", list(zip(TEXTS[::2], TEXTS[1::2])))
+def test_text_of_a_mistake(change, text):
+    old, _, new = change.partition(" ->")
+    found = problems(old, new.strip().replace(r"\n", "\n"))
+    pattern = ".*".join(re.escape(part.strip()) for part in text.split("…"))
+    assert re.fullmatch(f"tow.yaml{pattern}", found.replace("; nothing was started. ", ". ")), found
+    assert found.count("; nothing was started. ") == 1
 
 
 CHECKED = {  # of one value against others: line, key, bound or words with it, the way out
@@ -377,10 +254,9 @@ def test_values_of_the_core_schema_and_no_others_are_more_than_text(written, val
     assert found == value and type(found) is type(value)
 
 
+@pytest.mark.filterwarnings("error")
 def test_an_anchor_may_be_set_again():
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
-        assert yaml12.parse("[&a 1, *a, &a 2, *a]")[0] == [1, 1, 2, 2]
+    assert yaml12.parse("[&a 1, *a, &a 2, *a]")[0] == [1, 1, 2, 2]
 
 
 def test_keys_are_text_and_merge_nothing():
@@ -409,6 +285,7 @@ def test_missing_file_lists_the_shipped_scenes():
     )
 
 
+IN_YAML = "; nothing was started. Correct the YAML"
 EXPECTED = (
     ", expected keys and values such as `name: my_tow`; nothing was started. "
     "Begin with a copy of a shipped scene: {names}"
@@ -422,11 +299,7 @@ EXPECTED = (
         (b"# only a comment\n", "{path}: is empty" + EXPECTED),
         (b"- 1\n", "{path}:1: is a list of 1" + EXPECTED),
         (b"name: \xff\n", "{path}: is not UTF-8 text (byte 6); nothing was started. Save the scene as UTF-8"),
-        (
-            b"name: \x07\n",
-            "{path}: unacceptable character #x0007: special characters are not allowed; nothing was "
-            "started. Correct the YAML",
-        ),
+        (b"name: \x07\n", "{path}: unacceptable character #x0007: special characters are not allowed" + IN_YAML),
     ],
 )
 def test_file_that_is_no_scene(tmp_path, content, text):
@@ -500,36 +373,18 @@ def test_override_sets_values_by_dotted_key():
 @pytest.mark.parametrize(
     "key, value, text",
     [
-        (
-            "water.densty",
-            1000.0,
-            "override of short_tow: water.densty = 1000.0: there is no such key; nothing was started. "
-            "Did you mean water.density?",
-        ),
-        (
-            "density",
-            1000.0,
-            "override of short_tow: density = 1000.0: there is no such key; nothing was started. "
-            "Did you mean air.density?",
-        ),
-        (
-            "cable.sections.fre.length",
-            1.0,
-            "override of short_tow: cable.sections.fre.length = 1.0: there is no such key; "
-            "nothing was started. Did you mean cable.sections.free.length?",
-        ),
-        (
-            "water.density",
-            1.0,
-            "override of short_tow: water.density = 1.0 kg/m^3 is outside [900, 1100] kg/m^3 (density "
-            "of the water); nothing was started. Give a value in [900, 1100] kg/m^3",
-        ),
+        ("water.densty", 1000.0, ": there is no such key; nothing was started. Did you mean water.density?"),
+        ("density", 1000.0, ": there is no such key; nothing was started. Did you mean air.density?"),
+        ("cable.sections.fre.length", 1.0, ": there is no such key; .* Did you mean cable.sections.free.length?"),
+        ("water.density", 1.0, " kg/m^3 is outside [900, 1100] kg/m^3 (density of the water); nothing was started. "),
     ],
 )
 def test_override_is_checked_like_a_file(key, value, text):
     with pytest.raises(SceneError) as caught:
         override(scene_from_text(SCENE, "tow.yaml"), {key: value})
-    assert caught.value.problems == [text]
+    (told,) = caught.value.problems
+    begin, _, end = text.partition(".* ")
+    assert told.startswith(f"override of short_tow: {key} = {value}{begin}") and told.endswith(end)
 
 
 # --- cautions ---------------------------------------------------------------------------------------------------
@@ -588,13 +443,12 @@ def test_a_caution_names_the_line_that_loads_the_scene(tmp_path):
     assert [item.filename for item in caught] == [__file__]
 
 
+@pytest.mark.filterwarnings("error")
 def test_what_its_author_accepts_is_not_warned_of_in_that_line_alone():
     """An override of the scene has no lines, and is warned of."""
     text = re.sub(r"wrap: 6\.0(.*)", r"wrap: 2.0\1  # accepted: a test", SCENE)
     text += "setpoint: {algorithm: simplified_sheave}\n"
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
-        scene = scene_from_text(text, "tow.yaml")
+    scene = scene_from_text(text, "tow.yaml")
     for other in (text.replace("accepted: a test", "accepted:"), text.replace("accepted: a test", "a test")):
         with pytest.warns(SceneWarning, match="winch.wrap = 2 rad"):
             scene_from_text(other, "tow.yaml")
@@ -602,17 +456,11 @@ def test_what_its_author_accepts_is_not_warned_of_in_that_line_alone():
         override(scene, {})
 
 
-def test_elements_that_resolve_the_bending_length_are_no_caution():
+@pytest.mark.filterwarnings("error")
+def test_elements_that_resolve_the_bending_length_and_a_held_winch_are_no_caution():
     stiff = SCENE.replace("axial_stiffness: 6.786e+6", "axial_stiffness: 6.786e+6\n  bending_stiffness: 7.0")
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
-        scene_from_text(stiff, "tow.yaml")  # 1.5 sqrt(7 / 4000) = 0.0627 m
-
-
-def test_a_held_winch_needs_no_travel():
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
-        scene_from_text(SCENE.replace("wrap: 6.0", "wrap: 2.0"), "tow.yaml")
+    scene_from_text(stiff, "tow.yaml")  # 1.5 sqrt(7 / 4000) = 0.0627 m
+    scene_from_text(SCENE.replace("wrap: 6.0", "wrap: 2.0"), "tow.yaml")
 
 
 def test_scene_from_dict_names_its_origin_without_lines():

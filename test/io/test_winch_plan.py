@@ -87,14 +87,8 @@ def test_a_plan_from_text_file_and_plan(tmp_path):
     [
         ("", "winch plan: has no item; nothing was simulated. Write for example '0 hold, 60 rate 0.5, 360 hold'"),
         (" # 0 hold", "has no item"),
-        (
-            "0 hold, 5",
-            "winch plan, item 2 '5': has no order; nothing was simulated. Known: hold, rate, length, scope, mode; ",
-        ),
-        (
-            "0 mode",
-            "mode takes one word, here are 0; nothing was simulated. Write 'TIME mode WORD', with a comma or a ",
-        ),
+        ("0 hold, 5", "winch plan, item 2 '5': has no order; nothing was simulated. Known: hold, "),
+        ("0 mode", "mode takes one word, here are 0; nothing was simulated. Write 'TIME mode WORD', with a comma"),
         ("0 mode brake now", "mode takes one word, here are 2; nothing was simulated"),
         ("0 mode breake", "'breake' is no mode of the drive; nothing was simulated. Did you mean brake?"),
         ("0 mode x", "Known: follow, tension, render, brake, emergency_stop"),
@@ -102,10 +96,7 @@ def test_a_plan_from_text_file_and_plan(tmp_path):
         ("1 mode brake, 1 hold, 1 mode follow", "item 3 '1 mode follow': time = 1 s is not after that of the item"),
         ("0 rat 0.5", "item 1 '0 rat 0.5': 'rat' is no order; nothing was simulated. Did you mean rate?"),
         ("0 fire", "'fire' is no order; nothing was simulated. Known: hold, rate, length, scope, mode"),
-        (
-            "0 rate",
-            "rate takes one value in m/s, here are 0; nothing was simulated. Write 'TIME rate VALUE', with a comma",
-        ),
+        ("0 rate", "rate takes one value in m/s, here are 0; nothing was simulated. Write 'TIME rate VALUE'"),
         ("0 length 3 m", "length takes one value in m, here are 2; nothing was simulated. Write 'TIME length VALUE'"),
         ("0 hold 3", "hold takes no value, here are 1; nothing was simulated. Write 'TIME hold', with a comma"),
         ("1s hold", "time = 1s is no finite number; nothing was simulated. Give one in [0, 1e+06] s, without its unit"),
@@ -123,9 +114,7 @@ def test_what_is_no_plan_is_refused(text, said):
 
 
 def test_a_file_that_is_none_is_refused(tmp_path):
-    with pytest.raises(
-        PlanError, match=r"winch plan nowhere.txt: cannot be read \(No such file or directory\); nothing "
-    ):
+    with pytest.raises(PlanError, match=r"winch plan nowhere.txt: cannot be read \(No such file or directory\); "):
         WinchPlan.of("nowhere.txt")
     path = tmp_path / "plan.bin"
     path.write_bytes(b"\xff\xfe0")
@@ -139,19 +128,10 @@ def test_a_file_that_is_none_is_refused(tmp_path):
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        (
-            "0 hold, 1 rate -2.5",
-            "winch plan, item 2 '1 rate -2.5': rate = -2.5 m/s is beyond winch.max_rate = 2 m/s; nothing was "
-            "simulated. Give a rate in [-2, 2] m/s, or raise winch.max_rate",
-        ),
-        (
-            "0 length 465.1",
-            "length = 465.1 m is outside the winch's travel, [20.000, 465.000] m; nothing was simulated.",
-        ),
-        (
-            "0 scope 11.9",
-            "scope = 11.9 m is outside the winch's travel, [12.000, 457.000] m; nothing was simulated. Give ",
-        ),
+        ("0 hold, 1 rate -2.5", "item 2 '1 rate -2.5': rate = -2.5 m/s is beyond winch.max_rate = 2 m/s; "),
+        ("1 rate -2.5", "; nothing was simulated. Give a rate in [-2, 2] m/s, or raise winch.max_rate"),
+        ("0 length 465.1", "length = 465.1 m is outside the winch's travel, [20.000, 465.000] m; "),
+        ("0 scope 11.9", "scope = 11.9 m is outside the winch's travel, [12.000, 457.000] m; nothing was simulated."),
     ],
 )
 def test_what_the_winch_cannot_do_is_refused(text, said):
