@@ -42,48 +42,33 @@ def sent(it, **values):
 
 # what is sent -> what comes of it: None nothing, (pay-out, rate) a command, a text the cause of refusal
 
+RATE, LENGTH = {"payout__velocity": 0.3}, {"payout__position": 455.0}
 ONE_BY_ONE = {
-    "velocity claimed": (component(drum=False), {"payout__velocity": 0.3}, (nan, 0.3)),
-    "velocity, drum named without an entry": (component(), {"payout__velocity": 0.3}, (nan, 0.3)),
-    "position, drum named without an entry": (component("position"), {"payout__position": 455.0}, (455.0, nan)),
-    "position and velocity, both written": (
-        component("position velocity"),
-        {"payout__position": 455.0, "payout__velocity": 0.3},
-        (455.0, 0.3),
-    ),
-    "both claimed, velocity alone written": (component("position velocity"), {"payout__velocity": 0.3}, (nan, 0.3)),
-    "both claimed, position alone written": (component("position velocity"), {"payout__position": 9.0}, (9.0, nan)),
+    "velocity claimed": (component(drum=False), RATE, (nan, 0.3)),
+    "velocity, drum named without an entry": (component(), RATE, (nan, 0.3)),
+    "position, drum named without an entry": (component("position"), LENGTH, (455.0, nan)),
+    "both claimed, both written": (component("position velocity"), LENGTH | RATE, (455.0, 0.3)),
+    "both claimed, velocity alone written": (component("position velocity"), RATE, (nan, 0.3)),
+    "both claimed, position alone written": (component("position velocity"), LENGTH, (455.0, nan)),
     "no controller wrote yet: NaN": (component(), {}, None),
     "both claimed, none written: NaN": (component("position velocity"), {}, None),
     "no command interface at all": (component("", threshold=-1), {}, None),
     "effort claimed, none written": (component("effort"), {}, None),
     "effort claimed and written": (component("effort"), {"payout__effort": 900.0}, "effort_only"),
-    "velocity and effort written": (
-        component("velocity effort"),
-        {"payout__velocity": 0.3, "payout__effort": 900.0},
-        (nan, 0.3),
-    ),
+    "velocity and effort written": (component("velocity effort"), RATE | {"payout__effort": 900.0}, (nan, 0.3)),
     "another joint, also by velocity": (
         component(crane=joint("velocity"), drum=False),
-        {"payout__velocity": 0.3, "crane__velocity": -7.0},
+        RATE | {"crane__velocity": -7.0},
         (nan, 0.3),
     ),
-    "another joint by velocity, ours not written": (
-        component(crane=joint("velocity")),
-        {"crane__velocity": -7.0},
-        None,
-    ),
+    "another joint, ours not written": (component(crane=joint("velocity")), {"crane__velocity": -7.0}, None),
     "another joint by effort alone, ours not written": (
         component(brake=joint("velocity", "effort"), drum=False),
         {"brake__velocity": 0.0, "brake__effort": 900.0},
         None,
     ),
-    "another joint without a command interface": (component(crane=joint()), {"payout__velocity": 0.3}, "array_length"),
-    "another joint by position, ours by velocity": (
-        component(crane=joint("position")),
-        {"payout__velocity": 0.3, "crane__position": 1.0},
-        "array_length",
-    ),
+    "another joint without a command interface": (component(crane=joint()), RATE, "array_length"),
+    "another joint by position": (component(crane=joint("position")), RATE | {"crane__position": 1.0}, "array_length"),
     "a controller that divides by zero": (component(), {"payout__velocity": inf}, "not_finite"),
     "a rate in encoder counts": (component(), {"payout__velocity": 3e5}, "out_of_range"),
     "no joint payout": (Component({"winch": joint("velocity")}), {"winch__velocity": 0.3}, "joint_name"),
