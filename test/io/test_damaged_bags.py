@@ -151,9 +151,7 @@ def test_inputs_of_megabytes_are_left_out_and_counted(tmp_path):
             writer.add(TOPIC, IMU, k, bytes(size))
     damage = Damage()
     assert [time for time, *_ in read_motion(tmp_path / "bag", damage=damage)] == [0, 2]
-    assert damage.refused == 1 and f"messages of '{TOPIC}' above 1 MB are left out" in str(damage).replace(
-        "1049 kB", "1 MB"
-    )
+    assert damage.messages == [f"messages of '{TOPIC}' above 1 MB are left out"]
 
 
 def test_what_is_no_mcap_file_is_named(tmp_path):

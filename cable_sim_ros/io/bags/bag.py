@@ -48,13 +48,12 @@ class Message(NamedTuple):
 class Damage:
     """What could not be read of a bag; false while nothing is lost. `str` is one line for the user.
 
-    messages: one text a loss, the first hundred of them; refused: messages left out because of their size.
+    messages: one text a loss, the first hundred of them.
     """
 
     path: str = ""
     chunks_lost: int = 0
     bytes_lost: int = 0
-    refused: int = 0
     messages: list[str] = field(default_factory=list)
 
     def __bool__(self) -> bool:

@@ -120,7 +120,8 @@ class BagWriter:
 
     path: directory to make, its parents too; custom_data: str -> str, kept in the metadata (scene, hashes,
     versions); chunk_size: bytes before compression. Topics are registered by `declare` or by the first `add`.
-    Only `close` writes index and counts; without it `recover` gives back what was flushed.
+    Only `close` writes index and counts; without it `recover` gives back what was flushed. `message_count`: messages
+    added so far; those of them that the operating system has, whole chunks, are `safe_count`.
     """
 
     def __init__(
@@ -138,13 +139,12 @@ class BagWriter:
         except (OSError, ValueError) as error:  # ValueError: a NUL in the name
             raise BagError(cannot_make(self.path, error)) from None
         self.file_name = f"{self.path.name}_0.mcap"
-        self.safe_count = 0
+        self.message_count = self.safe_count = 0
         self._topics: dict[str, dict] = {}  # topic -> its metadata, in order of registration
         self._channels: dict[str, int] = {}
         self._schemas: dict[str, int] = {}
         self._first: int | None = None  # log times, ns
         self._last: int | None = None
-        self._count = 0
         try:
             self._file = _Sink(self.path / self.file_name)
             self._indexes = _ChunkIndexes(self.path)
@@ -156,11 +156,6 @@ class BagWriter:
         except OSError as error:
             shutil.rmtree(self.path, ignore_errors=True)  # made above, and empty
             raise BagError(cannot_make(self.path, error)) from None
-
-    @property
-    def message_count(self) -> int:
-        """Messages added so far. Those of them that the operating system has, whole chunks, are `safe_count`."""
-        return self._count
 
     def declare(
         self,
@@ -231,7 +226,7 @@ class BagWriter:
             sequence=entry["message_count"],
         )
         entry["message_count"] += 1
-        self._count += 1
+        self.message_count += 1
         if self._file.position != position:
             self._mark()
         self._first = time_ns if self._first is None else min(self._first, time_ns)
@@ -243,7 +238,7 @@ class BagWriter:
         self._mark()
 
     def _mark(self) -> None:
-        self._file.whole, self.safe_count = self._file.position, self._count
+        self._file.whole, self.safe_count = self._file.position, self.message_count
 
     def close(self) -> None:
         """Write index and metadata and close; a second call does nothing. OSError: the bag is as after a crash."""

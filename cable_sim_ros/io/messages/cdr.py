@@ -45,18 +45,8 @@ def cloud(time_ns: int, frame_id: str, columns: tuple, table: np.ndarray, name: 
     data = np.ascontiguousarray(table, dtype="<f4")
     refuse_not_finite(data, columns, name, time_ns)
     fields = [PointField(label, 4 * k, PointField.FLOAT32, 1) for k, (label, _) in enumerate(columns)]
-    step = 4 * len(columns)
-    return PointCloud2(
-        header(time_ns, frame_id),
-        1,
-        len(data),
-        fields,
-        False,
-        step,
-        step * len(data),
-        data.reshape(-1).view(np.uint8),
-        True,
-    )
+    step, raw = 4 * len(columns), data.reshape(-1).view(np.uint8)
+    return PointCloud2(header(time_ns, frame_id), 1, len(data), fields, False, step, step * len(data), raw, True)
 
 
 def refuse_not_finite(table: np.ndarray, columns: tuple, name: str, time_ns: int) -> None:

@@ -107,14 +107,17 @@ def read_usbl(m) -> dict:
     return {"usbl_position": (m.point.x, m.point.y, m.point.z)}
 
 
-def depth(f, shape, contact, context):
-    """Depth of the towbody below the mean water surface as z = -depth, m."""
-    return PointStamped(header(f.time, context.odom), Point(0.0, 0.0, -f.depth_reading))
+def _height(field: str, frame: str, sign: float) -> tuple[Callable, Callable]:
+    """A depth or an altitude as z in a frame of the context, m up."""
 
+    def write(f, shape, contact, context):
+        return PointStamped(header(f.time, getattr(context, frame)), Point(0.0, 0.0, sign * getattr(f, field)))
 
-def read_depth(m) -> dict:
-    """Back to tick output fields."""
-    return {"depth_reading": -m.point.z}
+    def read(m) -> dict:
+        """Back to tick output fields."""
+        return {field: sign * m.point.z}
+
+    return write, read
 
 
 def fish_attitude(f, shape, contact, context):
@@ -138,16 +141,6 @@ def read_fish_attitude(m) -> dict:
     }
 
 
-def altimeter(f, shape, contact, context):
-    """Height of the towbody above the seabed as z, m."""
-    return PointStamped(header(f.time, context.towbody_link), Point(0.0, 0.0, f.altitude_reading))
-
-
-def read_altimeter(m) -> dict:
-    """Back to tick output fields."""
-    return {"altitude_reading": m.point.z}
-
-
 def _channel(
     device: int, topic: str, msgtype: str, write: Callable | None, read: Callable, template: Callable | None = None
 ) -> Channel:
@@ -160,6 +153,8 @@ def _aboard(device: int) -> Callable[[Scene], bool]:
 
 
 _ENCODER, _METERING = _joint("encoder_payout", "encoder_rate"), _joint("metering_payout", "metering_rate")
+_DEPTH = _height("depth_reading", "odom", -1.0)  # of the towbody below the mean water surface
+_ALTITUDE = _height("altitude_reading", "towbody_link", 1.0)  # of the towbody above the seabed
 INSTRUMENTS = tuple(  # and which scenes have it
     (_channel(device, topic, msgtype, *functions), _aboard(device))
     for device, topic, msgtype, functions in (
@@ -168,8 +163,8 @@ INSTRUMENTS = tuple(  # and which scenes have it
         (METERING, "instruments/metering_sheave", "sensor_msgs/msg/JointState", _METERING),
         (LOAD_PIN, "instruments/load_pin", "geometry_msgs/msg/WrenchStamped", (load_pin, read_load_pin)),
         (USBL, "instruments/usbl", "geometry_msgs/msg/PointStamped", (usbl, read_usbl)),
-        (DEPTH, "instruments/depth", "geometry_msgs/msg/PointStamped", (depth, read_depth)),
+        (DEPTH, "instruments/depth", "geometry_msgs/msg/PointStamped", _DEPTH),
         (FISH, "instruments/fish_attitude", "sensor_msgs/msg/Imu", (fish_attitude, read_fish_attitude)),
-        (ALTIMETER, "instruments/altimeter", "geometry_msgs/msg/PointStamped", (altimeter, read_altimeter)),
+        (ALTIMETER, "instruments/altimeter", "geometry_msgs/msg/PointStamped", _ALTITUDE),
     )
 )

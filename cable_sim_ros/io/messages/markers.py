@@ -37,9 +37,7 @@ NO_TEXTURE = EMPTY + bytes(8) + EMPTY + EMPTY + bytes(8)  # resource; header, it
 NO_MESH = EMPTY + EMPTY + bytes(5)  # resource; name and data of the file; use_embedded_materials
 
 MSGTYPE, TOPIC = "visualization_msgs/msg/MarkerArray", "cable/markers"
-LIFETIME = (
-    2.0  # s without a new message after which a tool takes the markers away; three periods where those are longer
-)
+LIFETIME = 2.0  # s without a new message after which a tool takes them away; three periods where those are longer
 MAX_RATE = 1000.0  # Hz
 POINTS = 200  # of the cable, where its mesh has no more nodes
 WIDE = 500.0  # cable lengths a line width, at most

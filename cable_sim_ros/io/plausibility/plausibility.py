@@ -31,10 +31,8 @@ GIVE_UP = 5.0  # s; a step that lasts so long without a name is the stream's new
 GIVE_UP_HEIGHT = 20.0  # s, longer than a height takes to be named
 
 GAP = 1.6  # s; a longer gap begins anew
-LEAK, MISFIT = (
-    0.5,
-    (0.035, 0.5),
-)  # s; rad and share of the rms of the angle: misfit of attitude and rates that is refused
+LEAK = 0.5  # s
+MISFIT = 0.035, 0.5  # rad and share of the rms of the angle: misfit of attitude and rates that is refused
 TURN_STEP, TURN_RAMP = 0.02, 0.1  # rad/s, rad/s^2: a step of the rates that is always usual
 MOVE_STEP, MOVE_RAMP = 0.2, 1.0  # m/s, m/s^2: of the velocity
 UNSEEN = 0.35  # rad/s: a first sample that turns faster waits for the second
@@ -145,14 +143,9 @@ class Axes:
 
     def __init__(self, angles) -> None:
         roll, pitch, yaw = angles
-        self.cr, self.sr, self.cp, self.sp, self.cy, self.sy = (
-            cos(roll),
-            sin(roll),
-            cos(pitch),
-            sin(pitch),
-            cos(yaw),
-            sin(yaw),
-        )
+        self.cr, self.sr = cos(roll), sin(roll)
+        self.cp, self.sp = cos(pitch), sin(pitch)
+        self.cy, self.sy = cos(yaw), sin(yaw)
 
     def angle_rates(self, rate) -> tuple[float, float, float]:
         """As `sim.tables.attitude.angle_rates`."""

@@ -28,6 +28,7 @@ ENTRIES = {  # of tables by free names, as examples
     "quantities": "{bias: 10.0}",
     "ranges": "{low: 1.0, high: 2.0}",
 }
+WORDS = {float: "a number", int: "a whole number", str: "text", bool: "true or false", type(None): "null"}
 LISTS = {"motions": "[{heave: [1, 8]}]"}  # of blocks, as examples
 VALUES = {  # of keys whose default or range is no example
     "heave": "[1, 8]",
@@ -216,11 +217,7 @@ def _wanted(field) -> str:
         elif isinstance(part, type) and issubclass(part, enum.Enum):
             kinds.append("one of " + ", ".join(member.value for member in part))
         else:
-            kinds.append(
-                {float: "a number", int: "a whole number", str: "text", bool: "true or false", type(None): "null"}.get(
-                    part, str(part)
-                )
-            )
+            kinds.append(WORDS.get(part, str(part)))
     bounds = interval(extra["low"], extra["high"], extra["above"])
     unit = f" {extra['unit']}" if extra["unit"] not in ("", "1") else ""
     return " or ".join(kinds) + (f" in {bounds}{unit}" if bounds else "")
@@ -273,13 +270,8 @@ def _show(value) -> str:
 
 def kind_of(value) -> str:
     """What a value is, in words: ``text``, ``a list of 3``."""
-    for kind, word in (
-        (bool, "true or false"),
-        (str, "text"),
-        (int, "a number"),
-        (float, "a number"),
-        (Mapping, "a block of keys"),
-    ):
+    words = ((bool, "true or false"), (str, "text"), (int | float, "a number"), (Mapping, "a block of keys"))
+    for kind, word in words:
         if isinstance(value, kind):
             return word
     if isinstance(value, list | tuple):

@@ -56,6 +56,7 @@ class RaoTable:
 
     def __init__(self, path: str | os.PathLike) -> None:
         where = self.path = Path(path)
+        self.title = str(where)  # what responds
         names, below = head_of(where, f"{PERIOD},{HEADING},heave_amplitude,heave_phase_deg")
         _check_names(where, names)
         lines, data = numbers_of(where, names, below)
@@ -113,15 +114,10 @@ class RaoTable:
                 most = max(most, turn)
         return found, most
 
-    @property
-    def title(self) -> str:
-        """What responds."""
-        return str(self.path)
-
     def about(self) -> dict[str, object]:
         """For the JSON."""
         return {
-            "source": str(self.path),
+            "source": self.title,
             "period_s": [self.periods[0], self.periods[-1]],
             "heading_deg": [self.headings[0], self.headings[-1]],
             "symmetric": self.symmetric,

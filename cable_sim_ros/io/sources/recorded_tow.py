@@ -77,7 +77,6 @@ def read_motion(
         now = 0
         for topic, _, time, data in reader.read(kinds):
             if len(data) > MAX_INPUT:
-                reader.damage.refused += 1
                 reader.damage.add(f"messages of '{topic}' above {size_text(MAX_INPUT)} are left out")
                 continue
             if time != now:
@@ -439,30 +438,16 @@ def residuals(frames: np.recarray, tow: RecordedTow, same: SameTicks | None = No
             ours = np.abs(ours)
         at = paired(ours_time, time) if same is None else same.of(CHANNEL_NAMES[topic], time)
         rest = ours[at] - value
-        between = (
-            (at < 0)
-            & (same is None)
-            & (time >= ours_time[0])
-            & (time <= ours_time[-1])
-            & bool((np.diff(ours_time) > 0).all())
-        )
+        covered = (time >= ours_time[0]) & (time <= ours_time[-1])
+        between = (at < 0) & (same is None) & covered & bool((np.diff(ours_time) > 0).all())
         origin = ours_time[0]  # differences of nanoseconds are exact in float64, the stamps are not
         rest[between] = np.interp((time[between] - origin).astype(float), (ours_time - origin).astype(float), ours)
         rest[between] -= value[between]
         rest = rest[((at >= 0) | between) & np.isfinite(value)]  # NaN: an import whose log had no such number
         if not len(rest):
             continue
-        rows.append(
-            Residual(
-                topic,
-                quantity,
-                unit,
-                float(rest.mean()),
-                float(np.sqrt(np.mean(rest**2))),
-                float(np.abs(rest).max()),
-                len(rest),
-            )
-        )
+        rms, largest = float(np.sqrt(np.mean(rest**2))), float(np.abs(rest).max())
+        rows.append(Residual(topic, quantity, unit, float(rest.mean()), rms, largest, len(rest)))
     return rows
 
 

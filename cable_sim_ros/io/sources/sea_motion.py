@@ -71,6 +71,8 @@ class SimpleHull:
     """Responses of a box; ``given``: its numbers by the names of KEYS; stern: distance of the sheave from base_link
     [m], aft positive, half the length where that is not given. Raises MotionError."""
 
+    title = NAME  # what responds
+
     def __init__(self, given: dict[str, float], stern: float) -> None:
         self.given = dict(given)
         found, self.chosen = dict(given), list[str]()
@@ -99,11 +101,6 @@ class SimpleHull:
                     f"Give --rao {NAME}:{key}=VALUE"
                 )
         self.numbers = found
-
-    @property
-    def title(self) -> str:
-        """What responds."""
-        return NAME
 
     def about(self) -> dict[str, object]:
         """For the JSON."""
