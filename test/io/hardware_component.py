@@ -6,7 +6,7 @@ hardware_interface 4.46.0 (Jazzy); the functions are named where they are follow
 
 from __future__ import annotations
 
-from math import isfinite, isnan, nan, pi
+from math import isfinite, nan
 from pathlib import Path
 from typing import NamedTuple
 from xml.etree import ElementTree
@@ -39,7 +39,6 @@ class Component:
         self.commands_topic = given.get("joint_commands_topic", COMMANDS)
         self.states_topic = given.get("joint_states_topic", STATES)
         self.threshold = float(given.get("trigger_joint_command_threshold", THRESHOLD))
-        self.sums = given.get("sum_wrapped_joint_states", "false") == "true"
         # handle.hpp: without initial_value a handle is NaN
         self.command = {f"{name}/{i}": nan for name, joint in joints.items() for i in joint.commands}
         self.state = {f"{name}/{i}": nan for name, joint in joints.items() for i in joint.states}
@@ -59,12 +58,7 @@ class Component:
                 key, value = f"{name}/{interface}", float(array[index])
                 if key not in self.state:
                     raise RuntimeError(f"state interface not found: {key}")
-                self.state[key] = self._unwrapped(key, value) if self.sums and interface == "position" else value
-
-    def _unwrapped(self, key: str, value: float) -> float:
-        """The sum of rotations, for sum_wrapped_joint_states: the shortest way on from the sum so far."""
-        turns = self.state[key] if not isnan(self.state[key]) else 0.0
-        return turns + (value - turns + pi) % (2.0 * pi) - pi
+                self.state[key] = value
 
     def write(self) -> Message | None:
         """JointStateTopicSystem::write(), called in every cycle while the component is active; None: nothing is sent.

@@ -5,7 +5,7 @@ The component is the stand-in of hardware_component.py; the winch's commands are
 
 from __future__ import annotations
 
-from math import inf, isnan, nan, pi
+from math import inf, isnan, nan
 
 import numpy as np
 import pytest
@@ -119,12 +119,6 @@ def test_a_joint_without_a_state_that_we_publish_fails_there():
     it = Component({"payout": Joint(("velocity",), ("position", "velocity"))})
     with pytest.raises(RuntimeError, match="payout/effort"):
         it.read(Message(["payout"], [1.0], [0.0], [3e3]))
-
-
-def test_sums_of_wrapped_angles_would_spoil_a_pay_out():
-    it = Component({"payout": joint("velocity")}, {"sum_wrapped_joint_states": "true"})
-    it.read(Message(["payout"], [458.0], [], []))
-    assert it.state["payout/position"] == pytest.approx(458.0 % (2 * pi) - 2 * pi)
 
 
 # a controller whose command is equal to the state

@@ -5,8 +5,6 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from cable_sim_ros.io.messages.commands import encode_command
-from cable_sim_ros.io.messages.messages import decode_command
 from cable_sim_ros.io.scenes.winch_plan import UNITS, PlanError, WinchPlan
 from cable_sim_ros.physics.inputs import COMMAND_ROWS, make_inputs, push_command
 from cable_sim_ros.physics.state import records
@@ -203,11 +201,3 @@ def test_commands_are_the_same_however_the_run_is_cut(cuts, timeout):
     stamps = np.array([c.time_ns for c in whole])
     assert (np.diff(stamps) > 0).all() and np.diff(stamps).max() <= 0.5e9 * timeout + 1
     assert len(list(plan.commands(drum, START, START, START + round(50 * timeout * S)))) < COMMAND_ROWS - 16
-
-
-@pytest.mark.parametrize(("payout", "rate"), [(None, -0.5), (441.5, None), (1.0, 2.0)])
-def test_a_command_as_a_message_and_back(payout, rate):
-    found = decode_command(encode_command(START, payout, rate))
-    assert found.stamp == START
-    for wanted, value in ((payout, found.payout), (rate, found.rate)):
-        assert np.isnan(value) if wanted is None else value == wanted
