@@ -9,9 +9,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from rosbags.rosbag2 import StoragePlugin, Writer
-from test_motion import STEP, T0, S, imu, odometry
+from test_motion import STEP, T0, S, imu, odometry, serialized
 
 from cable_sim_ros.io.bags.typestore import STORE
+from cable_sim_ros.io.messages.cdr import JointState, header
 from cable_sim_ros.io.messages.commands import CommandIngest
 from cable_sim_ros.io.messages.messages import (
     CAUSES,
@@ -49,11 +50,8 @@ class Scene:
 
 def command(stamp, position=(), velocity=(), names=("payout",), effort=(), frame="", little_endian=True):
     """CDR bytes of a JointState."""
-    types = STORE.types
-    header = types["std_msgs/msg/Header"](types["builtin_interfaces/msg/Time"](*divmod(stamp, S)), frame)
     arrays = (np.array(values, float) for values in (position, velocity, effort))
-    message = types["sensor_msgs/msg/JointState"](header, list(names), *arrays)
-    return bytes(STORE.serialize_cdr(message, "sensor_msgs/msg/JointState", little_endian=little_endian))
+    return serialized(JointState(header(stamp, frame), list(names), *arrays), little_endian)
 
 
 def pushed(inputs, since=0):

@@ -8,9 +8,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 from rosbags.rosbag2 import StoragePlugin, Writer
 from test_commands import NOW, Scene, command, pushed
-from test_motion import S, odometry
+from test_motion import S, odometry, serialized
 
 from cable_sim_ros.io.bags.typestore import BESIDE, STORE, type_hash
+from cable_sim_ros.io.messages.cdr import header
 from cable_sim_ros.io.messages.commands import CommandIngest, as_joint_state
 from cable_sim_ros.io.messages.messages import (
     CAUSES,
@@ -33,10 +34,8 @@ POSITION, VELOCITY = "command_position", "command_velocity"
 
 def joint_command(stamp, interface, values, names=("payout",), frame="", little_endian=True):
     """CDR bytes of a JointCommand, by the type's own serializer."""
-    types = STORE.types
-    header = types["std_msgs/msg/Header"](types["builtin_interfaces/msg/Time"](*divmod(stamp, S)), frame)
-    message = types[JOINT_COMMAND](header, list(names), interface, np.array(values, float))
-    return bytes(STORE.serialize_cdr(message, JOINT_COMMAND, little_endian=little_endian))
+    message = STORE.types[JOINT_COMMAND](header(stamp, frame), list(names), interface, np.array(values, float))
+    return serialized(message, little_endian)
 
 
 @given(

@@ -16,7 +16,20 @@ from scipy.spatial.transform import Rotation
 
 from cable_sim_ros.io.bags.bag import BagError, BagWriter
 from cable_sim_ros.io.bags.typestore import STORE
+from cable_sim_ros.io.messages.cdr import header
 from cable_sim_ros.io.messages.fault_hypotheses import DOUBTS
+from cable_sim_ros.io.messages.message_classes import (
+    UNKNOWN36,
+    Imu,
+    Odometry,
+    Point,
+    Pose,
+    PoseWithCovariance,
+    Quaternion,
+    Twist,
+    TwistWithCovariance,
+    Vector3,
+)
 from cable_sim_ros.io.messages.messages import CAUSES, decode_imu, decode_odometry, find_topics
 from cable_sim_ros.io.motion.motion import MotionIngest
 from cable_sim_ros.io.sources.recorded_tow import read_motion
@@ -32,6 +45,7 @@ G = 9.81
 S = 10**9
 T0 = 1_700_000_000 * S
 STEP = S // 50
+ZERO = (0, 0, 0)
 
 
 def turn(roll, pitch, yaw):
@@ -44,61 +58,36 @@ def quaternion(roll, pitch, yaw):
     return turn(roll, pitch, yaw).as_quat().tolist()
 
 
-def parts(store, stamp, frame):
-    t = store.types
-    header = t["std_msgs/msg/Header"]
-    time = t["builtin_interfaces/msg/Time"](stamp // S, stamp % S)
-    head = header(0, time, frame) if "seq" in header.__dataclass_fields__ else header(time, frame)
-    return t, head, t["geometry_msgs/msg/Vector3"], t["geometry_msgs/msg/Quaternion"]
+def serialized(message, little_endian):
+    return bytes(STORE.serialize_cdr(message, message.__msgtype__, little_endian=little_endian))
 
 
-def imu_message(
-    stamp, angles=(0, 0, 0), force=(0, 0, G), rate=(0, 0, 0), q=None, absent=False, frame="imu_link", store=STORE
-):
-    t, head, vector, rotor = parts(store, stamp, frame)
-    covariance = np.zeros(9)
-    covariance[0] = -1.0 if absent else 0.0
-    return t["sensor_msgs/msg/Imu"](
-        head,
-        rotor(*map(float, q or quaternion(*angles))),
-        covariance,
-        vector(*map(float, rate)),
-        np.zeros(9),
-        vector(*map(float, force)),
-        np.zeros(9),
-    )
+def imu(stamp, angles=ZERO, force=(0, 0, G), rate=ZERO, q=None, absent=False, frame="imu_link", little_endian=True):
+    turned, turning, pushed = Quaternion(*map(float, q or quaternion(*angles))), vector(rate), vector(force)
+    known = np.append(-1.0 if absent else 0.0, np.zeros(8))
+    message = Imu(header(stamp, frame), turned, known, turning, np.zeros(9), pushed, np.zeros(9))
+    return serialized(message, little_endian)
 
 
-def odometry_message(
+def odometry(
     stamp,
-    position=(0, 0, 0),
-    angles=(0, 0, 0),
-    velocity=(0, 0, 0),
-    rate=(0, 0, 0),
+    position=ZERO,
+    angles=ZERO,
+    velocity=ZERO,
+    rate=ZERO,
     q=None,
     frame="odom",
     child="base_link",
-    store=STORE,
+    little_endian=True,
 ):
-    t, head, vector, rotor = parts(store, stamp, frame)
-    g = {
-        name: t[f"geometry_msgs/msg/{name}"]
-        for name in ("Point", "Pose", "PoseWithCovariance", "Twist", "TwistWithCovariance")
-    }
-    pose = g["Pose"](g["Point"](*map(float, position)), rotor(*map(float, q or quaternion(*angles))))
-    twist = g["Twist"](vector(*map(float, velocity)), vector(*map(float, rate)))
-    return t["nav_msgs/msg/Odometry"](
-        head, child, g["PoseWithCovariance"](pose, np.zeros(36)), g["TwistWithCovariance"](twist, np.zeros(36))
-    )
+    pose = Pose(Point(*map(float, position)), Quaternion(*map(float, q or quaternion(*angles))))
+    twist = TwistWithCovariance(Twist(vector(velocity), vector(rate)), UNKNOWN36)
+    message = Odometry(header(stamp, frame), child, PoseWithCovariance(pose, UNKNOWN36), twist)
+    return serialized(message, little_endian)
 
 
-def imu(*args, little_endian=True, **kw):
-    return bytes(STORE.serialize_cdr(imu_message(*args, **kw), "sensor_msgs/msg/Imu", little_endian=little_endian))
-
-
-def odometry(*args, little_endian=True, **kw):
-    message = odometry_message(*args, **kw)
-    return bytes(STORE.serialize_cdr(message, "nav_msgs/msg/Odometry", little_endian=little_endian))
+def vector(numbers):
+    return Vector3(*map(float, numbers))
 
 
 def ingest(convention="enu", **kw):
@@ -534,17 +523,14 @@ def bag_of_any_kind(kind, path):
     plan = [("odom", T0), ("imu", T0), ("imu", T0 + STEP), ("odom", T0 + 2 * STEP), ("imu", T0 + 2 * STEP)]
     topics = {"imu": ("/imu/data", "sensor_msgs/msg/Imu"), "odom": ("/odom", "nav_msgs/msg/Odometry")}
     if kind == "ros1":
-        store = get_typestore(Stores.ROS1_NOETIC)
-        writer, serialize = Writer1(path), store.serialize_ros1
+        store, writer = get_typestore(Stores.ROS1_NOETIC), Writer1(path)
     else:
-        store = STORE
-        writer = Writer2(path, version=9, storage_plugin=getattr(StoragePlugin, kind))
-        serialize = store.serialize_cdr
+        store, writer = STORE, Writer2(path, version=9, storage_plugin=getattr(StoragePlugin, kind))
     with writer:
         connections = {k: writer.add_connection(*topics[k], typestore=store) for k in ("odom", "imu")}
         for k, t in plan:
-            make = imu_message if k == "imu" else odometry_message
-            writer.write(connections[k], t, serialize(make(t, angles=(0.1, 0, 0), store=store), topics[k][1]))
+            data = (imu if k == "imu" else odometry)(t, angles=(0.1, 0, 0))
+            writer.write(connections[k], t, STORE.cdr_to_ros1(data, topics[k][1]) if kind == "ros1" else data)
 
 
 @pytest.mark.parametrize("kind", ["MCAP", "SQLITE3", "ros1"])
@@ -561,6 +547,6 @@ def test_bags_that_cannot_be_used(tmp_path):
         list(read_motion(tmp_path / "none"))
     with BagWriter(tmp_path / "other") as bag:
         kind = "std_msgs/msg/Header"
-        bag.add("/x", kind, T0, bytes(STORE.serialize_cdr(imu_message(T0).header, kind)))
+        bag.add("/x", kind, T0, bytes(STORE.serialize_cdr(header(T0, ""), kind)))
     with pytest.raises(BagError, match="has neither sensor_msgs/msg/Imu nor nav_msgs/msg/Odometry"):
         list(read_motion(tmp_path / "other"))
