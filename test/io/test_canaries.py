@@ -1,7 +1,5 @@
 """YAML made to break a reader, and seeded mutations of the shipped scenes: a scene, or a text that names the error."""
 
-from __future__ import annotations
-
 import random
 from collections import Counter
 from pathlib import Path

@@ -1,7 +1,5 @@
 """A scenario of faults as a file: what it changes when, and each thing that cannot be."""
 
-from __future__ import annotations
-
 import pytest
 
 from cable_sim_ros.io.scenes.fault_plan import FaultError, load_faults, timed

@@ -3,8 +3,6 @@
 The component is the stand-in of hardware_component.py; the winch's commands are the compiled ones.
 """
 
-from __future__ import annotations
-
 from math import inf, isnan, nan
 
 import numpy as np

@@ -1,7 +1,5 @@
 """What the intake remembers, as JSON and back; what does not fit is an error, never a half of it unnoticed."""
 
-from __future__ import annotations
-
 import json
 from collections import deque
 from types import SimpleNamespace

@@ -1,7 +1,5 @@
 """Motion of one's own: what a table means, what is refused and in which words, and the sinusoidal heave."""
 
-from __future__ import annotations
-
 import warnings
 from math import cos, pi, radians, sin
 

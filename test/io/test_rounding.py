@@ -1,7 +1,5 @@
 """Rounded motion: how coarse the numbers are is found from them, and what the smoothing spline leaves wrong."""
 
-from __future__ import annotations
-
 from math import pi, radians
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Ship motion from the waves of a scene: closed forms, sums over a spectrum, symmetry, what of a table is refused."""
 
-from __future__ import annotations
-
 import warnings
 from math import cos, degrees, pi, radians, sin
 from pathlib import Path

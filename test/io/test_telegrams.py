@@ -1,7 +1,5 @@
 """Telegrams byte for byte as real instruments write them, and never a wrong number."""
 
-from __future__ import annotations
-
 import math
 import re
 from datetime import datetime
