@@ -15,7 +15,7 @@ import numpy as np
 from ...physics.heave_filter import Convention
 from ...sim.tables.attitude import to_world
 from ..messages.messages import Event, Odometry, Refused, decode_odometry
-from .motion_curves import Given, Rounding, Samples, judged, through
+from .motion_curves import Given, Rounding, Samples, through
 from .motion_table import COORDINATES, SECOND, odometry_events
 from .recorded_tow import RecordedTow
 from .rounding import FEWEST, even, resolution
@@ -44,7 +44,7 @@ def smooth_odometry(tow: RecordedTow, sheave: tuple[float, float, float]) -> Non
     for k, made in zip(places, smoothed.events):
         events[k] = made._replace(arrival=events[k].arrival)
     tow.events = events
-    _tell(tow, smoothed.found, smoothed.whole, sheave)
+    tow.judge(smoothed.found, smoothed.whole, sheave)
 
 
 class Smoothed(NamedTuple):
@@ -159,9 +159,3 @@ def _fits(whole: Samples, value: np.ndarray, twist: np.ndarray, steps: list[floa
     turned = twist[:, 3:5] - whole.rate[:, 3:5]  # of small angles these are the rates of roll and pitch
     maximum = np.maximum(FITS[0] * whole.rate[:, 3:5].std(axis=0), FITS[1] * max(steps[3:]))
     return bool((turned.std(axis=0) <= maximum + 0.05 * np.abs(whole.rate[:, 5]).max()).all())
-
-
-def _tell(tow: RecordedTow, found: dict[int, Rounding], whole: Samples, sheave: tuple[float, float, float]) -> None:
-    rounded, notices, doubts = judged(tow.path, found, whole, sheave)
-    tow.rounded, tow.doubts = rounded, [*tow.doubts, *doubts]
-    tow.notices += notices

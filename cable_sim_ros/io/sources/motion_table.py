@@ -26,7 +26,7 @@ from ..scenes.ship_plan import ShipPlan
 from .csv_table import CONSEQUENCE as CONSEQUENCE
 from .csv_table import MotionError as MotionError
 from .csv_table import check_times, head_of, numbers_of
-from .motion_curves import Curve, Given, Samples, judged, through
+from .motion_curves import Curve, Given, Samples, through
 from .recorded_tow import RecordedTow
 from .rounding import even
 
@@ -118,8 +118,7 @@ def read_table(
     ]
     whole = Samples(*(np.concatenate(arrays) for arrays in zip(*pieces)))
     tow = RecordedTow(os.fspath(path), odometry_events(whole, str(path)))
-    judgement = judged(str(path), {k: report for k, (_, report) in found.items() if report}, whole, sheave)
-    tow.rounded, tow.notices, tow.doubts = judgement
+    tow.judge({k: report for k, (_, report) in found.items() if report}, whole, sheave)
     return tow
 
 

@@ -156,6 +156,12 @@ class RecordedTow:
         """Motion messages per second."""
         return sum(span.count for span in self.spans) / max(1e-9, self.length * 1e-9)
 
+    def judge(self, found: dict[int, Rounding], motion: Samples, sheave: tuple[float, float, float]) -> None:
+        """Put what rounding left of a motion into `rounded`, `notices` and `doubts`; as `judged`."""
+        rounded, notices, doubts = judged(self.path, found, motion, sheave)
+        self.rounded, self.doubts = [*self.rounded, *rounded], [*self.doubts, *doubts]
+        self.notices += notices
+
 
 def odometry_of(tow: RecordedTow) -> tuple[np.ndarray, np.ndarray]:
     """Odometry in order of arrival: stamps [n] in ns, and x, y, z [m], roll, pitch, yaw [rad, without jumps] as [n, 6].
@@ -467,10 +473,7 @@ def take_provenance(tow: RecordedTow, sheave: tuple[float, float, float]) -> Non
     found = _roundings(about)
     motion = _moving(tow) if found else None
     if motion is not None:
-        rounded, notices, doubts = judged(tow.path, found, motion, sheave)
-        tow.rounded = [*tow.rounded, *rounded]
-        tow.notices += notices
-        tow.doubts = [*tow.doubts, *doubts]
+        tow.judge(found, motion, sheave)
 
 
 def provenance(custom_data: Mapping[str, str]) -> dict[str, Any]:
