@@ -13,6 +13,7 @@ import zipfile
 import zlib
 from collections.abc import Callable, Iterator
 from functools import partial
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -193,8 +194,20 @@ def flipped(data: bytes, bit: int) -> bytes:
 def flipped_inside(members: dict[str, np.ndarray], rng: np.random.Generator) -> bytes:
     """A file with one bit of one member changed, and every checksum right again."""
     name = str(rng.choice([name for name, array in members.items() if array.size]))
-    array = members[name].copy()
-    raw = np.frombuffer(array.tobytes(), np.uint8).copy()
-    bit = int(rng.integers(8 * len(raw)))
-    raw[bit // 8] ^= 1 << (bit % 8)
-    return rebuilt(members | {name: np.frombuffer(raw.tobytes(), array.dtype).reshape(array.shape)})
+    array = members[name]
+    raw = flipped(array.tobytes(), int(rng.integers(8 * array.nbytes)))
+    return rebuilt(members | {name: np.frombuffer(raw, array.dtype).reshape(array.shape)})
+
+
+def rewritten(source: Path, target: Path, **members) -> Path:
+    """The file with some members replaced, by arrays or texts; None: left out."""
+    kept = {k: v for k, v in members_of(source.read_bytes()).items() if members.get(k, v) is not None}
+    target.write_bytes(rebuilt(kept, **{k: v for k, v in members.items() if v is not None}))
+    return target
+
+
+def with_notes(source: Path, target: Path, change) -> Path:
+    """The file with its notes changed."""
+    notes = json.loads(bytes(members_of(source.read_bytes())["notes"]))
+    change(notes)
+    return rewritten(source, target, notes=json.dumps(notes))

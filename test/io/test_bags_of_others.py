@@ -4,6 +4,7 @@ import sqlite3
 
 import numpy as np
 import pytest
+from hostile_files import flipped
 from rosbags.rosbag2 import StoragePlugin
 from rosbags.rosbag2 import Writer as Writer2
 from test_motion import bag_of_any_kind
@@ -23,9 +24,7 @@ def test_a_flipped_bit_gives_messages_or_one_line(kind, tmp_path):
     whole, rng = file.read_bytes(), np.random.default_rng(3)
     unread = 0
     for bit in rng.integers(0, 8 * len(whole), 30):
-        data = bytearray(whole)
-        data[bit // 8] ^= 1 << (bit % 8)
-        file.write_bytes(data)
+        file.write_bytes(flipped(whole, int(bit)))
         damage = Damage()
         try:
             count = len(list(read_bag(path, damage)))

@@ -16,8 +16,7 @@ from conftest import COMPILED
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "io"))
 
-from hostile_files import crafted, flipped, flipped_inside, members_of
-from state_files import with_notes
+from hostile_files import crafted, flipped, flipped_inside, members_of, with_notes
 from test_commands import command
 from test_motion import imu, odometry
 from test_stepped import Run, poured

@@ -11,7 +11,7 @@ from short_bag import put_short_bag
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "io"))
 
-from state_files import with_notes
+from hostile_files import with_notes
 
 from cable_sim_ros.io.recordings.journal import read_journal
 from cable_sim_ros.io.scenes.load import SceneWarning, load_scene, override

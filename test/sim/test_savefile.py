@@ -14,7 +14,7 @@ import pytest
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "io"))
 
-from state_files import rewritten
+from hostile_files import rewritten
 from underway import sail, scene_with
 
 import cable_sim_ros
