@@ -75,6 +75,8 @@ MAX_STARTS = 1000  # a static start takes some tenths of a second
 SPARE = 8  # rows of a ring that may be overwritten while it is read
 STATIC = ("start", "reset")  # causes of a start from the static equilibrium
 Heads = tuple[int, ...]  # Inputs.heads
+# list of an entry -> ring of inputs, in the order of their heads
+RINGS = {"motion": "motion", "commands": "command", "vehicle": "vehicle", "flaps": "flap"}
 
 
 class _Strict(BaseModel):
@@ -175,6 +177,7 @@ class Journal:
 
     def __init__(self, put: Callable[[bytes], None], inputs: Inputs) -> None:
         self.put, self.inputs = put, inputs
+        self._rings = [(name, getattr(inputs, f"{ring}_time"), getattr(inputs, ring)) for name, ring in RINGS.items()]
         self._notes: deque[tuple[int, Callable[[], dict[str, Any]], Heads | None]] = deque()
         self._count = 0
         self._heads: Heads = (0, 0, 0, 0)  # that stand in the journal
@@ -220,14 +223,8 @@ class Journal:
         if not self._begun:
             return
         entry: dict[str, Any] = {}
-        lost, there = 0, self.inputs
-        rings = (
-            ("motion", there.motion_time, there.motion),
-            ("commands", there.command_time, there.command),
-            ("vehicle", there.vehicle_time, there.vehicle),
-            ("flaps", there.flap_time, there.flap),
-        )
-        for (name, times, values), before, head, written in zip(rings, self._heads, heads, there.heads, strict=True):
+        lost, rows = 0, zip(self._rings, self._heads, heads, self.inputs.heads, strict=True)
+        for (name, times, values), before, head, written in rows:
             if head > before:
                 first = max(before, written - len(times) + SPARE)
                 lost += first - before
@@ -268,9 +265,7 @@ def _row(times: np.ndarray, values: np.ndarray, row: int) -> list[float | None]:
 
 def heads_of(arrays: Mapping[str, np.ndarray]) -> Heads:
     """Heads of the rings in a snapshot."""
-    names = ("motion", "command", "vehicle", "flap")
-    motion, command, vehicle, flap = (int(arrays[f"inputs_{name}_head"][0]) for name in names)
-    return motion, command, vehicle, flap
+    return tuple(int(arrays[f"inputs_{ring}_head"][0]) for ring in RINGS.values())
 
 
 def encoded(entry: Mapping[str, Any]) -> bytes:
@@ -443,12 +438,9 @@ def _take(entry: Entry, segment: Segment) -> None:
                 raise ValueError(f"the stamp of a sample, {sample[0]} ns, does not advance past {newest} ns")
             newest = sample[0]
     at = entry.tick - segment.first
-    segment.motion += entry.motion
-    segment.commands += entry.commands
-    segment.vehicle += entry.vehicle
-    segment.flaps += entry.flaps
-    heads = len(segment.motion), len(segment.commands), len(segment.vehicle), len(segment.flaps)
-    segment.seen.append((at, *heads))
+    for name in RINGS:
+        getattr(segment, name).extend(getattr(entry, name))
+    segment.seen.append((at, *(len(getattr(segment, name)) for name in RINGS)))
     segment.sets += [(at, name, value) for name, value in entry.set.items()]
     segment.ticks = max(segment.ticks, at + (entry.end is None))
     if entry.end is not None:
