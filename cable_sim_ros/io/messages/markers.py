@@ -207,7 +207,7 @@ class Colours(NamedTuple):
 
 
 def colour_scale(scene: Scene, maximum: float | None) -> Colours:
-    """most: top of the scale [N], None: 1.25 times the working tension of the scene."""
+    """maximum: top of the scale [N], None: 1.25 times the working tension of the scene."""
     top = 1.25 * scene.contact.working_tension if maximum is None else maximum
     return Colours(top, *(("kN", 1e3) if top >= 1e3 else ("N", 1.0) if top >= 1.0 else ("mN", 1e-3)))
 
@@ -215,7 +215,7 @@ def colour_scale(scene: Scene, maximum: float | None) -> Colours:
 class TowDrawing:
     """Markers of one scene, from a tick output's numbers and tables.
 
-    rate: Hz, for the lifetime; most: top of the colour scale [N], None: from the scene.
+    rate: Hz, for the lifetime; maximum: top of the colour scale [N], None: from the scene.
     """
 
     def __init__(self, scene: Scene, rate: float, maximum: float | None = None) -> None:

@@ -3,7 +3,7 @@
 An object of this package becomes its attributes, by name. What its settings made it of (parameter blocks, rings of
 inputs, callbacks, records of the model) is left out: the fresh object has its own. Nothing is executed and no class is
 made from a name but the three records of messages. The JSON may be anybody's: it is looked at whole, by the kinds of
-the fresh object and the declarations of `io.remembered`, before anything is set back.
+the fresh object and the declarations of `checkpoint_values.py`, before anything is set back.
 """
 
 from __future__ import annotations
@@ -57,7 +57,7 @@ def set_back(fresh: Any, tree: Any) -> Any:
     """The value of ``taken``, in the place of ``fresh``; an object is changed and is itself the answer.
 
     Nothing is changed before all of it has been looked at. Raises ValueError where the two do not fit, or a value is
-    none that the attribute may have (`io.remembered`).
+    none that the attribute may have (`checkpoint_values.py`).
     """
     value, changes = check(fresh, tree)
     for owner, name, new in changes:

@@ -54,7 +54,7 @@ class Cadence:
     def due(self, clock: int, minimum: int | None = None) -> bool:
         """Must the next message be there when the clock says this?
 
-        least: stamp that is needed while there is no period; None: no message is waited for then.
+        minimum: stamp that is needed while there is no period; None: no message is waited for then.
         """
         if self.newest is None or self.silent:
             return False

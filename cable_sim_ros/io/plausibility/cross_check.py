@@ -6,10 +6,10 @@ IMU that is convicted of something else still has an attitude: odometry that tur
 
 Squares that guesses leave unexplained: how columns of measured and integrated numbers hang together.
 
-Both sides of a comparison are averaged in blocks of 0.1 s. Over windows of 0.8, 3 and 8 s the squares that each guess
-(`io.doubts`) leaves are found from one matrix of moments, less the means. A guess convicts where it explains 85 % both
-of what moves and of what does not fit, several times in a row. So noise and slow errors, which no guess explains,
-convict nobody, a ship at rest tells nothing, and the shortest window decides in which there is motion enough to tell.
+Both sides of a comparison are averaged in blocks of 0.1 s. In windows of 0.8, 3 and 8 s the squares that each guess of
+`fault_hypotheses.py` leaves are found from one matrix of moments, less the means. A guess convicts where it explains
+85 % both of what moves and of what does not fit, several times in a row. So noise and slow errors, which no guess
+explains, convict nobody, a ship at rest tells nothing, and the shortest window decides that has motion enough to tell.
 """
 
 from __future__ import annotations

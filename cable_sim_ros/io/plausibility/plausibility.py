@@ -1,12 +1,12 @@
 """Do the parts of motion messages fit each other? Wrong units and axes found from the data alone, by name.
 
 What must hang together is compared: attitude with the integral of the angular velocity, position with that of the
-velocity, specific force with gravity, odometry with the IMU. `io.comparison` says how, `io.doubts` what each finding
-means. A stream that is convicted is refused until its parts have fitted each other again for a second.
+velocity, specific force with gravity, odometry with the IMU. `cross_check.py` says how, `fault_hypotheses.py` what
+each finding means. A stream that is convicted is refused until its parts have fitted each other again for a second.
 
 Sudden misfits, message by message: a velocity or a height that leaves what its own stream has been doing.
 
-`io.comparison` needs half a second and more to name what is wrong. The cubic between samples makes an acceleration of
+`cross_check.py` needs half a second and more to name what is wrong. The cubic between samples makes an acceleration of
 4 (change of velocity) / dt out of a velocity that steps, so not one such message may be used. What is usual is learnt
 from the stream itself: a noisy one is allowed more.
 """
@@ -103,7 +103,7 @@ class RateGuard:
 class HeightGuard:
     """z against the integral of its velocity since the message before, or since the last that was used.
 
-    most: step that is always usual, m.
+    maximum: step that is always usual, m.
     """
 
     def __init__(self, maximum: float) -> None:
@@ -360,8 +360,8 @@ class HeaderWatch:
 class Watch:
     """Both streams. `imu` and `odometry` take a decoded message and say why it is refused, "" where it is not.
 
-    gravity: m/s^2; reference, most: mean height of base_link and how far off it may be [m]; arm: IMU in base_link [m];
-    jump: horizontal jump of the position that is no motion [m]; say: is called with each finding in words.
+    gravity: m/s^2; reference, maximum: mean height of base_link and how far off it may be [m]; arm: IMU in base_link
+    [m]; jump: horizontal jump of the position that is no motion [m]; say: is called with each finding in words.
     """
 
     def __init__(self, gravity, reference, maximum, arm, jump, say: Callable[[str], None]) -> None:

@@ -274,7 +274,7 @@ def encoded(entry: Mapping[str, Any]) -> bytes:
 
 
 def packed(arrays: Mapping[str, np.ndarray]) -> str:
-    """Arrays as base64 of a compressed .npz; back: `journal_entries.state_of`."""
+    """Arrays as base64 of a compressed .npz; back: `state_of`."""
     return base64.b64encode(npz(arrays, compressed=True)).decode()
 
 

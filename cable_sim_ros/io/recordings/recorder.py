@@ -253,7 +253,7 @@ class Recorder:
 
 
 def too_full(path: str | os.PathLike, minimum: int) -> str:
-    """ "" or a clause that says that the disk of a path has less than `least` bytes free."""
+    """ "" or a clause that says that the disk of a path has less than `minimum` bytes free."""
     free = shutil.disk_usage(path).free
     if free >= minimum:
         return ""

@@ -1,8 +1,8 @@
 """Recorded bags as input: motion and commands in order of arrival, and what the bag recorded of the tow.
 
 Inputs are found by `messages.find_topics`. Stamps are those of the messages' headers, arrivals the log times of the
-bag, and both are judged as the live node judges them (`io.intake`). A bag that this program recorded has a journal
-(`recordings/journal.py`) beside, which says what the simulation took and when.
+bag, and both are judged as the live node judges them (`motion/arrival_order.py`). A bag that this program recorded has
+a journal (`recordings/journal.py`) beside, which says what the simulation took and when.
 
 What an imported bag keeps of how it came about: into the JSON and the verdict of a run under its motion.
 
