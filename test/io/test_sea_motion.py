@@ -8,14 +8,13 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from test_motion_table import rows_of
 
-from cable_sim_ros.io.messages.messages import decode_odometry
 from cable_sim_ros.io.scenes.load import load_scene
 from cable_sim_ros.io.sources.motion_table import MotionError, MotionWarning
 from cable_sim_ros.io.sources.rao_table import FREEDOMS, RaoTable, Wave
 from cable_sim_ros.io.sources.sea_motion import SimpleHull, numbers_of_text, response_of, sea_motion, summed, waves_met
 from cable_sim_ros.physics.water import CurrentFrame, WaveKind
-from cable_sim_ros.sim.tables.attitude import angle_rates, to_world
 from cable_sim_ros.sim.tables.sea_tables import BAND, FINE, jonswap
 
 pytestmark = pytest.mark.check
@@ -71,10 +70,8 @@ def flat(headings=(0.0, 90.0, 180.0), periods=(2.0, 30.0), **responses):
 
 def moved(tow):
     """Times [s], coordinates [n, 6] less the mean track and rates [n, 6] less it, of a ship that heads east."""
-    messages = [decode_odometry(event.data) for event in tow.events]
-    t = np.array([m.stamp for m in messages]) * 1e-9 - 1.0
-    value = np.array([[*m.position, *m.angles] for m in messages])
-    rate = np.array([[*to_world(m.angles, m.velocity), *angle_rates(*m.angles[:2], m.rate)] for m in messages])
+    stamps, value, rate = rows_of(tow)
+    t = stamps - 1.0
     value[:, 0] -= SPEED * t
     rate[:, 0] -= SPEED
     return t, value, rate
