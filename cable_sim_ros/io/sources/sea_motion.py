@@ -162,7 +162,10 @@ def _refuse(pair: str, why: str, known: Sequence[str]) -> None:
     raise MotionError(f"--rao {NAME}: '{pair.strip():.80}' {why}; {CONSEQUENCE}. {hint}")
 
 
-def response_of(rao: str | os.PathLike, scene: Scene) -> RaoTable | SimpleHull:
+Response = RaoTable | SimpleHull  # what answers to a wave
+
+
+def response_of(rao: str | os.PathLike, scene: Scene) -> Response:
     """A table in a CSV file, or the simple hull: ``simple``, ``simple:length=60,beam=12``. Raises MotionError."""
     name, _, text = os.fspath(rao).partition(":")
     if name == NAME:

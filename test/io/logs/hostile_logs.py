@@ -5,7 +5,7 @@ from __future__ import annotations
 import random
 import time
 import tracemalloc
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -35,22 +35,17 @@ def survive(
     after_cuts = [_outcome(read, data[: len(data) * k // cuts], path, f"cut at {k}/{cuts}", k) for k in range(cuts)]
     for k, part in enumerate(after_cuts):
         assert part is None or part.records <= whole.records, f"cut at {k}/{cuts}: more records than in the whole file"
-    hurt = enumerate(flipped(data, flips))
-    after_flips = [_outcome(read, copy, path, f"flip {k} of (byte, bit) {places}", k) for k, (copy, places) in hurt]
-    path.write_bytes(data)
-    return after_cuts, after_flips
-
-
-def flipped(data: bytes, count: int) -> Iterator[tuple[bytes, list[tuple[int, int]]]]:
-    """Copies with one to three bits flipped, and which: byte and bit."""
     chance = random.Random(len(data))
-    for _ in range(count):
+    after_flips = []
+    for k in range(flips):
         hurt, places = bytearray(data), []
         for _ in range(chance.choice((1, 1, 3))):
             place, bit = chance.randrange(len(data)), chance.randrange(8)
             hurt[place] ^= 1 << bit
             places.append((place, bit))
-        yield bytes(hurt), places
+        after_flips.append(_outcome(read, bytes(hurt), path, f"flip {k} of (byte, bit) {places}", k))
+    path.write_bytes(data)
+    return after_cuts, after_flips
 
 
 def _outcome(read: Callable[[Path], Log], data: bytes, path: Path, what: str, k: int) -> Log | None:

@@ -8,7 +8,18 @@ import numpy as np
 import pytest
 from instrument_logs import MIDNIGHT, SECOND
 
+from cable_sim_ros.tools.logs.formats import read_log
 from cable_sim_ros.tools.logs.log import LogError
+
+
+@pytest.fixture
+def read(tmp_path):
+    def of(data):
+        path = tmp_path / "log"
+        path.write_bytes(data)
+        return read_log(path)
+
+    return of
 
 
 def test_a_winch_keeps_both_clocks_and_its_name(read):

@@ -2,7 +2,6 @@
 
 import math
 import sys
-from functools import partial
 
 import instrument_logs as logs
 import numpy as np
@@ -19,8 +18,13 @@ from cable_sim_ros.tools.telegrams import psxn
 
 
 @pytest.fixture
-def read(read):
-    return partial(read, by=NMEA0183.read)
+def read(tmp_path):
+    def of(data):
+        path = tmp_path / "log"
+        path.write_bytes(data)
+        return NMEA0183.read(path)
+
+    return of
 
 
 def test_a_seapath_log_gives_what_was_written(read):
@@ -229,22 +233,28 @@ def test_names_of_transducers_do_not_multiply(read):
     assert len(log.sources["YXXDR"].columns) == 64 and log.losses.total == 36
 
 
-def test_an_empty_file_and_one_of_something_else(read, tmp_path):
+def test_an_empty_file_and_one_of_something_else(tmp_path):
+    path = tmp_path / "log"
+    path.write_bytes(b"")
     with pytest.raises(LogError, match="is empty; nothing was read"):
-        read(b"", by=read_log)
+        read_log(path)
     with pytest.raises(LogError, match="holds no telegram that could be read .nothing was lost.; nothing was read"):
-        read(b"")
+        NMEA0183.read(path)
+    path.write_bytes(b"Dear captain, 12 bottles at $3,50\n")
     with pytest.raises(LogError, match="is of no format that is read here; nothing was read"):
-        read(b"Dear captain, 12 bottles at $3,50\n", by=read_log)
+        read_log(path)
     with pytest.raises(LogError, match="cannot be read .No such file.*Give a file that is there"):
         NMEA0183.read(tmp_path / "none")
 
 
-def test_a_parser_that_is_not_installed(read, monkeypatch):
+def test_a_parser_that_is_not_installed(tmp_path, monkeypatch):
+    path = tmp_path / "log"
+    path.write_bytes(logs.seapath(1))
     monkeypatch.setitem(sys.modules, "pynmeagps", None)
     with pytest.raises(LogError, match=r"pynmeagps, which is not installed.*pip install 'cable_sim_ros\[import\]'"):
-        read(logs.seapath(1), by=read_log)
-    assert read(logs.winch(3), by=read_log).records == 3  # needs none
+        read_log(path)
+    path.write_bytes(logs.winch(3))
+    assert read_log(path).records == 3  # needs none
 
 
 def test_a_leap_second_and_a_blank_position(read):
@@ -317,11 +327,12 @@ FLAGGED = (  # sentence whose flag stands at @, letters or digits that say "not 
 
 
 @pytest.mark.parametrize("body, bad, good, columns", FLAGGED)
-def test_what_a_device_calls_not_valid_is_no_value(read, body, bad, good, columns):
+def test_what_a_device_calls_not_valid_is_no_value(tmp_path, body, bad, good, columns):
     """A part of the log; what stands beside it stays, and the part is counted."""
     flags = [*good * 3, *bad, *good]
     lines = [iso(MIDNIGHT + k * SECOND) + sentence(body.replace("@", flag)) for k, flag in enumerate(flags)]
-    log = read(b"".join(lines), by=read_log)
+    (tmp_path / "log").write_bytes(b"".join(lines))
+    log = read_log(tmp_path / "log")
     (source,) = log.sources.values()
     wanted = [flag in bad for flag in flags]
     for name in columns:
@@ -331,18 +342,20 @@ def test_what_a_device_calls_not_valid_is_no_value(read, body, bad, good, column
     assert any(f"{len(bad)} of {len(flags)} records are not valid by the device" in line for line in log.notices)
 
 
-def test_the_quality_of_a_seapath_holds_for_its_motion_whatever_the_mapping(read):
+def test_the_quality_of_a_seapath_holds_for_its_motion_whatever_the_mapping(tmp_path):
     lines = logs.seapath(20).replace(b"\r\n", b"\n").split(b"\n")
     at = [k for k, line in enumerate(lines) if b"$PSXN,20," in line][10]
     lines[at] = lines[at].partition(b"$")[0] + sentence("PSXN,20,1,2,0,2").strip()
-    motion = read(b"\r\n".join(lines), by=read_log).sources["PSXN,23"].columns
+    (tmp_path / "log").write_bytes(b"\r\n".join(lines))
+    motion = read_log(tmp_path / "log").sources["PSXN,23"].columns
     assert np.isnan(motion["heave"]).tolist() == np.isnan(motion["roll"]).tolist() == [k == 10 for k in range(20)]
     assert np.isfinite(motion["heading"]).all()
 
 
-def test_a_flag_that_makers_disagree_about_says_nothing_where_it_never_changes(read):
+def test_a_flag_that_makers_disagree_about_says_nothing_where_it_never_changes(tmp_path):
     body = "PASHR,0000{:02d}.00,252.41,T,1.22,0.48,0.01,0.090,0.090,0.116,1,0"
-    log = read(b"".join(sentence(body.format(k)) for k in range(40)), by=read_log)
+    (tmp_path / "log").write_bytes(b"".join(sentence(body.format(k)) for k in range(40)))
+    log = read_log(tmp_path / "log")
     assert np.isfinite(log.sources["PASHR"].columns["roll"]).all()
     assert "imu = 0 in all 40 records" in log.sources["PASHR"].doubts[0]
 
@@ -368,7 +381,7 @@ def test_a_time_without_its_point_is_read(read):
     assert steps.tolist() == [k * SECOND // 10 for k in range(5)]
 
 
-def test_a_winch_that_speaks_behind_an_at_sign(read):
+def test_a_winch_that_speaks_behind_an_at_sign(tmp_path):
     """Small letters in the sum; numbers by their place, tension in tons."""
     body = b"RCWD,2,3,103.60,0.42,-30.00,0,102.90,0.295000"
     lines = []
@@ -376,7 +389,8 @@ def test_a_winch_that_speaks_behind_an_at_sign(read):
         text = body.replace(b"102.90", b"%.2f" % (102.9 + 0.5 * k))
         lines.append(iso(MIDNIGHT + k * SECOND) + b"@%s*%02x\r\n" % (text, exclusive_or(text)))
     lines[3] = lines[3].replace(b"30.00", b"31.00")
-    found = {one.quantity: one for one in read(b"".join(lines), by=read_signals).signals}
+    (tmp_path / "log").write_bytes(b"".join(lines))
+    found = {one.quantity: one for one in read_signals(tmp_path / "log").signals}
     assert found["payout"].value[0] == 102.9 and len(found["payout"].value) == 39
     np.testing.assert_allclose(found["tension"].value, 295.0 * 9.80665)
 
