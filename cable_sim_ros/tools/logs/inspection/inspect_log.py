@@ -77,27 +77,17 @@ NAMES: tuple[tuple[str, str], ...] = (  # pattern of a field's name, word
     (r"^layback(_m)?$", "layback"),
 )
 SUFFIXES = {"_rad": "rad", "_deg": "deg", "_m": "m", "_mps": "m/s", "_kn": "kn", "_n": "N", "_lb": "lb", "_kgf": "kgf"}
+SUFFIXES |= {"_dbar": "dbar", "_pa": "Pa"}
+EXAMPLES = 3  # findings of one kind in a field
 
 
 class Finding(NamedTuple):
-    """where: source, or source.field; what: a word of KINDS; text: a line; evidence: numbers by name."""
+    """where: source, or source.field; what: its kind, a word; text: a line; evidence: numbers by name."""
 
     where: str
     what: str
     text: str
     evidence: dict[str, float]
-
-
-KINDS = (
-    "gap", "jitter", "clock", "clock_jump", "renamed", "constant", "reset", "jump", "rounded", "repeated", "unit",
-    "heave_sign", "vertical_axis", "exchanged", "heading_jump", "slow", "negative",
-)  # fmt: skip
-EXAMPLES = 3  # of one kind in a field
-
-
-def of_axes(log: Log) -> list[Finding]:
-    """All that contradicts, and what proves a sign."""
-    return [*_heave(log), *_vertical(log), *_exchanged(log)]
 
 
 def _fields(log: Log, pattern: re.Pattern) -> Iterator[tuple[Source, str]]:
@@ -150,16 +140,14 @@ def _heave(log: Log) -> Iterator[Finding]:
                     f"heave is positive {way}, proven by {other.name}.{name}: correlation {correlation:.4f}, slope "
                     f"{slope:.3f}, {len(t)} records"
                 )
-                evidence = {"correlation": correlation, "slope": slope, "records": len(t)}
-                yield Finding(f"{source.name}.{field}", "heave_sign", text, evidence)
             else:
                 text = (
                     f"the sign of heave is not provable by {other.name}.{name}: correlation {correlation:.2f} of "
                     f"{len(t)} records, height noise {float((height - slope * heave).std()):.2g} m, heave "
                     f"{float(heave.std()):.2g} m (std)"
                 )
-                evidence = {"correlation": correlation, "slope": slope, "records": len(t)}
-                yield Finding(f"{source.name}.{field}", "heave_sign", text, evidence)
+            evidence = {"correlation": correlation, "slope": slope, "records": len(t)}
+            yield Finding(f"{source.name}.{field}", "heave_sign", text, evidence)
         for other, name in _fields(log, UP):
             t, heave, up = paired(source, field, other, name)
             if len(t) < FEWEST or np.median(np.diff(t)) > 1.0:
@@ -318,7 +306,8 @@ def _jumps(source: Source, where: str, name: str, unit: str, there: np.ndarray, 
 def of_times(source: Source) -> tuple[dict[str, Any], list[Finding]]:
     """Figures and findings of a source."""
     ruling = source.stamps
-    figures: dict[str, Any] = {"records": len(source), "clocks": _clocks(source)}
+    clocks = [name for name in ("logged", "device") if getattr(source, name) is not None]
+    figures: dict[str, Any] = {"records": len(source), "clocks": clocks}
     found: list[Finding] = []
     if ruling is None or len(ruling) < 2:
         return figures, found
@@ -334,14 +323,8 @@ def of_times(source: Source) -> tuple[dict[str, Any], list[Finding]]:
     back = int((steps < 0).sum())
     if back:
         k = int(np.argmax(steps < 0))
-        found.append(
-            Finding(
-                source.name,
-                "clock_jump",
-                f"stamps step back {back} times, first by {-steps[k]:.6g} s at record {k + 2}",
-                {"times": back, "first_s": float(steps[k])},
-            )
-        )
+        text = f"stamps step back {back} times, first by {-steps[k]:.6g} s at record {k + 2}"
+        found.append(Finding(source.name, "clock_jump", text, {"times": back, "first_s": float(steps[k])}))
     if not period:
         return figures, found
     usual = steps[(steps > 0) & (steps < 1.5 * period)]
@@ -360,10 +343,6 @@ def of_times(source: Source) -> tuple[dict[str, Any], list[Finding]]:
         text = f"no record for {steps[k]:.4g} s after {at:.4g} s"
         found.append(Finding(source.name, "gap", text, {"seconds": float(steps[k]), "after_s": at}))
     return figures, found + _of_clocks(source, figures)
-
-
-def _clocks(source: Source) -> list[str]:
-    return [name for name in ("logged", "device") if getattr(source, name) is not None]
 
 
 def _of_clocks(source: Source, figures: dict[str, Any]) -> list[Finding]:
@@ -409,16 +388,12 @@ def renamed(log: Log) -> list[Finding]:
             spans.append((int(stamps[0]), int(stamps[-1]), source))
     spans.sort(key=lambda one: one[0])
     for k, (_, end, one) in enumerate(spans):
-        later = [
-            (begin, other)
-            for begin, _, other in spans[k + 1 :]
-            if begin >= end and other.kind == one.kind and set(other.columns) == set(one.columns)
-        ]
-        if later:
-            begin, other = later[0]
-            silent = (begin - end) / SECOND
-            text = f"ends, and {silent:.4g} s later {other.name} begins with the same fields: probably renamed"
-            found.append(Finding(one.name, "renamed", text, {"silent_s": silent}))
+        for begin, _, other in spans[k + 1 :]:
+            if begin >= end and other.kind == one.kind and set(other.columns) == set(one.columns):
+                silent = (begin - end) / SECOND
+                text = f"ends, and {silent:.4g} s later {other.name} begins with the same fields: probably renamed"
+                found.append(Finding(one.name, "renamed", text, {"silent_s": silent}))
+                break
     return found
 
 
@@ -448,12 +423,8 @@ def inspect_log(log: Log) -> Report:
         fields, more = of_fields(source)
         report.sources.append({"source": source.name, "kind": source.kind, **figures, "fields": fields})
         report.findings += [*found, *more]
-    report.findings += renamed(log)
-    report.findings += of_axes(log)
+    report.findings += [*renamed(log), *_heave(log), *_vertical(log), *_exchanged(log)]
     return report
-
-
-SUFFIXES |= {"_dbar": "dbar", "_pa": "Pa"}
 
 
 def first_mapping(log: Log, findings: list[Finding]) -> str:
@@ -472,7 +443,7 @@ def first_mapping(log: Log, findings: list[Finding]) -> str:
     given: set[str] = set()
     for source in sorted(log.sources.values(), key=len, reverse=True):
         for name in source.columns:
-            word = _word(name)
+            word = next((word for pattern, word in NAMES if re.match(pattern, name, re.I)), None)
             if f"{source.name}.{name}" in dead:
                 continue  # 0 throughout is what a channel without a sensor has
             if word == "heave" and f"{source.name}.{name}" in down:
@@ -494,10 +465,6 @@ def first_mapping(log: Log, findings: list[Finding]) -> str:
             + dump({"mapping": "first", "signals": {"heave": {"source": next(iter(log.sources), "?"), "field": "?"}}})
         )
     return head + dump({"mapping": "first", "about": f"of {_short(log.path)}", "signals": entries})
-
-
-def _word(name: str) -> str | None:
-    return next((word for pattern, word in NAMES if re.match(pattern, name, re.I)), None)
 
 
 def _unit_named(name: str, told: str, word: str, where: str, findings: list[Finding]) -> str:
