@@ -49,9 +49,7 @@ def recognise(head: bytes, path: Path) -> bool:
 def read(path: Path) -> Log:
     """All records whose date, time and numbers can be."""
     losses = Losses()
-    blocks = [block for _, block in records_of(path, SIZE, _valid, losses)]
-    records = np.concatenate(blocks) if blocks else np.zeros((0, SIZE), np.uint8)
-    rows = np.ascontiguousarray(records).view(FORM)[:, 0]
+    rows = records_of(path, SIZE, _valid, losses).view(FORM)[:, 0]
     columns = {name: rows["motion"][:, k].astype(np.float64) for k, name in enumerate(MOTION)}
     units = dict(MOTION)
     for k, axis in enumerate("xyz"):

@@ -43,8 +43,7 @@ def read(path: Path) -> Log:
     """All records whose checksum fits."""
     losses = Losses()
     notices: list[str] = []
-    blocks = [block for _, block in records_of(path, SIZE, _valid, losses)]
-    records = np.concatenate(blocks) if blocks else np.zeros((0, SIZE), np.uint8)
+    records = records_of(path, SIZE, _valid, losses)
     with np.errstate(invalid="ignore"):  # of a NaN that signals
         values = np.ascontiguousarray(records[:, 1:37]).view(">f4").astype(np.float64)
     fit = np.isfinite(values).all(axis=1)
@@ -61,22 +60,17 @@ def read(path: Path) -> Log:
 
 def _counted_on(ticks: np.ndarray, notices: list[str]) -> np.ndarray:
     """ns; a timer that ran over goes on, one that was reset is left as it is and said."""
-    back = np.diff(ticks, prepend=ticks[:1]) < 0
-    over = back & (np.diff(ticks, prepend=ticks[:1]) < -WRAP * 15 // 16)
+    steps = np.diff(ticks, prepend=ticks[:1])
+    back, over = steps < 0, steps < -WRAP * 15 // 16
     resets = np.flatnonzero(back & ~over)
     if resets.size:
         notices.append(
             f"the timer goes back {resets.size} times (the device started again), first at record "
             f"{int(resets[0]) + 1}: times before and after are not of one clock"
         )
-    return (ticks + WRAP * _overruns(over, back & ~over)) * TICK
-
-
-def _overruns(over: np.ndarray, reset: np.ndarray) -> np.ndarray:
-    """How often the timer ran over since the start of the device."""
     total = np.cumsum(over)
-    at_reset = np.maximum.accumulate(np.where(reset, total, 0))
-    return total - at_reset
+    at_reset = np.maximum.accumulate(np.where(back & ~over, total, 0))
+    return (ticks + WRAP * (total - at_reset)) * TICK  # what ran over since the start of the device
 
 
 def _valid(data: np.ndarray) -> np.ndarray:

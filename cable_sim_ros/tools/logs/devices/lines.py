@@ -24,13 +24,12 @@ MARKS = (b"\xef\xbb\xbf", b"\xff\xfe", b"\xfe\xff")  # of UTF-8 and UTF-16
 TEXT = frozenset([*range(0x20, 0x7F), *b"\t\r\n\x01\x02\x03"])  # also SOH, STX, ETX, which frame telegrams
 
 
-def records_of(
-    path: Path, size: int, valid: Callable[[np.ndarray], np.ndarray], losses: Losses
-) -> Iterator[tuple[int, np.ndarray]]:
-    """Blocks of records: the byte at which the first of a block stands, and uint8 [n, size].
+def records_of(path: Path, size: int, valid: Callable[[np.ndarray], np.ndarray], losses: Losses) -> np.ndarray:
+    """All records, uint8 [n, size].
 
     valid: of m bytes, m >= size, one bool for each of the m - size + 1 places: does a whole record begin there?
     """
+    found = [np.zeros((0, size), np.uint8)]
     rest, base, expected = b"", 0, 0  # base: byte of the file where rest begins; expected: of the next record
     try:
         with open_file(path, "rb") as file:
@@ -43,7 +42,7 @@ def records_of(
                     losses.add("damaged bytes before a record", f"byte {base + int(end)}")
                 if starts.size:
                     expected = base + int(before[-1])
-                    yield base + int(starts[0]), data[starts[:, None] + np.arange(size)]
+                    found.append(data[starts[:, None] + np.arange(size)])
                 decided = max(places, expected - base)
                 rest, base = data[decided:].tobytes(), base + decided
     except OSError as error:
@@ -52,6 +51,7 @@ def records_of(
     if end > expected:
         cut = end - expected < size
         losses.add("record cut off at the end" if cut else "damaged bytes at the end of the file", f"byte {expected}")
+    return np.concatenate(found)
 
 
 def _apart(candidates: np.ndarray, size: int) -> np.ndarray:
