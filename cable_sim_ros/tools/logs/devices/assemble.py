@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter, defaultdict
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from statistics import median_low
@@ -51,24 +51,20 @@ def assemble(path: Path, name: str, rows: list[Row], losses: Losses, notes: Coun
     return with_records(Log(str(path), name, sources, records, losses, [*notices, *build.mixed]), "telegram")
 
 
+SAID = {  # note: what is said of it, with its count
+    f"stamp: {NO_ZONE}": "the logger's stamps tell no zone and are taken as UTC",
+    f"stamp: {MONTH_FIRST}": "the logger's dates are taken as month/day/year",
+    "joined": "{} sentences were cut in two by a line end and are joined, their checksums fit",
+    "series": "{} series (TSPHA) have the times of the buoy; the logger's stamp is of their end",
+    "tension": "the LCI-90i does not tell the unit of its tension (lb, kgf or daN)",
+    "tss1": "TSS1 has no checksum: a wrong digit is not seen",
+    "before": "{} lines have text in front of the sentence that is no stamp known here",
+    "remark": "{} lines are remarks without a telegram",
+}
+
+
 def _said(notes: Counter[str]) -> list[str]:
-    said = []
-    if notes[f"stamp: {NO_ZONE}"]:
-        said.append("the logger's stamps tell no zone and are taken as UTC")
-    if notes[f"stamp: {MONTH_FIRST}"]:
-        said.append("the logger's dates are taken as month/day/year")
-    if notes["joined"]:
-        said.append(f"{notes['joined']} sentences were cut in two by a line end and are joined, their checksums fit")
-    if notes["series"]:
-        said.append(f"{notes['series']} series (TSPHA) have the times of the buoy; the logger's stamp is of their end")
-    if notes["tension"]:
-        said.append("the LCI-90i does not tell the unit of its tension (lb, kgf or daN)")
-    if notes["tss1"]:
-        said.append("TSS1 has no checksum: a wrong digit is not seen")
-    if notes["before"]:
-        said.append(f"{notes['before']} lines have text in front of the sentence that is no stamp known here")
-    if notes["remark"]:
-        said.append(f"{notes['remark']} lines are remarks without a telegram")
+    said = [text.format(notes[note]) for note, text in SAID.items() if notes[note]]
     letters: dict[str, list[str]] = defaultdict(list)
     for note, count in sorted(notes.items()):
         if note.startswith("letters: "):
@@ -180,7 +176,8 @@ def _vote(timed: list[Row], notices: list[str]) -> None:
 
 def _with_clock(rows: list[Row], losses: Losses, notices: list[str], which: str, cause: str) -> list[Row]:
     """Without the rows that lack a clock which most of their source have; where most lack it, without that clock."""
-    have, all_of = Counter(row.source for row in rows if getattr(row, which) is not None), Counter(_sources(rows))
+    all_of = Counter(row.source for row in rows)
+    have = Counter(row.source for row in rows if getattr(row, which) is not None)
     some = {source for source, count in have.items() if count < all_of[source]}
     if not some:
         return rows
@@ -216,10 +213,6 @@ def _device(row: Row) -> str:
     """Its sentences have one clock: the talker, with the name that the logger gives it."""
     device, slash, sentence = row.source.rpartition("/")
     return f"{device}{slash}{sentence[:2]}"
-
-
-def _sources(rows: Iterable[Row]) -> Iterable[str]:
-    return (row.source for row in rows)
 
 
 def _counted(counts: Counter[str]) -> str:
