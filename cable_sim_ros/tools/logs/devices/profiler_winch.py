@@ -78,11 +78,8 @@ def _row(
     if time is None:
         losses.add("field that is no number", place)
         return
-    build.add(device or "winch", f"profiler {device}".strip(), values, device=stamp, units=_units(tuple(columns)))
-
-
-def _units(columns: tuple[tuple[str, str], ...]) -> dict[str, str]:
-    return {name: unit for name, unit in columns[1:] if unit}
+    units = {name: unit for name, unit in columns[1:] if unit}
+    build.add(device or "winch", f"profiler {device}".strip(), values, device=stamp, units=units)
 
 
 def _number(name: str, field: str) -> float:

@@ -13,19 +13,13 @@ from importlib import import_module
 from typing import NamedTuple
 
 from ..log import SECOND, clock_of, day_of
-from .wave_buoy import WAVE_BUOY
+from .wave_buoy import WAVE_BUOY, Unfit
 
 MOST_COLUMNS = 64  # of a source whose sentences name or number their own fields
 NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d{1,2})?")
 TIME = re.compile(r"(\d\d)(\d\d)(\d\d)(?:\.(\d{1,9})\d*|(\d{1,3}))?")  # also hhmmssfff, without the point
 IDENTITY = re.compile(r"P[A-Z0-9]{2,7}|[A-Z][A-Z0-9][A-Z0-9]{3}|TSP[A-Z]{2}|RC[A-Z]{2}")  # RC: Rapp, behind @
-
-
 LETTER = re.compile(r"[A-Z]")
-
-
-class Unfit(ValueError):
-    """A sentence that is not read: the text is a cause of Losses."""
 
 
 class Clock(NamedTuple):

@@ -21,7 +21,8 @@ from ..log import Log, Losses, stamp_of, within
 from . import wave_buoy
 from .assemble import Row, assemble
 from .lines import lines_of, text_of
-from .sentences import IDENTITY, MOST_COLUMNS, Unfit, decode
+from .sentences import IDENTITY, MOST_COLUMNS, decode
+from .wave_buoy import Unfit
 
 CHECKED = re.compile(rb"([^*]*)\*([0-9A-Fa-f]{2})")
 STARTS = re.compile(rb"[$!]|@(?=[A-Z]{4},)")  # @: of winches of Rapp
@@ -168,7 +169,7 @@ class Telegrams:
             return
         try:
             burst = wave_buoy.decode(identity, fields)
-        except wave_buoy.Unreadable as error:
+        except Unfit as error:
             self.losses.add(str(error), f"line {at.line}")
             return
         series = identity == "TSPHA"

@@ -31,8 +31,8 @@ HEAD = 6  # fields in front of each
 _NUMBER = re.compile(r"-?\d+\.?\d*(?:[eE][+-]?\d{1,2})?")
 
 
-class Unreadable(ValueError):
-    """The text is a cause of Losses."""
+class Unfit(ValueError):
+    """A sentence that is not read: the text is a cause of Losses."""
 
 
 class Burst(NamedTuple):
@@ -44,7 +44,7 @@ class Burst(NamedTuple):
 
 
 def decode(identity: str, fields: list[str]) -> Burst:
-    """Rows of TSPWA (one) or TSPHA (a series); raises Unreadable."""
+    """Rows of TSPWA (one) or TSPHA (a series); raises Unfit."""
     start = _start(fields)
     if identity == "TSPWA":
         values = _numbers(fields[HEAD:], len(STATISTICS))
@@ -52,11 +52,11 @@ def decode(identity: str, fields: list[str]) -> Burst:
     head = _numbers(fields[HEAD : HEAD + 4], 4)
     rest = fields[HEAD + 4 :]
     if head[3]:
-        raise Unreadable("series for which the buoy found no solution")
+        raise Unfit("series for which the buoy found no solution")
     if len(rest) != 3 * head[0]:  # the count of the sentence is compared, never allocated
-        raise Unreadable("series with another count of displacements than it says")
+        raise Unfit("series with another count of displacements than it says")
     if not (0.0 <= head[1] <= 86_400.0 and 0.0 < head[2] <= 3600.0):
-        raise Unreadable("series whose times cannot be")
+        raise Unfit("series whose times cannot be")
     samples = np.arange(len(rest) // 3)
     time = start + np.round((head[1] + head[2] * samples) * SECOND).astype(np.int64)
     return Burst(time, _numbers(rest, len(rest)).reshape(-1, 3), SERIES)
@@ -71,12 +71,12 @@ def _start(fields: list[str]) -> int:
             int(time[:2]), int(time[2:4]), int(time[4:]), None
         )
     except (ValueError, IndexError):
-        raise Unreadable("date that is none") from None
+        raise Unfit("date that is none") from None
 
 
 def _numbers(texts: list[str], count: int) -> np.ndarray:
     if len(texts) != count:
-        raise Unreadable("sentence with too few fields")
+        raise Unfit("sentence with too few fields")
     if not all(_NUMBER.fullmatch(text) and len(text) < 32 for text in texts):
-        raise Unreadable("field that is no number")
+        raise Unfit("field that is no number")
     return np.array([float(text) for text in texts], np.float64)
