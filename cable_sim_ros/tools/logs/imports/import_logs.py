@@ -30,7 +30,6 @@ from ....io.messages.message_classes import (
     imu_bytes,
     serialized,
 )
-from ....io.sources.motion_curves import Rounding
 from ....io.sources.motion_table import MotionError, stream_odometry
 from ....io.sources.recorded_tow import ALONG
 from ....sim.tables.attitude import quaternion
@@ -161,7 +160,7 @@ def import_logs(
     assumed += attitude.upright(signals, mapping is None)
     assumed += _attitude(signals)
     imu = attitude.can(signals) and not vertical
-    motion = motion_of_signals(signals, choice) if _tells_motion(signals) and not imu else None
+    motion = None if imu else motion_of_signals(signals, choice)
     if motion is not None:
         assumed += motion.assumed
         reading.said += motion.said
@@ -188,10 +187,11 @@ def import_logs(
         "signals_assumed": {one.quantity: one.assumed for one in reading.signals},
         "said": reading.said,
         "missing": reading.missing,
-        "mapping": _texts(reading),
+        "mapping": {name: read_text(find_mapping(name)) for name in reading.mappings},
         "sources": _hashes(reading.files),
         ALONG: motion.along if motion else None,
-        "rounding": {str(k): _kept(one) for k, one in (motion.rounded if motion else {}).items()},
+        # as io.sources.recorded_tow reads them again
+        "rounding": {str(k): [*one.column, *one[1:]] for k, one in (motion.rounded if motion else {}).items()},
     }
     with _in_place_of(path):
         _write(path, about, signals, motion, imu)
@@ -220,11 +220,6 @@ def _in_place_of(path: Path) -> Iterator[None]:
     shutil.rmtree(old)
 
 
-def _kept(one: Rounding) -> list[object]:
-    """A rounding as `io.sources.recorded_tow` reads it again."""
-    return [*one.column, *one[1:]]
-
-
 def grouped(lines: list[str]) -> list[str]:
     """Lines "name: text", those of the same text as one."""
     names: dict[str, list[str]] = {}
@@ -232,10 +227,6 @@ def grouped(lines: list[str]) -> list[str]:
         name, _, text = line.partition(": ")
         names.setdefault(text, []).append(name)
     return [f"{', '.join(named)}: {text}" for text, named in names.items()]
-
-
-def _tells_motion(signals: Mapping[str, Signal]) -> bool:
-    return any(name in signals for name in ("heave", "z", "heave_rate", "roll", "pitch", "x", "latitude", "surge"))
 
 
 def _attitude(signals: dict[str, Signal]) -> list[str]:
@@ -297,10 +288,6 @@ def _figures(
         "seconds": float((span[-1] - span[0]) * 1e-9),
         "rounded": [one.as_dict() for one in motion.rounded.values()] if motion is not None else [],
     }
-
-
-def _texts(reading: Reading) -> dict[str, str]:
-    return {name: read_text(find_mapping(name)) for name in reading.mappings}
 
 
 def _hashes(files: list[str]) -> list[dict[str, object]]:

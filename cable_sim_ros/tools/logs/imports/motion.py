@@ -83,8 +83,7 @@ def motion_of_signals(signals: Mapping[str, Signal], choice: Choice) -> ShipMoti
     out.assumed += found.assumed
     out.given += found.given
     out.along = found.along
-    for k, report in found.rounded.items():
-        out.rounded[k] = report
+    out.rounded |= found.rounded
     value[:, :2], rate[:, :2] = found.place, found.velocity
     value[:, 5], rate[:, 5] = found.yaw, found.yaw_rate
     keep = np.ones(len(at), bool) if found.inside is None else found.inside
@@ -141,9 +140,8 @@ def _common(used: Mapping[str, Signal], lines: Mapping[str, Regular], height: st
     if end - begin < LEAST:
         spans = ", ".join(f"{n} {lines[n].t[0]:.6g} to {lines[n].t[-1]:.6g} s" for n in names)
         raise LogError(
-            f"{used[names[0]].source}: the clocks cannot be aligned, {' and '.join(names)} have less than "
-            f"{LEAST:g} s in "
-            f"common ({spans}): nothing was imported. Give time or clock_offset in the mapping"
+            f"{used[names[0]].source}: the clocks cannot be aligned, {' and '.join(names)} have less than {LEAST:g} s "
+            f"in common ({spans}): nothing was imported. Give time or clock_offset in the mapping"
         )
     return begin, end
 
