@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -92,24 +93,14 @@ class Joined:
                 self._left[name] = None
                 continue
             columns = {c: v for c, v in source.columns.items() if c in kept}
+            left = tuple(c for c in source.columns if c not in columns)
             self.numbers += sum(map(len, columns.values())) + 2 * len(source)
             if self.numbers > MOST_NUMBERS:
                 raise LogError(
                     f"{log.path}: with it there are more than {MOST_NUMBERS} numbers to keep; nothing was read. "
                     f"Give fewer files at a time"
                 )
-            self._parts.setdefault(name, []).append(
-                Source(
-                    name,
-                    source.kind,
-                    source.logged,
-                    source.device,
-                    columns,
-                    source.units,
-                    tuple(c for c in source.columns if c not in columns),
-                    source.doubts,
-                )
-            )
+            self._parts.setdefault(name, []).append(replace(source, columns=columns, left=left))
 
     def log(self) -> Log:
         """All of them as one."""

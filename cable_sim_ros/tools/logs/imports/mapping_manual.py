@@ -8,7 +8,7 @@ from enum import Enum
 from ....io.scenes.document import shipped_mappings
 from ....physics.parameter import Block, interval
 from ..mapping.mapping_file import Entry, Mapping, dimension_of, load_mapping
-from ..mapping.units import UNITS
+from ..mapping.units import UNITS, units_of
 from ..mapping.words import VECTORS, WORDS
 
 TITLE = """# Keys of a mapping
@@ -20,6 +20,7 @@ code; do not edit. How to write one: [mapping](mapping.md).
 
 def text() -> str:
     """The page."""
+    ready = {name: load_mapping(name) for name in shipped_mappings()}
     parts = [
         TITLE,
         "## Top\n",
@@ -43,10 +44,17 @@ def text() -> str:
             ),
         ),
         "## Units\n",
-        _table(("SI", "names"), ((si, ", ".join(f"`{n}`" for n in names)) for si, names in _units().items())),
+        _table(
+            ("SI", "names"),
+            (
+                (si, ", ".join(f"`{name}`" for name in units_of(si)))
+                for si in dict.fromkeys(one.dimension for one in UNITS.values())
+            ),
+        ),
         "## Ready mappings\n",
         _table(
-            ("name", "entries", "about"), ((f"`{name}`", str(len(one.signals)), one.about) for name, one in _ready())
+            ("name", "entries", "about"),
+            ((f"`{name}`", str(len(one.signals)), one.about) for name, one in ready.items()),
         ),
     ]
     return "\n".join(parts)
@@ -70,17 +78,6 @@ def _keys(block: type[Block], leave: Sequence[str] = ()) -> str:
         meaning = str(field.description)
         rows.append((f"`{name}`", str(shown), "" if unit == "1" else unit, bounds, meaning))
     return _table(("key", "default", "unit", "range", "meaning"), rows)
-
-
-def _units() -> dict[str, list[str]]:
-    found: dict[str, list[str]] = {}
-    for name, one in UNITS.items():
-        found.setdefault(one.dimension, []).append(name)
-    return found
-
-
-def _ready() -> Iterable[tuple[str, Mapping]]:
-    return ((name, load_mapping(name)) for name in shipped_mappings())
 
 
 def _table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:

@@ -127,6 +127,7 @@ WORDS: dict[str, Word] = {
     ),
 }
 
+ANGLES: dict[str, tuple[str, ...]] = {"flu": ("roll", "pitch", "yaw"), "frd": ("roll", "pitch_bow_up", "heading")}
 VECTORS: dict[str, VectorWord] = {
     "position": VectorWord(
         3, {"enu": ("x", "y", "z"), "ned": ("y", "x", "height_down")}, "of the reference point, by the axes of `frame`"
@@ -136,12 +137,10 @@ VECTORS: dict[str, VectorWord] = {
         {"flu": ("surge", "sway", "heave"), "frd": ("surge", "sway_starboard", "heave_down")},
         "of the reference point from its mean, along the ship's axes",
     ),
-    "attitude": VectorWord(
-        3, {"flu": ("roll", "pitch", "yaw"), "frd": ("roll", "pitch_bow_up", "heading")}, "roll, pitch, yaw (Rz Ry Rx)"
-    ),
+    "attitude": VectorWord(3, ANGLES, "roll, pitch, yaw (Rz Ry Rx)"),
     "quaternion": VectorWord(
         4,
-        {"flu": ("roll", "pitch", "yaw"), "frd": ("roll", "pitch_bow_up", "heading")},
+        ANGLES,
         "x, y, z, w: from the ship's axes to the world's (flu: to east, north, up; frd: to north, east, down)",
     ),
     "rates": VectorWord(
@@ -167,7 +166,7 @@ VECTORS: dict[str, VectorWord] = {
     ),
     "velocity": VectorWord(
         3,
-        {"enu": ("velocity",) * 3, "ned": ("velocity",) * 3, "flu": ("velocity",) * 3, "frd": ("velocity",) * 3},
+        dict.fromkeys(("enu", "ned", "flu", "frd"), ("velocity",) * 3),
         "over ground, in the world's or the ship's axes: gives speed and heave_rate, in the world's the course too",
     ),
     "pull": VectorWord(3, {"flu": ("tension",) * 3}, "force of the cable on the sheave: its norm is the tension"),
