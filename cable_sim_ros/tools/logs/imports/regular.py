@@ -42,9 +42,8 @@ def regular(signal: Signal, origin: int) -> Regular:
     period = _period(steps)
     if period > NO_MOTION:
         raise LogError(
-            f"{signal.source}: {name} comes every {period:.4g} s, above {NO_MOTION:g} s there is no motion "
-            f"of a ship in "
-            f"it; nothing was imported. Give a log with a rate of 1 Hz or more"
+            f"{signal.source}: {name} comes every {period:.4g} s, above {NO_MOTION:g} s there is no motion of a ship "
+            f"in it; nothing was imported. Give a log with a rate of 1 Hz or more"
         )
     if period > SLOW:
         said.append(
@@ -69,9 +68,8 @@ def regular(signal: Signal, origin: int) -> Regular:
         at += len(line)
     if not parts:
         raise LogError(
-            f"{signal.source}: {name} has no {FEWEST} records without a gap above "
-            f"{max(BRIDGED, PERIODS * period):g} s; "
-            f"nothing was imported. Give a log without such gaps"
+            f"{signal.source}: {name} has no {FEWEST} records without a gap above {max(BRIDGED, PERIODS * period):g} "
+            f"s; nothing was imported. Give a log without such gaps"
         )
     if len(parts) > 1:
         longest = float(np.diff(t).max())

@@ -124,8 +124,7 @@ def _overlap(one: Signal, a: int, b: int, other: Signal, c: int, d: int) -> bool
 
 @dataclass
 class Applied:
-    """What a mapping makes of a log: signals; what it could not, a line each; what was done about times
-    and values."""
+    """What a mapping makes of a log: signals; what it could not, a line each; what was done about times and values."""
 
     signals: list[Signal]
     missing: list[str] = field(default_factory=list)
@@ -161,8 +160,7 @@ def applied(log: Log, mapping: Mapping, ready: bool = False) -> Applied:
         lines = "; ".join(out.missing[:SHOWN])
         raise LogError(
             f"{log.path}: the mapping '{mapping.mapping}' gives no signal of it ({lines or 'no usable record'}); "
-            f"nothing was read. Sources of the log: {known}. `cable-sim inspect --mapping-out FILE` writes "
-            f"a first one"
+            f"nothing was read. Sources of the log: {known}. `cable-sim inspect --mapping-out FILE` writes a first one"
         )
     without_placeholders(whole, out.missing)
     _check_overlap(log, list(whole.values()))
@@ -318,9 +316,8 @@ def _times(log, where, entry, source, ready, assumed, said) -> tuple[np.ndarray,
     if chosen is Clock.ALIGNED:
         if source.logged is None:
             raise LogError(
-                f"{where}.time = aligned: the logger left no stamps to align with; nothing was used. Take "
-                f"time: device "
-                f"and clock_offset"
+                f"{where}.time = aligned: the logger left no stamps to align with; nothing was used. "
+                f"Take time: device and clock_offset"
             )
         shift = least_delay(device, source.logged)
         spread = float(np.ptp(np.percentile(source.logged - device, (5, 95)))) / SECOND
@@ -412,8 +409,7 @@ def _angles(name: str, time, rotors) -> tuple[np.ndarray, np.ndarray]:
     good = np.abs(norm - 1.0) < 0.01
     if not good.any():
         raise LogError(
-            f"signals.{name}: no quaternion has norm 1 within 0.01 (median {float(np.median(norm)):.3g}): "
-            f"there is no "
+            f"signals.{name}: no quaternion has norm 1 within 0.01 (median {float(np.median(norm)):.3g}): there is no "
             f"orientation in it; nothing was used. Leave the entry out: attitude comes from rates and acceleration"
         )
     turned = np.array([angles_of(*row) for row in (rotors[:, good] / norm[good]).T])

@@ -100,8 +100,7 @@ def device_of(source: Source, stamps: Source, where: str) -> tuple[np.ndarray, n
     """Device clock of the last record of another source before each record, and which records have one."""
     if stamps.device is None or stamps.logged is None or source.logged is None:
         raise LogError(
-            f"{where}: stamped_by {stamps.name} needs the logger's stamps of both and a device clock of "
-            f"{stamps.name}; "
+            f"{where}: stamped_by {stamps.name} needs the logger's stamps of both and a device clock of {stamps.name}; "
             f"nothing was used of it. Take time: logged"
         )
     order = np.argsort(stamps.logged, kind="stable")
