@@ -163,11 +163,10 @@ def clock_of(a: Signal, b: Signal, origin: int, band: tuple[float, float] = BAND
 def _side_by_side(a: Signal, b: Signal, origin: int) -> tuple[np.ndarray, np.ndarray, float, float, bool]:
     """a and b each over its own whole time at one rate, step, lag of equal places [s], do they lie apart?"""
     ca, cb = clean(a, origin), clean(b, origin)
-    both = []
-    for one, name in ((ca, "A"), (cb, "B")):
+    both = (ca, cb)
+    for one, name in zip(both, "AB"):
         if len(one.time) < 16:
             raise NotPaired(f"{name} has {len(one.time)} values: no clock is found from fewer than 16")
-        both.append(one)
     step = max(ca.interval, cb.interval)
     count = max(float(one.time[-1] - one.time[0]) for one in both) / step
     if count > MAX_GRID:
@@ -175,7 +174,7 @@ def _side_by_side(a: Signal, b: Signal, origin: int) -> tuple[np.ndarray, np.nda
     values = []
     for one in both:
         grid = one.time[0] + step * np.arange(int((one.time[-1] - one.time[0]) / step + 1e-6) + 1)
-        own = paired("", one, _of(grid))  # on the grid of the slower one
+        own = paired("", one, Cleaned(grid, np.zeros(len(grid))))  # on the grid of the slower one
         row = np.full(len(grid), np.nan)
         at = np.round((own.time - grid[0]) / step).astype(int)
         ok = (at >= 0) & (at < len(row))
@@ -183,10 +182,6 @@ def _side_by_side(a: Signal, b: Signal, origin: int) -> tuple[np.ndarray, np.nda
         values.append(row)
     apart = ca.time[0] > cb.time[-1] or cb.time[0] > ca.time[-1]
     return values[0], values[1], step, cb.time[0] - ca.time[0], apart
-
-
-def _of(grid: np.ndarray) -> Cleaned:
-    return Cleaned(grid, np.zeros(len(grid)))
 
 
 def _rivals(

@@ -77,11 +77,6 @@ class TowLog:
     assumed: list[str] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
 
-    @property
-    def velocity(self) -> np.ndarray:
-        """Of the antenna [n, 2], m/s."""
-        return np.gradient(self.track, STEP, axis=0)
-
 
 def read_log(path: str | os.PathLike, mapping: str | os.PathLike | None = None) -> TowLog:
     """The log of a file. Raises MotionError and LogError."""

@@ -177,12 +177,8 @@ def _varied(many: Many) -> list[Part]:
         else:
             span = ", ".join(list(dict.fromkeys(str(value) for value in found))[:8]) + (", ..." if count > 8 else "")
         rows.append((named(key), str(count), span))
-    parts: list[Part] = []
-    if rows:
-        parts.append(
-            Table("Keys of the scene that differ from run to run", ("key", "values", "which"), rows, right=(1,))
-        )
-    return parts
+    caption = "Keys of the scene that differ from run to run"
+    return [Table(caption, ("key", "values", "which"), rows, right=(1,))] if rows else []
 
 
 def _figures(many: Many) -> list[Part]:
@@ -209,7 +205,8 @@ def _words(many: Many, name: str) -> str:
 def _drawn(many: Many) -> list[Part]:
     found = ((key, _axis(many, key)) for key in _keys(many) if key != "seed")
     over, x = next(((key, one) for key, one in found if one is not None and len(set(one)) > 1), ("", None))
-    names = [name for name in many.shown(tuple(TITLES)) if np.ptp(many.values(name)[_has(many, name)]) > 0.0][:DRAWN]
+    known = {name: many.values(name) for name in many.shown(tuple(TITLES))}
+    names = [name for name, values in known.items() if np.ptp(values[np.isfinite(values)]) > 0.0][:DRAWN]
     if x is None or not names:
         return []
     others = [key for key in _keys(many) if key not in (over, "seed")]
@@ -225,7 +222,7 @@ def _drawn(many: Many) -> list[Part]:
         doubtful = np.array([row["verdict"] == DOUBTFUL for row in many.rows])
         groups = list(dict.fromkeys(str(one.get(by)) for one in many.varied)) if by else [""]
         for axes, name in zip(panels, names):
-            y = many.values(name)
+            y = known[name]
             for group, (colour, _), marker in zip(groups, LOOKS, MARKERS):
                 mine = np.array([not by or str(one.get(by)) == group for one in many.varied])
                 for odd, fill in ((False, colour), (True, "none")):
@@ -245,11 +242,6 @@ def _drawn(many: Many) -> list[Part]:
 
     height = 2.7 * -(-len(names) // 2) + 0.4
     return [Figure(svg("runs", (WIDTH, height), draw), words, words)]
-
-
-def _has(many: Many, name: str) -> np.ndarray:
-    """Which runs have a figure [runs]."""
-    return np.isfinite(many.values(name))
 
 
 def _axis(many: Many, key: str) -> np.ndarray | None:

@@ -33,6 +33,7 @@ APART = 8  # one in so many of a design is not fitted but compared with
 SMALLER, FEW = 32, 8  # times is the design of a tow over time; tows of it at least; doubled by each free number
 LIMITED = "COMMAND_LIMITED"  # the winch did less than it was told: another tow
 OWN = ("ship.tow_speed", "winch.scope")  # keys that the table gives
+ASKED = tuple(name for name, *_ in DEEPEST)  # figures of a tow
 STATIC = 1.0  # s of a static tow
 HAUL = 10.0  # s of the haul: a tow is deepest before
 ENOUGH = 0.8  # of a design must be simulated
@@ -105,22 +106,16 @@ def _case(setting: Setting, number: int, tow: Made, values: list[float]) -> Case
         **dict(zip(OWN, (speed, setting.height + float(begin)))),
         "winch.max_rate": max(setting.scene.winch.max_rate, 1.01 * rate),
     }
-    return case_of(number, setting.name, settings, winch, float(lasts), tuple(name for name, *_ in DEEPEST), ship)
+    return case_of(number, setting.name, settings, winch, float(lasts), ASKED, ship)
 
 
 def static_cases(setting: Setting, tows: Sequence[Made]) -> list[Case]:
     """The static tow with the wire out of each, with the numbers of the scene."""
-    return [
-        case_of(
-            k,
-            setting.name,
-            {**setting.settings, **dict(zip(OWN, (tow.speed, setting.height + tow.wire)))},
-            "0 hold",
-            STATIC,
-            tuple(name for name, *_ in DEEPEST),
-        )
-        for k, tow in enumerate(tows)
-    ]
+    found = []
+    for k, tow in enumerate(tows):
+        settings = {**setting.settings, **dict(zip(OWN, (tow.speed, setting.height + tow.wire)))}
+        found.append(case_of(k, setting.name, settings, "0 hold", STATIC, ASKED))
+    return found
 
 
 def answered(rows: Sequence[dict[str, Any]]) -> Answered:

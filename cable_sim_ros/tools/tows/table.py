@@ -260,7 +260,7 @@ def _take(
     row = dict(zip(names, cells))
     name = row[made.name].strip()[:60] if made.name else ""
     where = f"line {number}, {name}" if name else f"line {number}"
-    values = {}
+    values = dict.fromkeys((*WORDS, *(f"speeds.{key}" for key in made.readings)), nan)
     for key, _, column in _columns(made):
         values[key], bad = _value(row, column)
         if bad:
@@ -269,18 +269,14 @@ def _take(
     tow = Tow(
         name or f"line {number}",
         row[by].strip()[:60] if by else "",
-        values.get("wire", nan) - zero,
-        values.get("rate_out", nan),
-        values.get("rate_in", nan),
-        values.get("hold", nan),
-        {key: values.get(f"speeds.{key}", nan) for key in made.readings},
-        values.get("angle", nan),
-        values.get("depth", nan),
-        values.get("bottom", nan),
-    )
-    tow = tow._replace(
-        rate_in=tow.rate_in if isfinite(tow.rate_in) else tow.rate_out,
-        hold=tow.hold if isfinite(tow.hold) else made.stays,
+        values["wire"] - zero,
+        values["rate_out"],
+        values["rate_in"] if isfinite(values["rate_in"]) else values["rate_out"],
+        values["hold"] if isfinite(values["hold"]) else made.stays,
+        {key: values[f"speeds.{key}"] for key in made.readings},
+        values["angle"],
+        values["depth"],
+        values["bottom"],
     )
     if made.series is not None and (file := row[made.series.field].strip()).lower() not in NOTHING:
         path = _beside(table.path, file, where)
