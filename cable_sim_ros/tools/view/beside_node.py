@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from html import escape
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -17,26 +17,12 @@ from .moment import AMBER, GREEN, NO_CONTACT, RED, Moment, verdict_html
 from .page import CHARTS, WINDOW, Pace, Page
 from .stage import Stage
 
+if TYPE_CHECKING:
+    from ...ros.watcher import Watcher
+
 STALE = 1.0  # s without a tick output: then the picture is not the present
 IDLE = 0.01  # s
 SETTLE = 20.0  # tick outputs that are looked at for the waves
-
-
-class Watched(Protocol):
-    """What the page wants of ros/watcher.py."""
-
-    namespace: str
-    problem: str
-
-    @property
-    def sentences(self) -> Mapping[str, tuple[int, str]]: ...
-
-    @property
-    def heard(self) -> float | None: ...
-
-    def take(self) -> tuple[np.recarray, Any]: ...
-
-    def publishers(self) -> int: ...
 
 
 class Memory:
@@ -79,7 +65,7 @@ class Memory:
 
 
 def follow(
-    server: Any, watcher: Watched, scene: Scene, rate: float, top: float | None, alive: Callable[[], bool], camera: str
+    server: Any, watcher: Watcher, scene: Scene, rate: float, top: float | None, alive: Callable[[], bool], camera: str
 ) -> None:
     """Serve the page until ``alive()`` says no. rate: pictures a second, at most."""
     sea = SeaSurface(scene)
@@ -110,7 +96,7 @@ def follow(
             page.chart(memory.seconds, memory.frames, float(memory.seconds[-1]))
 
 
-def _state(page: Page, watcher: Watched, memory: Memory, moment: Moment | None) -> None:
+def _state(page: Page, watcher: Watcher, memory: Memory, moment: Moment | None) -> None:
     """Say what the picture is: the present, held, or old."""
     age = watcher.heard
     verdict = memory.verdict_html() if len(memory.frames) else ""
@@ -132,7 +118,7 @@ def _state(page: Page, watcher: Watched, memory: Memory, moment: Moment | None) 
         page.say("LIVE", GREEN, f"{moment.seconds:.1f} s since this view began", verdict)
 
 
-def _sentences(watcher: Watched) -> str:
+def _sentences(watcher: Watcher) -> str:
     """What /diagnostics warns of."""
     rows = [
         f'<div style="margin-top:3px"><b style="color:{RED if level > 1 else AMBER}">{escape(task)}</b> '
