@@ -4,8 +4,8 @@ import warnings
 from pathlib import Path
 
 import pytest
-from recorded import scene_with
 
+from cable_sim_ros.io.scenes.load import load_scene, override
 from cable_sim_ros.runs import offline
 from cable_sim_ros.tools.view.moment import BagRun
 
@@ -16,7 +16,7 @@ def bag(tmp_path_factory) -> Path:
     waves = {"kind": "jonswap", "height": 1.5, "period": 6.0, "towards_deg": 200.0, "components": 20}
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # waves beside a ship that is moved
-        scene = scene_with("side_scan", water={"waves": waves, "ramp": 2.0}, seabed={"depth": 120.0})
+        scene = override(load_scene("side_scan"), {"water.waves": waves, "water.ramp": 2.0, "seabed.depth": 120.0})
         return Path(offline.run(scene, rao="simple", duration=8.0, out=tmp_path_factory.mktemp("view")).bag)
 
 
