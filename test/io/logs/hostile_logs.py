@@ -5,7 +5,7 @@ from __future__ import annotations
 import random
 import time
 import tracemalloc
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import numpy as np
@@ -18,9 +18,7 @@ SLOWEST = 10.0  # s of CPU for one file of a test
 MEMORY, PER_BYTE = 64e6, 4000.0  # bytes that a reader may take, and for each byte of the file
 
 
-def survive(
-    read: Callable[[Path], Log], data: bytes, path: Path, cuts: int = CUTS, flips: int = FLIPS
-) -> tuple[list[Log | None], list[Log | None]]:
+def survive(read: Callable[[Path], Log], data: bytes, path: Path) -> tuple[list[Log | None], list[Log | None]]:
     """Read `data` cut off at many places, then with one to three bits flipped; data should be a few kB.
 
     read: of a module of io/logs; path: where the damaged files are written, its suffix is kept. Fails on any other end
@@ -32,20 +30,25 @@ def survive(
     whole = read(path)  # also imports what the reader needs, before memory is counted
     assert_sound(whole)
     assert whole.records > 0
-    after_cuts = [_outcome(read, data[: len(data) * k // cuts], path, f"cut at {k}/{cuts}", k) for k in range(cuts)]
-    for k, part in enumerate(after_cuts):
-        assert part is None or part.records <= whole.records, f"cut at {k}/{cuts}: more records than in the whole file"
+    parts = [_outcome(read, hurt, path, what, k) for k, (what, hurt) in enumerate(damaged(data, CUTS, FLIPS))]
+    for k, part in enumerate(parts[:CUTS]):
+        assert part is None or part.records <= whole.records, f"cut at {k}/{CUTS}: more records than in the whole file"
+    path.write_bytes(data)
+    return parts[:CUTS], parts[CUTS:]
+
+
+def damaged(data: bytes, cuts: int, flips: int) -> Iterator[tuple[str, bytes]]:
+    """What was done to `data`, and what is left of it: cut off at so many places, then so often with flipped bits."""
+    for k in range(cuts):
+        yield f"cut at {k}/{cuts}", data[: len(data) * k // cuts]
     chance = random.Random(len(data))
-    after_flips = []
     for k in range(flips):
         hurt, places = bytearray(data), []
         for _ in range(chance.choice((1, 1, 3))):
             place, bit = chance.randrange(len(data)), chance.randrange(8)
             hurt[place] ^= 1 << bit
             places.append((place, bit))
-        after_flips.append(_outcome(read, bytes(hurt), path, f"flip {k} of (byte, bit) {places}", k))
-    path.write_bytes(data)
-    return after_cuts, after_flips
+        yield f"flip {k} of (byte, bit) {places}", bytes(hurt)
 
 
 def _outcome(read: Callable[[Path], Log], data: bytes, path: Path, what: str, k: int) -> Log | None:

@@ -5,6 +5,7 @@ import sqlite3
 import struct
 
 import lz4.frame
+import numpy as np
 from mcap.writer import CompressionType, Writer
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
@@ -28,16 +29,12 @@ def header(types, k, ros_version=2):
 
 
 def load_pin(types, k, ros_version=2):
-    import numpy as np
-
     raw = np.arange(k % 3, dtype=np.float32)
     kind = types["rig_msgs/msg/LoadPin"]
     return kind(header(types, k, ros_version), 1000.0 + k, np.array([1, 2, 3], np.uint8), raw)
 
 
 def joint_state(types, k, names):
-    import numpy as np
-
     values = np.arange(float(len(names))) + k
     kind = types["sensor_msgs/msg/JointState"]
     return kind(header(types, k), list(names), values, values[:0], values[:0])
@@ -109,11 +106,10 @@ def sqlite_bag(path, messages, definitions):
     database.close()
 
 
-def mcap_bag(path, messages, definitions, encoding="cdr", schema_encoding="ros2msg", compress=True):
+def mcap_bag(path, messages, definitions, encoding="cdr", schema_encoding="ros2msg"):
     """An MCAP file; messages: (topic, type, ns, data)."""
-    compression = CompressionType.ZSTD if compress else CompressionType.NONE
     with open(path, "wb") as stream:
-        writer = Writer(stream, chunk_size=1024, compression=compression)
+        writer = Writer(stream, chunk_size=1024, compression=CompressionType.ZSTD)
         writer.start()
         schemas, channels = {}, {}
         for topic, kind, time, data in messages:
@@ -131,25 +127,10 @@ def load_pins(n, ros_version=2):
     kind = "rig_msgs/msg/LoadPin" if ros_version == 2 else "rig_msgs/LoadPin"
     write = types.serialize_cdr if ros_version == 2 else types.serialize_ros1
     text = types.generate_msgdef("rig_msgs/msg/LoadPin", ros_version=ros_version)[0]
-    messages = [
-        (
-            "/load_pin",
-            kind,
-            START + k * SECOND // 10,
-            bytes(write(load_pin(types.types, k, ros_version), "rig_msgs/msg/LoadPin")),
-        )
-        for k in range(n)
-    ]
-    return messages, {kind: text}
+    pins = (write(load_pin(types.types, k, ros_version), "rig_msgs/msg/LoadPin") for k in range(n))
+    return [("/load_pin", kind, START + k * SECOND // 10, bytes(pin)) for k, pin in enumerate(pins)], {kind: text}
 
 
 def json_messages(n):
-    return [
-        (
-            "/fish",
-            "rig.Fish",
-            START + k * SECOND,
-            json.dumps({"timestamp": {"sec": 5 + k, "nsec": 7}, "depth": 1.5 * k, "ok": True, "name": "a"}).encode(),
-        )
-        for k in range(n)
-    ]
+    fish = [{"timestamp": {"sec": 5 + k, "nsec": 7}, "depth": 1.5 * k, "ok": True, "name": "a"} for k in range(n)]
+    return [("/fish", "rig.Fish", START + k * SECOND, json.dumps(one).encode()) for k, one in enumerate(fish)]

@@ -1,6 +1,5 @@
 """Winch displays, TSS1, wave buoy, profiler, IMU, flux package, NMEA 2000: exact values, damage, clocks."""
 
-import sys
 from functools import partial
 
 import instrument_logs as logs
@@ -8,18 +7,7 @@ import numpy as np
 import pytest
 from instrument_logs import MIDNIGHT, SECOND
 
-from cable_sim_ros.tools.logs.formats import read_log
 from cable_sim_ros.tools.logs.log import LogError
-
-
-@pytest.fixture
-def read(tmp_path):
-    def of(data):
-        path = tmp_path / "log"
-        path.write_bytes(data)
-        return read_log(path)
-
-    return of
 
 
 def test_a_winch_keeps_both_clocks_and_its_name(read):
@@ -234,9 +222,6 @@ def test_candump_and_lines_that_are_no_frames(read):
     assert log.losses.counts == {"line that is no frame": 1, "frame cut off": 1}
 
 
-def test_a_pgn_that_nobody_knows_and_a_missing_library(read, monkeypatch):
+def test_a_pgn_that_nobody_knows(read):
     log = read(logs.n2k(1) + plain(131000, bytes(8)))
     assert log.records == 3 and any("PGN 131000" in notice for notice in log.notices)
-    monkeypatch.setitem(sys.modules, "nmea2000", None)
-    with pytest.raises(LogError, match="nmea2000, which is not installed; nothing was read. pip install"):
-        read(logs.n2k(1))

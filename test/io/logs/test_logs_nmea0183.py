@@ -10,21 +10,10 @@ from instrument_logs import DAY, MIDNIGHT, SECOND, exclusive_or, iso, sentence
 
 from cable_sim_ros.tools.logs.devices import sentences
 from cable_sim_ros.tools.logs.devices.telegrams import NMEA0183
-from cable_sim_ros.tools.logs.formats import read_log
 from cable_sim_ros.tools.logs.inspection.inspect_log import first_mapping
 from cable_sim_ros.tools.logs.log import LogError
 from cable_sim_ros.tools.logs.read_signals import read as read_signals
 from cable_sim_ros.tools.telegrams import psxn
-
-
-@pytest.fixture
-def read(tmp_path):
-    def of(data):
-        path = tmp_path / "log"
-        path.write_bytes(data)
-        return NMEA0183.read(path)
-
-    return of
 
 
 def test_a_seapath_log_gives_what_was_written(read):
@@ -233,28 +222,19 @@ def test_names_of_transducers_do_not_multiply(read):
     assert len(log.sources["YXXDR"].columns) == 64 and log.losses.total == 36
 
 
-def test_an_empty_file_and_one_of_something_else(tmp_path):
-    path = tmp_path / "log"
-    path.write_bytes(b"")
-    with pytest.raises(LogError, match="is empty; nothing was read"):
-        read_log(path)
+def test_an_empty_file_one_of_something_else_and_one_that_is_not_there(read, tmp_path):
+    (tmp_path / "empty").write_bytes(b"")
     with pytest.raises(LogError, match="holds no telegram that could be read .nothing was lost.; nothing was read"):
-        NMEA0183.read(path)
-    path.write_bytes(b"Dear captain, 12 bottles at $3,50\n")
+        NMEA0183.read(tmp_path / "empty")
     with pytest.raises(LogError, match="is of no format that is read here; nothing was read"):
-        read_log(path)
+        read(b"Dear captain, 12 bottles at $3,50\n")
     with pytest.raises(LogError, match="cannot be read .No such file.*Give a file that is there"):
         NMEA0183.read(tmp_path / "none")
 
 
-def test_a_parser_that_is_not_installed(tmp_path, monkeypatch):
-    path = tmp_path / "log"
-    path.write_bytes(logs.seapath(1))
+def test_a_winch_needs_no_parser_of_sentences(read, monkeypatch):
     monkeypatch.setitem(sys.modules, "pynmeagps", None)
-    with pytest.raises(LogError, match=r"pynmeagps, which is not installed.*pip install 'cable_sim_ros\[import\]'"):
-        read_log(path)
-    path.write_bytes(logs.winch(3))
-    assert read_log(path).records == 3  # needs none
+    assert read(logs.winch(3)).records == 3
 
 
 def test_a_leap_second_and_a_blank_position(read):
@@ -327,12 +307,11 @@ FLAGGED = (  # sentence whose flag stands at @, letters or digits that say "not 
 
 
 @pytest.mark.parametrize("body, bad, good, columns", FLAGGED)
-def test_what_a_device_calls_not_valid_is_no_value(tmp_path, body, bad, good, columns):
+def test_what_a_device_calls_not_valid_is_no_value(read, body, bad, good, columns):
     """A part of the log; what stands beside it stays, and the part is counted."""
     flags = [*good * 3, *bad, *good]
     lines = [iso(MIDNIGHT + k * SECOND) + sentence(body.replace("@", flag)) for k, flag in enumerate(flags)]
-    (tmp_path / "log").write_bytes(b"".join(lines))
-    log = read_log(tmp_path / "log")
+    log = read(b"".join(lines))
     (source,) = log.sources.values()
     wanted = [flag in bad for flag in flags]
     for name in columns:
@@ -342,20 +321,18 @@ def test_what_a_device_calls_not_valid_is_no_value(tmp_path, body, bad, good, co
     assert any(f"{len(bad)} of {len(flags)} records are not valid by the device" in line for line in log.notices)
 
 
-def test_the_quality_of_a_seapath_holds_for_its_motion_whatever_the_mapping(tmp_path):
+def test_the_quality_of_a_seapath_holds_for_its_motion_whatever_the_mapping(read):
     lines = logs.seapath(20).replace(b"\r\n", b"\n").split(b"\n")
     at = [k for k, line in enumerate(lines) if b"$PSXN,20," in line][10]
     lines[at] = lines[at].partition(b"$")[0] + sentence("PSXN,20,1,2,0,2").strip()
-    (tmp_path / "log").write_bytes(b"\r\n".join(lines))
-    motion = read_log(tmp_path / "log").sources["PSXN,23"].columns
+    motion = read(b"\r\n".join(lines)).sources["PSXN,23"].columns
     assert np.isnan(motion["heave"]).tolist() == np.isnan(motion["roll"]).tolist() == [k == 10 for k in range(20)]
     assert np.isfinite(motion["heading"]).all()
 
 
-def test_a_flag_that_makers_disagree_about_says_nothing_where_it_never_changes(tmp_path):
+def test_a_flag_that_makers_disagree_about_says_nothing_where_it_never_changes(read):
     body = "PASHR,0000{:02d}.00,252.41,T,1.22,0.48,0.01,0.090,0.090,0.116,1,0"
-    (tmp_path / "log").write_bytes(b"".join(sentence(body.format(k)) for k in range(40)))
-    log = read_log(tmp_path / "log")
+    log = read(b"".join(sentence(body.format(k)) for k in range(40)))
     assert np.isfinite(log.sources["PASHR"].columns["roll"]).all()
     assert "imu = 0 in all 40 records" in log.sources["PASHR"].doubts[0]
 
@@ -427,13 +404,13 @@ def test_units_and_checksums_are_those_of_most_records(read):
     assert len(log.sources["HEHDT"]) == 41
 
 
-def test_a_seapath_without_its_companions_is_read_and_so_is_the_mapping_that_inspect_writes(tmp_path):
+def test_a_seapath_without_its_companions_is_read_and_so_is_the_mapping_that_inspect_writes(read, tmp_path):
     """Neither GGA nor PSXN,20: as the telegrams of this product are."""
     lines = [iso(MIDNIGHT + k * SECOND) + psxn.encode(logs.motion(k % 7)) for k in range(60)]
-    (tmp_path / "log").write_bytes(b"".join(lines))
+    log = read(b"".join(lines))
     found = {one.quantity: one for one in read_signals(tmp_path / "log").signals}
     assert len(found["heave"].value) == 60 and found["heave"].time[0] == MIDNIGHT
     assert any("stamps of the logger" in line for line in found["heave"].assumed)
-    (tmp_path / "m.yaml").write_text(first_mapping(read_log(tmp_path / "log"), []))
+    (tmp_path / "m.yaml").write_text(first_mapping(log, []))
     again = {one.quantity: one for one in read_signals(tmp_path / "log", tmp_path / "m.yaml").signals}
     assert np.array_equal(again["heave"].value, found["heave"].value)

@@ -10,8 +10,8 @@ from hostile_logs import survive
 from made_bags import SECOND, START, joint_state, json_messages, load_pins, mcap_bag, ros1_bag, sqlite_bag, store
 
 from cable_sim_ros.io.bags.bag_writer import BagWriter
+from cable_sim_ros.tools.logs.containers import ros_bags
 from cable_sim_ros.tools.logs.containers.leaves import Definition, codec
-from cable_sim_ros.tools.logs.containers.ros_bags import read
 from cable_sim_ros.tools.logs.formats import read_log
 from cable_sim_ros.tools.logs.log import LogError
 
@@ -48,44 +48,35 @@ def test_a_type_of_ones_own_is_read_by_field_path(kind, tmp_path):
 @pytest.mark.parametrize("kind", KINDS)
 def test_damage_costs_what_is_damaged(kind, tmp_path):
     path = made(tmp_path, kind)
-    cuts, flips = survive(read, path.read_bytes(), path)
+    cuts, flips = survive(ros_bags.read, path.read_bytes(), path)
     assert sum(log is not None and log.records > 0 for log in cuts) > 8
     assert sum(log is not None and log.records > 0 for log in flips) > (60 if kind == "db3" else 100)
     assert any(log and log.losses for log in flips)
     path.unlink()
     made(tmp_path, kind)
-    assert not read(path).losses
+    assert not read_log(path).losses
 
 
-def test_a_bag_of_ros_1_without_its_index_is_whole(tmp_path):
-    messages, definitions = load_pins(20, 1)
-    path = tmp_path / "a.bag.active"
-    path.write_bytes(ros1_bag(messages, definitions, indexed=False))
-    log = read_log(path)
+def test_a_bag_of_ros_1_without_its_index_is_whole(read):
+    log = read(ros1_bag(*load_pins(20, 1), indexed=False), "a.bag.active")
     assert log.records == 20 and not log.losses
     assert log.notices == ["a.bag.active ends without its index, as of a recording that was cut off"]
 
 
-def test_a_chunk_of_ros_1_that_is_damaged_costs_that_chunk(tmp_path):
-    messages, definitions = load_pins(32, 1)
-    data = bytearray(ros1_bag(messages, definitions))
+def test_a_chunk_of_ros_1_that_is_damaged_costs_that_chunk(read):
+    data = bytearray(ros1_bag(*load_pins(32, 1)))
     second = [found.start() for found in re.finditer(b"op=\x05", data)][1]
     data[second - 4 : second] = struct.pack("<I", 2**31)  # the length of a field
-    path = tmp_path / "a.bag"
-    path.write_bytes(data)
-    log = read(path)
+    log = read(data)
     assert log.records == 24
     assert log.losses.counts == {"record that cannot be read": 1}
 
 
 @pytest.mark.parametrize("size", [2**31, 2**32 - 1])
-def test_no_memory_is_taken_for_a_size_that_a_file_says(size, tmp_path):
-    messages, definitions = load_pins(8, 1)
-    data = ros1_bag(messages, definitions, b"lz4")
+def test_no_memory_is_taken_for_a_size_that_a_file_says(read, size):
+    data = ros1_bag(*load_pins(8, 1), b"lz4")
     said = data.index(b"size=") + 5
-    path = tmp_path / "a.bag"
-    path.write_bytes(data[:said] + struct.pack("<I", size) + data[said + 4 :])
-    log = read(path)
+    log = read(data[:said] + struct.pack("<I", size) + data[said + 4 :])
     assert log.records == 0 and "above the limit" in str(log.losses)
 
 
@@ -102,7 +93,7 @@ def test_joints_are_columns_by_name(tmp_path):
         ],
         {kind: types.generate_msgdef(kind, ros_version=2)[0]},
     )
-    columns = read(path).sources["/joints"].columns
+    columns = read_log(path).sources["/joints"].columns
     assert columns["position[payout]"].tolist()[:2] == [0.0, 2.0] and columns["position[tension]"].tolist()[:2] == [
         1,
         1,
@@ -117,7 +108,7 @@ def test_a_type_without_a_definition_is_that_of_the_installed_ones_or_is_named(t
     data = bytes(types.serialize_cdr(types.types[kind](1.5), kind))
     path = tmp_path / "a.db3"
     sqlite_bag(path, [*pin, ("/tension", kind, START, data)], {})
-    log = read(path)
+    log = read_log(path)
     assert log.sources["/tension"].columns["data"].tolist() == [1.5]
     (notice,) = log.notices
     assert notice.startswith("/load_pin: 2 messages are left out (rig_msgs/msg/LoadPin: its type")
@@ -136,7 +127,7 @@ def test_pictures_services_and_long_arrays_are_left_out_and_said(tmp_path):
     ]
     path = tmp_path / "a.mcap"
     mcap_bag(path, messages, {kind: types.generate_msgdef(kind, ros_version=2)[0]})
-    log = read(path)
+    log = read_log(path)
     assert list(log.sources["/long"].columns) == ["layout.data_offset"]
     assert len(log.sources["/short"].columns) == 65
     said = "\n".join(log.notices)
@@ -148,11 +139,11 @@ def test_pictures_services_and_long_arrays_are_left_out_and_said(tmp_path):
 def test_json_channels_are_read_and_protobuf_ones_named(tmp_path):
     path = tmp_path / "a.mcap"
     mcap_bag(path, json_messages(3), {}, "json", "jsonschema")
-    fish = read(path).sources["/fish"]
+    fish = read_log(path).sources["/fish"]
     assert fish.columns["depth"].tolist() == [0.0, 1.5, 3.0] and set(fish.columns) == {"depth", "ok"}
     assert fish.device.tolist() == [(5 + k) * SECOND + 7 for k in range(3)]
     mcap_bag(path, [("/p", "foxglove.Pose", START, b"\x08\x01")], {}, "protobuf", "protobuf")
-    log = read(path)
+    log = read_log(path)
     assert not log.sources and "encoded as protobuf" in log.notices[0]
 
 
@@ -214,5 +205,5 @@ def test_files_are_closed(tmp_path):
     paths = [made(tmp_path / kind, kind) for kind in KINDS if not (tmp_path / kind).mkdir()]
     before = len(os.listdir("/proc/self/fd"))
     for path in paths * 5:
-        read(path)
+        read_log(path)
     assert len(os.listdir("/proc/self/fd")) == before

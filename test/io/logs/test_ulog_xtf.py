@@ -2,12 +2,13 @@
 
 import ctypes
 import struct
+import sys
 
+import instrument_logs as logs
 import pytest
 from hostile_logs import survive
 
 from cable_sim_ros.tools.logs.containers import ulog, xtf
-from cable_sim_ros.tools.logs.formats import read_log
 from cable_sim_ros.tools.logs.log import LogError
 
 pytest.importorskip("pyulog")
@@ -41,10 +42,8 @@ def ulog_bytes(n=20, gps=True, formats=FORMATS, subscribe=("att", "att", "gps"))
     return data + message("O", struct.pack("<H", 250)) + message("S", b"\x2f\x73\x13\x20\x25\x0c\xbb\x12")
 
 
-def test_each_instance_of_a_ulog_message_is_a_source(tmp_path):
-    path = tmp_path / "a.ulg"
-    path.write_bytes(ulog_bytes())
-    log = read_log(path)
+def test_each_instance_of_a_ulog_message_is_a_source(read):
+    log = read(ulog_bytes())
     assert (log.format, log.records, bool(log.losses)) == ("ulog", 42, False)
     assert list(log.sources) == ["att/0", "att/1", "gps/0"]
     first = log.sources["att/0"]
@@ -55,23 +54,19 @@ def test_each_instance_of_a_ulog_message_is_a_source(tmp_path):
     assert "lost data 1 times, 0.25 s" in log.notices[0] and "differ by up to 5e-06 s" in log.notices[1]
 
 
-def test_a_ulog_without_utc_has_no_logger_s_clock_and_says_so(tmp_path):
-    path = tmp_path / "a.ulg"
-    path.write_bytes(ulog_bytes(gps=False))
-    log = read_log(path)
+def test_a_ulog_without_utc_has_no_logger_s_clock_and_says_so(read):
+    log = read(ulog_bytes(gps=False))
     assert all(source.logged is None for source in log.sources.values())
     assert "no satellite receiver told UTC" in log.notices[-1]
 
 
-def test_a_damaged_ulog_gives_what_is_sound(tmp_path):
-    path = tmp_path / "a.ulg"
-    cuts, flips = survive(ulog.read, ulog_bytes(), path)
+def test_a_damaged_ulog_gives_what_is_sound(read, tmp_path):
+    cuts, flips = survive(ulog.read, ulog_bytes(), tmp_path / "a.ulg")
     assert sum(log is not None and log.records > 0 for log in cuts) > 40
     assert sum(log is not None and log.records >= 38 for log in flips) > 120
     whole = ulog_bytes()
     at = whole.index(attitude(0, 5))
-    path.write_bytes(whole[:at] + b"\xff" * 50 + whole[at:])
-    log = ulog.read(path)
+    log = read(whole[:at] + b"\xff" * 50 + whole[at:])
     assert log.records == 42 and log.losses.first["bytes that are no message"] == f"byte {at}"
 
 
@@ -86,25 +81,20 @@ def test_a_damaged_ulog_gives_what_is_sound(tmp_path):
         ("att:uint64_t timestamp;nothing a;",),
     ],
 )
-def test_a_ulog_definition_that_would_take_all_memory_is_refused(formats, tmp_path):
-    path = tmp_path / "a.ulg"
-    path.write_bytes(ulog_bytes(3, formats=formats, subscribe=("att",)))
-    log = ulog.read(path)
+def test_a_ulog_definition_that_would_take_all_memory_is_refused(read, formats):
+    log = read(ulog_bytes(3, formats=formats, subscribe=("att",)))
     assert log.records == 0
     assert {"subscription that cannot be used", "definition that cannot be read"} & set(log.losses.counts)
 
 
-def test_many_wide_subscriptions_have_an_end(tmp_path):
-    path = tmp_path / "a.ulg"
+def test_many_wide_subscriptions_have_an_end(read):
     formats = ("att:uint64_t timestamp;" + "".join(f"float[1000] a{k};" for k in range(4)),)
-    path.write_bytes(ulog_bytes(1, formats=formats, subscribe=("att",) * 2000))
-    assert ulog.read(path).losses.counts["subscription that cannot be used"] > 1900
+    log = read(ulog_bytes(1, formats=formats, subscribe=("att",) * 2000))
+    assert log.losses.counts["subscription that cannot be used"] > 1900
 
 
-def test_garbage_in_a_ulog_does_not_take_for_ever(tmp_path):
-    path = tmp_path / "a.ulg"
-    path.write_bytes(ulog_bytes() + bytes(range(1, 256)) * 8000)
-    assert ulog.read(path).records == 42
+def test_garbage_in_a_ulog_does_not_take_for_ever(read):
+    assert read(ulog_bytes() + bytes(range(1, 256)) * 8000).records == 42
 
 
 def packet(kind, **values):
@@ -135,10 +125,8 @@ def xtf_bytes(n=20, sensors=(1,)):
     return data + packet(pyxtf.XTFNotesHeader, HeaderType=1)
 
 
-def test_attitude_positions_and_pings_of_an_xtf_are_sources(tmp_path):
-    path = tmp_path / "a.xtf"
-    path.write_bytes(xtf_bytes())
-    log = read_log(path)
+def test_attitude_positions_and_pings_of_an_xtf_are_sources(read):
+    log = read(xtf_bytes())
     assert (log.format, log.records, bool(log.losses)) == ("xtf", 28, False)
     attitude, position, ping = (log.sources[name] for name in ("attitude", "position", "sonar_ping"))
     assert attitude.columns["Roll"].tolist() == list(range(20)) and attitude.units["Heave"] == "m"
@@ -151,30 +139,26 @@ def test_attitude_positions_and_pings_of_an_xtf_are_sources(tmp_path):
     assert log.notices == ["1 packets of kind 1 (notes) hold no motion and are left out"]
 
 
-def test_two_sensors_of_an_xtf_are_two_sources(tmp_path):
-    path = tmp_path / "a.xtf"
-    path.write_bytes(xtf_bytes(sensors=(1, 2)))
-    assert {"attitude", "attitude/2"} < set(read_log(path).sources)
+def test_two_sensors_of_an_xtf_are_two_sources(read):
+    assert {"attitude", "attitude/2"} < set(read(xtf_bytes(sensors=(1, 2))).sources)
 
 
-def test_a_damaged_xtf_gives_what_is_sound_and_runs_no_index_file(tmp_path):
-    path = tmp_path / "a.xtf"
+def test_a_damaged_xtf_gives_what_is_sound_and_runs_no_index_file(read, tmp_path):
     (tmp_path / "a.pyxtf_idx").write_bytes(b"cos\nabort\n(tR.")  # pyxtf's own reader would run it
-    cuts, flips = survive(xtf.read, xtf_bytes(), path)
+    cuts, flips = survive(xtf.read, xtf_bytes(), tmp_path / "a.xtf")
     assert sum(log is not None and log.records > 0 for log in cuts) > 30
     assert sum(log is not None and log.records >= 27 for log in flips) > 150
     whole = xtf_bytes()
-    path.write_bytes(whole[:1024] + b"\xce\xfa" * 40 + whole[1024:-70])
-    log = xtf.read(path)
+    log = read(whole[:1024] + b"\xce\xfa" * 40 + whole[1024:-70], "a.xtf")
     assert log.records == 28 and log.losses.counts == {"bytes that are no packet": 1, "packet cut off": 1}
 
 
-@pytest.mark.parametrize("name", ["pyulog", "pyxtf"])
-def test_a_parser_that_is_missing_is_named_with_the_command(name, tmp_path, monkeypatch):
-    import sys
+PARSED = {"pyulog": ulog_bytes(), "pyxtf": xtf_bytes(), "pynmeagps": logs.seapath(1), "nmea2000": logs.n2k(1)}
 
-    path = tmp_path / "a"
-    path.write_bytes(ulog_bytes() if name == "pyulog" else xtf_bytes())
+
+@pytest.mark.parametrize("name", PARSED)
+def test_a_parser_that_is_missing_is_named_with_the_command(read, name, monkeypatch):
     monkeypatch.setitem(sys.modules, name, None)
-    with pytest.raises(LogError, match=rf"read with {name}, which is not installed.*cable_sim_ros\[import\]"):
-        read_log(path)
+    why = rf"read with {name}, which is not installed; nothing was read. pip install 'cable_sim_ros\[import\]'"
+    with pytest.raises(LogError, match=why):
+        read(PARSED[name])
