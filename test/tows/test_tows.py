@@ -23,7 +23,7 @@ from cable_sim_ros.tools.sweeps.worker import simulate
 from cable_sim_ros.tools.tows import series
 from cable_sim_ros.tools.tows.fit import folds_of, widened, wider
 from cable_sim_ros.tools.tows.simulated import Setting, answered, cases_of, height_of, made_of
-from cable_sim_ros.tools.tows.table import MAPS, TowsMap, TowsMapError, load_map, read_tows
+from cable_sim_ros.tools.tows.table import MAPS, TowsMapError, load_map, read_tows
 from cable_sim_ros.tools.tows.tows import judge
 
 FREE = "towbody.drag_area[*]=0.4:1.2"
@@ -175,6 +175,8 @@ def test_a_row_without_a_depth_is_answered_and_not_scored(tmp_path):
         ([("a", "one", 100, 30, 1.8, 40, 75)] * 20, "the same to the last digit"),
         (list(tows_of(5)), "needs 8"),
         ([(row[0], "one", *row[2:]) for row in tows_of(20)], "one group"),
+        ([], "has 0 rows"),
+        ([("a", "one", 3, 30, 1.8, 40, 2)], "none of its 1 rows"),
     ],
 )
 def test_a_table_that_no_number_can_be_fitted_to_is_refused(tmp_path, rows, why):
@@ -312,7 +314,6 @@ def test_folds_keep_groups_together_and_intervals_are_widened_by_rank():
     depth = np.array([10.0] * 8 + [14.0])
     assert widened(depth, found) == 2.0  # nine tows: the ninth of nine holds 90 of 100, and one more
     assert wider(found, 2.0)[0].tolist() == [8.0, 10.0, 14.0]
-    assert isinstance(MAPS.check(MAP, "map"), TowsMap)
 
 
 def command(*arguments):
@@ -369,14 +370,6 @@ def test_options_that_contradict_the_table_are_refused_in_one_line(tmp_path, mor
     (tmp_path / "map.yaml").write_text(json.dumps(MAP), encoding="utf-8")
     done = command(table_of(tmp_path, tows_of(20)), "--scene", "bongo", "--map", tmp_path / "map.yaml", *more)
     assert done.exit_code == 2 and why in " ".join(done.output.split()), done.output
-
-
-@pytest.mark.parametrize(
-    ("rows", "why"), [([], "has 0 rows"), ([("a", "one", 3, 30, 1.8, 40, 2)], "none of its 1 rows")]
-)
-def test_a_table_without_tows_is_refused(tmp_path, rows, why):
-    with pytest.raises(CableSimError, match=why):
-        read_tows(table_of(tmp_path, rows), MAPS.check(MAP, "map"), 6.0)
 
 
 LEGS = np.array([0.0, 10.0, 200.0, 205.0, 400.0]), np.array([0.0, 0.0, 95.0, 95.0, -2.5])  # s, m: deck, out, hold, in
