@@ -2,26 +2,23 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from ...ros.parts import NodePart, Status
 from ...sim.scene import Scene
 from .blocks import Telegrams, asked, telegram_problem
+from .sender import Sender
 
 if TYPE_CHECKING:
     from ...ros.node import CableSimNode
 
 
-class TelegramPart(NodePart):
+class TelegramPart(Sender):
     """Sends the telegrams that have a port. Raises TelegramError where one cannot be used."""
 
     block, doc = Telegrams, "telegrams of the instruments over UDP"
 
     def __init__(self, node: CableSimNode, block: Telegrams) -> None:
-        from .sender import Sender
-
-        self.sender = Sender(block, node.settings.scene, node.log)
-        self.tick = self.sender.tick
+        super().__init__(block, node.settings.scene, node.log)
 
     @staticmethod
     def asked(block: Telegrams) -> bool:
@@ -32,15 +29,3 @@ class TelegramPart(NodePart):
     def problem(block: Telegrams, scene: Scene) -> str:
         """As telegram_problem."""
         return telegram_problem(block, scene.solver.tick)
-
-    def statuses(self) -> list[Status]:
-        """The task telegrams."""
-        return self.sender.statuses()
-
-    def metrics(self) -> dict[str, Any]:
-        """Counts of each, as `telegrams`."""
-        return self.sender.metrics()
-
-    def close(self) -> None:
-        """Give the sockets up."""
-        self.sender.close()

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from ...ros.parts import OK, WARN, Status
+from ...ros.parts import OK, WARN, NodePart, Status
 from ...sim.scene import Scene
 from .blocks import Telegrams, address_of, asked, form_of
 from .fields import TelegramError, Withheld
@@ -64,7 +64,7 @@ class Link:
         return {name: getattr(self, name) for name in ("sent", "withheld", "missed", "unheard", "failed")}
 
 
-class Sender:
+class Sender(NodePart):
     """The telegrams that are on; `tick` in the thread that has the tick outputs, the rest in any."""
 
     def __init__(self, block: Telegrams, scene: Scene, log: Callable[[str, str], None]) -> None:
