@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import enum
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -17,6 +17,7 @@ from ...plots.side import side_view
 from ...plots.strips import WIDTH, svg
 from ...sim.scene import Scene
 from ...version import __version__
+from .compared import leaves
 from .subject import Figure, Section, Subject, Table, Text, number, unit
 
 
@@ -138,7 +139,7 @@ def seeds_of(scene: Scene) -> Iterator[tuple[str, int]]:
 def keys(scene: Scene) -> Table:
     """Every key of the scene that is not as shipped, with what it means."""
     rows = []
-    for key, value in flat(scene.model_dump(mode="json")):
+    for key, value in leaves(scene.model_dump(mode="json")):
         item = declaration(Scene, key)
         if item is None or key == "name":
             continue
@@ -147,16 +148,6 @@ def keys(scene: Scene) -> Table:
             rows.append((key, number(value), unit(item.unit), default, item.doc))
     head = ("key", "value", "unit", "default", "meaning")
     return Table("What the scene says: every key that differs from its default, or has none", head, rows, right=(1,))
-
-
-def flat(data: Mapping[str, Any], key: str = "") -> Iterator[tuple[str, Any]]:
-    """(dotted key, value) of nested data."""
-    for name, value in data.items():
-        here = f"{key}.{name}" if key else name
-        if isinstance(value, Mapping):
-            yield from flat(value, here)
-        else:
-            yield here, value
 
 
 def plain(value: Any) -> Any:
