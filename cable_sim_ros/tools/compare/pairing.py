@@ -9,7 +9,7 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 from scipy.signal import butter, sosfiltfilt
 
-from ..logs.own_signals import Signal
+from ..logs.own_signals import Signal, later_only
 
 SECOND = 1e-9  # s of a ns
 GAP = 3.0  # median intervals without a value
@@ -78,13 +78,10 @@ def clean(signal: Signal, origin: int) -> Cleaned:
         for cause, count in (("not finite", (~finite).sum()), (f"beyond {LARGEST:g} in SI units", finite.sum())):
             dropped |= {cause: int(count)} if count else {}
         time, value = time[usable], value[usable]
-    if len(time):
-        highest = np.maximum.accumulate(time)
-        on = np.ones(len(time), bool)
-        on[1:] = time[1:] > highest[:-1]
-        if not on.all():
-            dropped["stamp not after the one before"] = int((~on).sum())
-            time, value = time[on], value[on]
+    on = later_only(time)
+    if not on.all():
+        dropped["stamp not after the one before"] = int((~on).sum())
+        time, value = time[on], value[on]
     if len(time) > 2:
         steps = np.diff(time)
         far = np.concatenate([[True], steps > CLOSE * np.median(steps)])

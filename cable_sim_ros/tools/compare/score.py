@@ -294,7 +294,7 @@ def _in_time(out: Score, pair: Pair) -> None:
         present = np.unique(own)
         own = np.searchsorted(present, own)  # blocks that lie in a gap are none
         if len(present) >= 5:
-            without = left_out(terms, own)[1]
+            without = left_out(terms, own)
     if without is None:
         out.notes.append(
             f"no intervals of bias, rms and gain: the record holds {n / width:.0f} independent samples, fewer than 25"

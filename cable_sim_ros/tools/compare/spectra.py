@@ -61,10 +61,10 @@ def jackknife(whole: np.ndarray, without: np.ndarray) -> np.ndarray:
     return student.ppf(0.5 + 0.5 * LEVEL, count - 1) * np.sqrt(spread) + 0.0 * np.asarray(whole)
 
 
-def left_out(terms: np.ndarray, block: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Sums of terms [n, ...] over all, and [blocks, ...] with one block left out."""
+def left_out(terms: np.ndarray, block: np.ndarray) -> np.ndarray:
+    """Sums of terms [n, ...] with one block left out [blocks, ...]."""
     each = np.stack([terms[block == k].sum(axis=0) for k in range(block[-1] + 1)])
-    return each.sum(axis=0), each.sum(axis=0) - each
+    return each.sum(axis=0) - each
 
 
 @dataclass
