@@ -234,7 +234,7 @@ def nanoseconds(fraction: bytes | None) -> int:
 def stamp_of(line: bytes) -> Stamp | None:
     """The stamp in front of a line, or None."""
     start = len(line) - len(line.lstrip(b" \t"))
-    for form, read in ((_CALENDAR, _calendar), (_NUMBER, _number), (_MONTH_FIRST, _month_first), (_TAG, _tag)):
+    for form, read in ((_CALENDAR, _calendar), (_NUMBER, _epoch), (_MONTH_FIRST, _month_first), (_TAG, _epoch)):
         found = form.match(line, start)
         with suppress(ValueError, OverflowError):  # a date or time that is none
             if found is not None:
@@ -250,17 +250,14 @@ def _calendar(found: re.Match[bytes]) -> tuple[int, str]:
     return _at(year, month, day, clock) - ahead_of((zone or b"").decode()), UTC if zone else NO_ZONE
 
 
-def _number(found: re.Match[bytes]) -> tuple[int, str]:
-    return int(found[1]) * SECOND + nanoseconds(found[2] or found[3]), EPOCH
+def _epoch(found: re.Match[bytes]) -> tuple[int, str]:
+    seconds, *fractions = found.groups()
+    return int(seconds) * SECOND + nanoseconds(next(filter(None, fractions), None)), EPOCH
 
 
 def _month_first(found: re.Match[bytes]) -> tuple[int, str]:
     month, day, year, *clock = found.groups()
     return _at(year, month, day, clock), MONTH_FIRST
-
-
-def _tag(found: re.Match[bytes]) -> tuple[int, str]:
-    return int(found[1]) * SECOND + nanoseconds(found[2]), EPOCH
 
 
 def _at(year: bytes, month: bytes, day: bytes, clock: list[bytes]) -> int:
