@@ -78,17 +78,16 @@ def view(bag, scene, namespace, wait, open_, host, port, rate, top, save, start,
     from ...io.scenes.document import find_bag
     from .moment import BagRun
 
+    page.need("viser", "the page")
     if save is not None:
         from .saved import save_page
 
-        page.need("viser", "the page")
         run = BagRun(find_bag(bag), scene)
         made = save_page(run, save, rate, top, start, seconds, camera)
         say(f"page: {save} ({made.seconds:g} s in {made.pictures} pictures, {made.size / 1e6:.1f} MB)")
         return
     from .play_bag import play
 
-    page.need("viser", "the page")
     page.check_port(host, port or page.free_port(host))
     run = BagRun(find_bag(bag), scene)
     alive = Alive()
