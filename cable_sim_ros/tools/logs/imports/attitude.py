@@ -12,11 +12,11 @@ from scipy.interpolate import CubicSpline
 
 from ....sim.tables.attitude import angles_of, body_rates
 from ..log import SECOND, LogError
+from ..mapping.mapping_file import ANGLES
 from ..own_signals import Signal
 from .regular import BRIDGED, PERIODS
 
 RATES = ("roll_rate", "pitch_rate", "yaw_rate")
-ANGLES = ("roll", "pitch", "yaw")
 FILTER = ": VQF"  # behind the source of what it made
 FORCES = ("acceleration_x", "acceleration_y", "acceleration_z")
 SLOWEST = 5.0  # Hz, below it rates do not tell of the angles between them

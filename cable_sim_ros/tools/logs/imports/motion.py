@@ -17,12 +17,12 @@ from ....io.sources.motion_table import STEP, Samples
 from ....runs.make_bags import CUTOFF
 from ....sim.inputs import MAX_POSITION
 from ..log import SECOND, LogError
+from ..mapping.mapping_file import ANGLES
 from ..own_signals import Signal
 from .regular import Regular, regular
 from .track import EDGE, Choice, Track, around_mean, measured
 
 DEGREE = np.pi / 180.0
-ANGLES = ("roll", "pitch", "yaw")
 USED = ("x", "y", "z", "heave", "roll", "pitch", "yaw", "latitude", "longitude", "speed", "course", "surge", "sway")
 PLACES = ("x", "y", "latitude", "longitude", "surge", "sway")
 LEAST = 2.0  # s of common time

@@ -10,11 +10,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..log import SECOND, LogError, Source
+from ..log import DAY, SECOND, LogError, Source
 
 CONFIRM = 5  # records behind a step back that make it a setting of the clock
 STALE = 5 * SECOND  # ns, of a record whose device clock is taken for another source
-DAY = 86_400 * SECOND
 WRAP = 0.9  # of a day: a clock without a date that steps back by more goes on with the next day
 
 
