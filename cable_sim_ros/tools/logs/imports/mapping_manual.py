@@ -8,7 +8,7 @@ from enum import Enum
 from ....io.scenes.document import shipped_mappings
 from ....physics.parameter import Block, interval
 from ..mapping.mapping_file import Entry, Mapping, dimension_of, load_mapping
-from ..mapping.units import UNITS, units_of
+from ..mapping.units import FACTORS
 from ..mapping.words import VECTORS, WORDS
 
 TITLE = """# Keys of a mapping
@@ -44,13 +44,7 @@ def text() -> str:
             ),
         ),
         "## Units\n",
-        _table(
-            ("SI", "names"),
-            (
-                (si, ", ".join(f"`{name}`" for name in units_of(si)))
-                for si in dict.fromkeys(one.dimension for one in UNITS.values())
-            ),
-        ),
+        _table(("SI", "names"), ((si, ", ".join(f"`{n}`" for n in names)) for si, names in FACTORS.items())),
         "## Ready mappings\n",
         _table(
             ("name", "entries", "about"),

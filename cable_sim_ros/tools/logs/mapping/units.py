@@ -18,47 +18,23 @@ class Unit(NamedTuple):
     offset: float = 0.0
 
 
-UNITS: dict[str, Unit] = {
-    "m": Unit("m", 1.0),
-    "cm": Unit("m", 0.01),
-    "mm": Unit("m", 0.001),
-    "km": Unit("m", 1000.0),
-    "ft": Unit("m", 0.3048),
-    "fathom": Unit("m", 1.8288),
-    "nmi": Unit("m", 1852.0),
-    "m/s": Unit("m/s", 1.0),
-    "cm/s": Unit("m/s", 0.01),
-    "mm/s": Unit("m/s", 0.001),
-    "m/min": Unit("m/s", 1.0 / 60.0),
-    "ft/min": Unit("m/s", 0.3048 / 60.0),
-    "ft/s": Unit("m/s", 0.3048),
-    "km/h": Unit("m/s", 1.0 / 3.6),
-    "kn": Unit("m/s", 1852.0 / 3600.0),
-    "rad": Unit("rad", 1.0),
-    "deg": Unit("rad", pi / 180.0),
-    "rad/s": Unit("rad/s", 1.0),
-    "deg/s": Unit("rad/s", pi / 180.0),
-    "deg/min": Unit("rad/s", pi / 180.0 / 60.0),
-    "m/s^2": Unit("m/s^2", 1.0),
-    "cm/s^2": Unit("m/s^2", 0.01),
-    "g": Unit("m/s^2", KILOGRAM),
-    "N": Unit("N", 1.0),
-    "daN": Unit("N", 10.0),
-    "kN": Unit("N", 1000.0),
-    "lb": Unit("N", POUND),
-    "klb": Unit("N", 1000.0 * POUND),
-    "kgf": Unit("N", KILOGRAM),
-    "t": Unit("N", 1000.0 * KILOGRAM),
-    "short_ton": Unit("N", 2000.0 * POUND),
-    "Pa": Unit("Pa", 1.0),
-    "kPa": Unit("Pa", 1e3),
-    "MPa": Unit("Pa", 1e6),
-    "mbar": Unit("Pa", 1e2),
-    "bar": Unit("Pa", 1e5),
-    "dbar": Unit("Pa", 1e4),
-    "psi": Unit("Pa", POUND / 0.0254**2),
-    "1": Unit("1", 1.0),
-}
+FACTORS: dict[str, dict[str, float]] = {  # SI unit -> units of the same: SI units that one of it is
+    "m": {"m": 1.0, "cm": 0.01, "mm": 0.001, "km": 1000.0, "ft": 0.3048, "fathom": 1.8288, "nmi": 1852.0},
+    "m/s": {
+        "m/s": 1.0, "cm/s": 0.01, "mm/s": 0.001, "m/min": 1.0 / 60.0, "ft/min": 0.3048 / 60.0, "ft/s": 0.3048,
+        "km/h": 1.0 / 3.6, "kn": 1852.0 / 3600.0,
+    },
+    "rad": {"rad": 1.0, "deg": pi / 180.0},
+    "rad/s": {"rad/s": 1.0, "deg/s": pi / 180.0, "deg/min": pi / 180.0 / 60.0},
+    "m/s^2": {"m/s^2": 1.0, "cm/s^2": 0.01, "g": KILOGRAM},
+    "N": {
+        "N": 1.0, "daN": 10.0, "kN": 1000.0, "lb": POUND, "klb": 1000.0 * POUND, "kgf": KILOGRAM,
+        "t": 1000.0 * KILOGRAM, "short_ton": 2000.0 * POUND,
+    },
+    "Pa": {"Pa": 1.0, "kPa": 1e3, "MPa": 1e6, "mbar": 1e2, "bar": 1e5, "dbar": 1e4, "psi": POUND / 0.0254**2},
+    "1": {"1": 1.0},
+}  # fmt: skip
+UNITS = {name: Unit(si, factor) for si, units in FACTORS.items() for name, factor in units.items()}
 
 OTHER_NAMES = {  # as loggers and drivers write them
     "metre": "m", "meter": "m", "metres": "m", "meters": "m",
@@ -103,4 +79,4 @@ def nearest(unit: str, dimension: str) -> str:
 
 def units_of(dimension: str) -> list[str]:
     """Units of a dimension, by name."""
-    return [name for name, one in UNITS.items() if one.dimension == dimension]
+    return list(FACTORS.get(dimension, ()))
