@@ -137,15 +137,7 @@ def residuals(subject: Subject) -> Section | None:
         return None
     found = Section("residuals", "Simulated again, beside what was recorded")
     rows = [
-        (
-            row.quantity,
-            row.channel,
-            number(row.mean, 4),
-            number(row.rms, 4),
-            number(row.largest, 4),
-            row.unit,
-            str(row.count),
-        )
+        (row.quantity, row.channel, *(number(x, 4) for x in (row.mean, row.rms, row.largest)), row.unit, str(row.count))
         for row in subject.result.residuals
     ]
     if rows:

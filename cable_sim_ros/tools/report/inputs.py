@@ -15,6 +15,10 @@ RAO_UNITS = {
     **dict.fromkeys(("roll", "pitch", "yaw"), "°"),
     "roll_period": "s",
 }
+ROUNDED = (  # figures of a column that came rounded, and what they are
+    ("cutoff_hz", "smoothed above [Hz]"), ("acceleration_rounded", "as rounded"),
+    ("acceleration_left", "left wrong"), ("acceleration_motion", "of the motion"),
+)  # fmt: skip
 MOST = 20  # notes of an import
 STILL = 1e-9  # of a quantity: a deviation below is round-off
 NAMES = {
@@ -32,29 +36,13 @@ def section(subject: Subject) -> Section:
     found.parts.append(Table("Ship motion and winch commands", ("what", "value"), list(rows(subject))))
     rounded = subject.metrics.get("motion_rounded") or []
     if rounded:
-        found.parts.append(
-            Table(
-                "Columns that came rounded and were smoothed: rms accelerations, m/s² or rad/s²",
-                ("column", "resolution", "smoothed above [Hz]", "as rounded", "left wrong", "of the motion"),
-                [
-                    (
-                        str(one["column"]),
-                        f"{number(one['resolution'])} {one['unit']}",
-                        *(
-                            number(one[name], 3)
-                            for name in (
-                                "cutoff_hz",
-                                "acceleration_rounded",
-                                "acceleration_left",
-                                "acceleration_motion",
-                            )
-                        ),
-                    )
-                    for one in rounded
-                ],
-                right=(2, 3, 4, 5),
-            )
-        )
+        caption = "Columns that came rounded and were smoothed: rms accelerations, m/s² or rad/s²"
+        head = ("column", "resolution", *(title for _, title in ROUNDED))
+        cells = [
+            (str(one["column"]), f"{number(one['resolution'])} {one['unit']}", *(number(one[k], 3) for k, _ in ROUNDED))
+            for one in rounded
+        ]
+        found.parts.append(Table(caption, head, cells, right=(2, 3, 4, 5)))
     found.parts += imported(subject)
     rao = subject.metrics.get("rao")
     if rao:

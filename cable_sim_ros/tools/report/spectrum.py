@@ -104,24 +104,13 @@ def section(subject: Subject) -> Section:
         f"overlap of half, linear trend off; a step is {number(heave.width, 2)} Hz."
     )
     found.parts.append(Figure(svg("spectra", (WIDTH, 2.7), lambda f: spectra(f, drawn, band, end)), caption, words))
-    table = [
-        (
-            title,
-            number(float(values.std()), 4),
-            number(4.0 * float(values.std()), 4),
-            unit,
-            *(
-                ("-",) * 3
-                if one is None
-                else (
-                    number(1.0 / one.peak, 3),
-                    number(np.sqrt(one.moment(0) / one.moment(2)), 3),
-                    number(100.0 * one.share(band), 3),
-                )
-            ),
-        )
-        for title, unit, values, one in every
-    ]
+    table = []
+    for title, unit, values, one in every:
+        spread, waves = float(values.std()), ["-"] * 3
+        if one is not None:
+            figures = 1.0 / one.peak, np.sqrt(one.moment(0) / one.moment(2)), 100.0 * one.share(band)
+            waves = [number(value, 3) for value in figures]
+        table.append((title, number(spread, 4), number(4.0 * spread, 4), unit, *waves))
     head = ("quantity", "deviation", "4 x deviation", "unit", "peak period [s]", "mean period [s]", "in the band [%]")
     caption = (
         "From the series and the spectra: four times the deviation is a significant height where the quantity is a "

@@ -109,9 +109,7 @@ def tell(judged: Judged, figures: dict[str, Any]) -> None:
             one.way,
             f"{one.tows}",
             f"{100 * one.bias:+.1f}",
-            f"{100 * one.spread:.1f}",
-            f"{100 * one.median:.1f}",
-            f"{100 * one.rms:.1f}",
+            *(f"{100 * value:.1f}" for value in (one.spread, one.median, one.rms)),
             "" if one.held is None else f"{100 * one.held:.0f}",
         )
         for one in judged.ways
