@@ -149,21 +149,9 @@ class FilmFrame:
         axes.add_collection(self.line, autolim=False)
         self.fish = self._move(axes.plot([], [], "D", color=ORANGE, ms=7, zorder=5)[0])
         self.wheel = self._move(axes.plot([], [], "o", mfc="white", mec=INK, mew=1.5, ms=6, zorder=5)[0])
-        offset = (9, -3) if not small else (7, -2)
-        self.fish_text = self._move(
-            axes.annotate(
-                "",
-                (0, 0),
-                xytext=offset,
-                textcoords="offset points",
-                ha="left",
-                va="top",
-                size=10,
-                weight="bold",
-                color=ORANGE,
-                zorder=6,
-            )  # fmt: skip
-        )
+        beside = {"xytext": (7, -2) if small else (9, -3), "textcoords": "offset points", "ha": "left", "va": "top"}
+        look = {"size": 10, "weight": "bold", "color": ORANGE, "zorder": 6}
+        self.fish_text = self._move(axes.annotate("", (0, 0), **beside, **look))
         self.side_axes = axes
 
     def _sheave(self, axes: Axes, large: bool) -> None:
