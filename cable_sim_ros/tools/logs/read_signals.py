@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import partial
 
 from .log import Log, LogError, Losses, Source
 from .mapping.apply import Applied, applied, covers, entries_covered
@@ -58,7 +58,7 @@ def read(path: Paths, mapping: str | os.PathLike | None = None, format: str | No
             unfit.append(f"{log.path}: no ready mapping fits its sources ({', '.join(list(log.sources)[:SHOWN])})")
             continue
         if name not in groups:
-            groups[name] = Joined(_wanted(chosen or ready[name]))
+            groups[name] = Joined(partial(_wanted, chosen or ready[name]))
         groups[name].add(log)
     if not groups:
         why = "; ".join([*unfit, *skipped][:SHOWN]) or f"{paths[0]}: no log is there"
@@ -91,24 +91,20 @@ def best_of(log: Log, ready: dict[str, Mapping]) -> str | None:
     return max(fitting, key=lambda pair: pair[0])[1] if fitting else None
 
 
-def _wanted(mapping: Mapping) -> Callable[[Source], set[str] | None]:
+def _wanted(mapping: Mapping, source: Source) -> set[str] | None:
     """Columns of a source that a mapping takes, None where it does not name the source."""
-
-    def wanted(source: Source) -> set[str] | None:
-        one = Log("", "", {source.name: source}, 0)
-        fields: list[str] = []
-        named = False
-        for entry in mapping.signals.values():
-            if find_sources(one, sources_of(entry)):
-                named = True
-                fields += [*fields_of(entry), entry.quality_field]
-            if entry.quality_source and find_sources(one, [entry.quality_source]):
-                named = True
-                fields.append(entry.quality_field)
-            named = named or bool(entry.stamped_by and find_sources(one, [entry.stamped_by]))
-        return {column for name in fields if name and (column := column_of(source, name))} if named else None
-
-    return wanted
+    one = Log("", "", {source.name: source}, 0)
+    fields: list[str] = []
+    named = False
+    for entry in mapping.signals.values():
+        if find_sources(one, sources_of(entry)):
+            named = True
+            fields += [*fields_of(entry), entry.quality_field]
+        if entry.quality_source and find_sources(one, [entry.quality_source]):
+            named = True
+            fields.append(entry.quality_field)
+        named = named or bool(entry.stamped_by and find_sources(one, [entry.stamped_by]))
+    return {column for name in fields if name and (column := column_of(source, name))} if named else None
 
 
 def _take(out: Reading, name: str, log: Log, joined: Joined, made: Applied) -> None:

@@ -61,7 +61,7 @@ class Joined:
     wanted: columns of a source to keep, None where it is of no use; the names of all others are kept as `left`.
     """
 
-    def __init__(self, wanted: Callable[[Source], Collection[str] | None] | None = None) -> None:
+    def __init__(self, wanted: Callable[[Source], Collection[str] | None]) -> None:
         self.wanted = wanted
         self.files: list[str] = []
         self.numbers = self.records = 0
@@ -88,7 +88,7 @@ class Joined:
             if stamps is not None:
                 begin = begin_of(stamps)
                 self._begin = begin if self._begin is None else min(begin, self._begin)
-            kept = source.columns.keys() if self.wanted is None else self.wanted(source)
+            kept = self.wanted(source)
             if kept is None:
                 self._left[name] = None
                 continue

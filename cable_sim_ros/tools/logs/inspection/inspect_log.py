@@ -270,27 +270,22 @@ def _jumps(source: Source, where: str, name: str, unit: str, there: np.ndarray, 
     if stamps is None:
         return []
     t = (stamps[there] - stamps[0]) / SECOND
-    steps = np.diff(good)
+    steps, found = np.diff(good), list[Finding]()
     if TURN.search(name) and not RATE.search(name) and unit in ("deg", "rad"):
         turn = 360.0 if unit == "deg" else 2.0 * np.pi
         turned = (steps + 0.5 * turn) % turn - 0.5 * turn
         big = np.flatnonzero((np.abs(turned) > HEADING_JUMP * turn / 360.0) & (np.diff(t) < 2.0))
-        return [
-            Finding(
-                where,
-                "heading_jump",
-                f"turns by {turned[k]:.4g} {unit} in {t[k + 1] - t[k]:.3g} s after {t[k]:.4g} s",
-                {"step": float(turned[k]), "after_s": float(t[k]), "times": len(big)},
-            )
-            for k in big[:EXAMPLES].tolist()
-        ]
+        for k in big[:EXAMPLES].tolist():
+            text = f"turns by {turned[k]:.4g} {unit} in {t[k + 1] - t[k]:.3g} s after {t[k]:.4g} s"
+            evidence = {"step": float(turned[k]), "after_s": float(t[k]), "times": len(big)}
+            found.append(Finding(where, "heading_jump", text, evidence))
+        return found
     moving = np.abs(steps[steps != 0.0])
     if not len(moving) or ANGLE.search(name):
         return []
     counter = bool(COUNTER.search(name))
     usual = float(np.quantile(moving, 0.99)) if len(moving) > 100 else float(np.median(moving))
     big = np.flatnonzero(np.abs(steps) > JUMP * usual)
-    found = []
     for k in big[:EXAMPLES].tolist():
         evidence = {"from": float(good[k]), "to": float(good[k + 1]), "after_s": float(t[k]), "usual_step": usual}
         between = f"{good[k]:.6g} to {good[k + 1]:.6g} {unit}".rstrip()
