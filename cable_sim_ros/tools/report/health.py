@@ -28,18 +28,11 @@ def solver(subject: Subject) -> Section:
     metrics, frames = subject.metrics, subject.frames
     found = Section("health", "Health of the solver")
     state = {rule.flag: rule.state for rule in RULES}
-    flags = [
-        (
-            name,
-            str(count),
-            number(count * subject.tick, 4),
-            share(count / len(frames)),
-            state.get(name, "ok"),
-            Flag[name].text,
-        )
-        for name, count in (metrics.get("flags") or {}).items()
-        if name in Flag.__members__
-    ]
+    flags = []
+    for name, count in (metrics.get("flags") or {}).items():
+        if name in Flag.__members__:
+            often = str(count), number(count * subject.tick, 4), share(count / len(frames))
+            flags.append((name, *often, state.get(name, "ok"), Flag[name].text))
     if flags:
         head = ("flag", "ticks", "time [s]", "share", "too much of it is", "meaning")
         found.parts.append(Table("Ticks in which something was flagged", head, flags, right=(1, 2, 3)))
@@ -84,29 +77,15 @@ def energy(subject: Subject) -> Section | None:
     words = f"The balance misses at most {number(error, 3)} J in the run, {size}."
     scale, name = (1e-3, "kJ") if through >= 1e3 else (1.0, "J") if through >= 1.0 else (1e3, "mJ")
 
-    def draw(figure):
-        axes = figure.subplots()
-        bars(
-            axes,
-            [label for _, label, _ in TERMS],
-            [scale * value for value in changes],
-            f"energy [{name}], end of the run less its begin",
-        )
+    span, labels = "end of the run less its begin", [label for _, label, _ in TERMS]
 
-    table = [(label, number(value, 4), what) for (_, label, what), value in zip(TERMS, changes)]
-    return Section(
-        "energy",
-        "Energy balance",
-        [
-            Figure(svg("energy", (WIDTH, 3.0), draw), f"Where the energy came from and went. {words}", words),
-            Table(
-                "Terms of the balance, end of the run less its begin",
-                ("term", "energy [J]", "meaning"),
-                table,
-                right=(1,),
-            ),
-        ],
-    )
+    def draw(figure):
+        bars(figure.subplots(), labels, [scale * value for value in changes], f"energy [{name}], {span}")
+
+    drawn = Figure(svg("energy", (WIDTH, 3.0), draw), f"Where the energy came from and went. {words}", words)
+    rows = [(label, number(value, 4), what) for (_, label, what), value in zip(TERMS, changes)]
+    terms = Table(f"Terms of the balance, {span}", ("term", "energy [J]", "meaning"), rows, right=(1,))
+    return Section("energy", "Energy balance", [drawn, terms])
 
 
 def figures(subject: Subject) -> Section:

@@ -96,15 +96,8 @@ def passage(subject: Subject) -> Section | None:
     if slack:
         at = int(np.nanargmin(frames["tension_least"]))
         least = number(float(frames["tension_least"][at]), 4)
-        rows.append(
-            (
-                "slack",
-                number(slack, 3),
-                "s",
-                number(float(subject.time[at]), 5),
-                f"cable without tension; the least was {least} N",
-            )
-        )
+        meaning = f"cable without tension; the least was {least} N"
+        rows.append(("slack", number(slack, 3), "s", number(float(subject.time[at]), 5), meaning))
     words = []
     if "splash_tension_least" in found:
         low, high = found["splash_tension_least"].value, found["splash_tension"].value
@@ -127,29 +120,17 @@ def drive(subject: Subject) -> Section | None:
         return None
     found = Section("drive", "Winch and drive")
     motor = scene.drive.model is DriveModel.MOTOR
+    pull: tuple[Line, ...] = (Line(1e-3 * frames["tension_drum"], "cable" if motor else ""),)
+    power: tuple[Line, ...] = (
+        Line(1e-3 * frames["winch_power_tick_max"], "cable, largest of a tick" if motor else ""),
+    )
+    if motor:
+        pull += (Line(1e-3 * frames["motor_pull"], "motor"), Line(1e-3 * frames["brake_pull"], "brake and friction"))
+        power += (Line(1e-3 * frames["motor_power"], "motor on the drum"),)
     rows = [
         Strip("Speed of the cable at the drum, out positive", "speed [m/s]", (Line(frames["payout_rate"]),), 0.1),
-        Strip(
-            "Pull at the drum",
-            "pull [kN]",
-            (
-                Line(1e-3 * frames["tension_drum"], "cable"),
-                Line(1e-3 * frames["motor_pull"], "motor"),
-                Line(1e-3 * frames["brake_pull"], "brake and friction"),
-            )
-            if motor
-            else (Line(1e-3 * frames["tension_drum"]),),
-        ),
-        Strip(
-            "Power into the cable (negative: it pays out and brakes)",
-            "power [kW]",
-            (
-                Line(1e-3 * frames["winch_power_tick_max"], "cable, largest of a tick"),
-                Line(1e-3 * frames["motor_power"], "motor on the drum"),
-            )
-            if motor
-            else (Line(1e-3 * frames["winch_power_tick_max"]),),
-        ),
+        Strip("Pull at the drum", "pull [kN]", pull),
+        Strip("Power into the cable (negative: it pays out and brakes)", "power [kW]", power),
     ]
     metrics = subject.metrics
     words = (
@@ -162,13 +143,10 @@ def drive(subject: Subject) -> Section | None:
     known = [(name, unit_, text) for name, unit_, text, *_ in WINCH_PEAKS] + [
         (f"winch_{name}_share", "", f"share of the run in which {text}".replace("`", "")) for name, text in WINCH_LIMITS
     ]
-    table = [
-        (text, number(metrics.get(name)), unit(what)) for name, what, text in known if metrics.get(name) is not None
-    ]
-    names = [name for name, _, _ in known if metrics.get(name) is not None]
-    found.parts.append(
-        Table("The winch at work, whole run", ("figure", "value", "unit"), table, right=(1,), names=names)
-    )
+    known = [row for row in known if metrics.get(row[0]) is not None]
+    table, names = [(text, number(metrics[name]), unit(what)) for name, what, text in known], [row[0] for row in known]
+    head = ("figure", "value", "unit")
+    found.parts.append(Table("The winch at work, whole run", head, table, right=(1,), names=names))
     mode = np.unique(frames["winch_mode"].astype(int))
     said = ", ".join(MODES[k].value for k in mode if 0 <= k < len(MODES))
     found.parts.append(Text([f"Modes of the winch in the run: {said}."]))
@@ -236,13 +214,8 @@ def instruments(subject: Subject) -> Section | None:
         values[held[0] :] = (one.shown - one.true)[held][
             np.searchsorted(held, np.arange(held[0], len(values)), side="right") - 1
         ]
-        rows.append(
-            Strip(
-                f"{one.device[0].upper()}{one.device[1:]}: {one.quantity}, shown less true",
-                f"[{one.unit}]",
-                (Line(values),),
-            )
-        )
+        title = f"{one.device[0].upper()}{one.device[1:]}: {one.quantity}, shown less true"
+        rows.append(Strip(title, f"[{one.unit}]", (Line(values),)))
     words = "Difference between what each instrument shows and the truth of the same moment, at its readings."
     if any(one.device == "load pin" for one in every):
         words += (
