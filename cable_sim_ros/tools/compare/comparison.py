@@ -455,17 +455,9 @@ def exact(a: np.ndarray, b: np.ndarray) -> Exact | None:
         gap = np.where(unequal, np.abs(y - x), 0.0)
         nan = np.isnan(gap)
         gap = np.where(nan, 0.0, gap).max(axis=1)
-        at = int(np.argmax(gap))
-        found.append(
-            FieldDifference(
-                name,
-                float(seconds[int(np.argmax(rows))]),
-                int(rows.sum()),
-                float(gap[at]),
-                float(seconds[at]),
-                int(nan.any(axis=1).sum()),
-            )
-        )
+        first, at, alone = int(np.argmax(rows)), int(np.argmax(gap)), int(nan.any(axis=1).sum())
+        largest = float(gap[at]), float(seconds[at])
+        found.append(FieldDifference(name, float(seconds[first]), int(rows.sum()), *largest, alone))
     found.sort(key=lambda row: row.first_s)
     return Exact(len(a), len(b), len(common), found)
 

@@ -167,15 +167,5 @@ def paired(quantity: str, a: Cleaned, b: Cleaned, window: tuple[float, float] = 
         slope = float(((t - middle) * v).sum() / ((t - middle) ** 2).sum())
         track = v.mean() + slope * (grid - middle)
         va, vb = va - track, vb - track
-    return Pair(
-        grid,
-        va,
-        vb,
-        step,
-        float(end - begin),
-        float(bad.sum() * step),
-        faster,
-        PASSED * 0.5 / step if faster else 0.0,
-        cut_a if faster == "a" else cut_b if faster == "b" else 0.0,
-        line,
-    )
+    cut_hz, removed = PASSED * 0.5 / step if faster else 0.0, {"a": cut_a, "b": cut_b}.get(faster, 0.0)
+    return Pair(grid, va, vb, step, float(end - begin), float(bad.sum() * step), faster, cut_hz, removed, line)

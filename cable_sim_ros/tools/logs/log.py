@@ -163,14 +163,8 @@ class Builder:
         columns = {
             column: np.array([values.get(column, np.nan) for _, _, values, _ in rows], np.float64) for column in names
         }
-        return Source(
-            name,
-            self._kinds[name],
-            _times([row[0] for row in rows]),
-            _times([row[1] for row in rows]),
-            columns,
-            self._units_of(name, rows, columns),
-        )
+        logged, device = (_times([row[k] for row in rows]) for k in (0, 1))
+        return Source(name, self._kinds[name], logged, device, columns, self._units_of(name, rows, columns))
 
     def _units_of(self, name: str, rows: list, columns: dict[str, np.ndarray]) -> dict[str, str]:
         """Unit of each column that most records tell; the values of the others are none."""

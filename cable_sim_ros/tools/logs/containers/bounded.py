@@ -106,23 +106,13 @@ def _read_one(module: Any, path: Path, out: Path) -> None:
         text = " ".join(str(error).split())[:200].replace(str(path), path.name)
         _leave(out, {"error": f"{type(error).__name__}: {text}{short}"})
     else:
-        sources = [
-            {
-                "name": source.name,
-                "kind": source.kind,
-                "clocks": [source.logged is not None, source.device is not None],
-                "columns": list(source.columns),
-                "units": source.units,
-            }
-            for source in log.sources.values()
-        ]
+        sources, arrays = [], []
+        for source in log.sources.values():
+            clocks = source.logged, source.device
+            arrays += [array for array in (*clocks, *source.columns.values()) if array is not None]
+            entry = {"name": source.name, "kind": source.kind, "units": source.units, "columns": list(source.columns)}
+            sources.append(entry | {"clocks": [clock is not None for clock in clocks]})
         head = {"format": log.format, "records": log.records, "notices": log.notices, "sources": sources}
-        arrays = [
-            array
-            for source in log.sources.values()
-            for array in (source.logged, source.device, *source.columns.values())
-            if array is not None
-        ]
         _leave(out, head | {"counts": log.losses.counts, "first": log.losses.first}, arrays)
 
 
