@@ -290,17 +290,7 @@ def before_run(log: TowLog, scene: Scene, cable: np.ndarray, antenna: tuple[floa
         [(ahead - antenna[0]) * c - (aside - antenna[1]) * s, (ahead - antenna[0]) * s + (aside - antenna[1]) * c]
     )
     sheave = log.track + lever
+    velocity, height = np.gradient(sheave, STEP, axis=0), np.full(len(cable), up + scene.ship.reference_height)
     none = np.full(len(cable), np.nan)
-    return Samples(
-        log.seconds,
-        log.track,
-        sheave,
-        np.gradient(sheave, STEP, axis=0),
-        log.yaw,
-        np.full(len(cable), up + scene.ship.reference_height),
-        cable,
-        none if log.depth is None else log.depth,
-        np.column_stack([none, none]),
-        none,
-        none,
-    )
+    depth, fish = none if log.depth is None else log.depth, np.column_stack([none, none])
+    return Samples(log.seconds, log.track, sheave, velocity, log.yaw, height, cable, depth, fish, none, none)

@@ -175,13 +175,8 @@ def plot(found: dict[str, Any], path: Path) -> Path:
         known = [row for row in found["fins"] if row["found_m2"] is not None]
         fins.set_title("Least upright fins, aspect ratio 2")
         fins.plot([r["ahead_m"] for r in known], [r["found_m2"] for r in known], "o-", color=LIFT, lw=2, label="found")
-        fins.plot(
-            [r["ahead_m"] for r in found["fins"]],
-            [r["formula_m2"] for r in found["fins"]],
-            color=FORMULA,
-            ls="--",
-            label="formula",
-        )
+        places, areas = ([row[key] for row in found["fins"]] for key in ("ahead_m", "formula_m2"))
+        fins.plot(places, areas, color=FORMULA, ls="--", label="formula")
         fins.axhline(found["fin_area_m2"], color=DRAG, ls=":", label="its own")
         fins.set_xlabel("tow point ahead of its place [m]")
         fins.set_ylabel("area [m²]")
@@ -350,14 +345,10 @@ def figures_of(scene: Scene, name: str, speeds: Sequence[float], mapped: bool = 
     length = body.length or 1.0
     fins, area = [], fin_area(body)
     for share in AHEAD:
-        scale = least_scale(scene, moved(body, share * length), speed) if area else None
-        fins.append(
-            {
-                "ahead_m": share * length,
-                "found_m2": None if scale is None else scale * area,
-                "formula_m2": least_fin(scene, moved(body, share * length)),
-            }
-        )
+        there = moved(body, share * length)
+        scale = least_scale(scene, there, speed) if area else None
+        own = None if scale is None else scale * area
+        fins.append({"ahead_m": share * length, "found_m2": own, "formula_m2": least_fin(scene, there)})
     alone, polar = Alone(scene, body, speed), []
     for pitch in PITCHES:
         alone.turn(pitch=pitch)

@@ -23,6 +23,7 @@ from ...sim.problem import Problem
 from ..logs.mapping.units import UNITS, named, nearest
 from .series import LONGEST_WIRE, SHORTEST, SPEEDS, Series, SeriesError, Signal, read_series
 
+EXAMPLE = "tows: my cruises"
 CONSEQUENCE = "nothing was simulated"
 MOST = 5000  # rows
 RATES = (0.005, 5.0)  # m/s, of a winch
@@ -195,14 +196,7 @@ def fields_of(column: Column) -> tuple[str, ...]:
 
 
 MAPS = Document(
-    TowsMap,
-    "a map of a table of tows",
-    "map",
-    "tows: my cruises",
-    find_tow_map,
-    shipped_tows,
-    _problems,
-    error=TowsMapError,
+    TowsMap, "a map of a table of tows", "map", EXAMPLE, find_tow_map, shipped_tows, _problems, error=TowsMapError
 )
 
 

@@ -68,17 +68,8 @@ def camera(
     if name == FISH:
         return _towards(np.zeros(3), starboard + 0.55 * forward + 0.35 * up, 3.2 * max(body[0], 3.0 * body[1]), 0.0)
     origin = followed(WHOLE, scene, moment)
-    points = np.concatenate(
-        (
-            moment.shape[:, :3] - origin,
-            [
-                moment.frame["body_position"] - origin,
-                0.5 * hull * bow,
-                0.03 * hull * up,
-                moment.frame["sheave_position"] - origin,
-            ],
-        )
-    )
+    fish, sheave = (moment.frame[f"{name}_position"] - origin for name in ("body", "sheave"))
+    points = np.concatenate((moment.shape[:, :3] - origin, [fish, 0.5 * hull * bow, 0.03 * hull * up, sheave]))
     along, high = points @ forward, points[:, 2]
     middle = 0.5 * (along.min() + along.max()) * forward + (0.5 * (high.min() + high.max())) * up
     wide, tall = np.ptp(along), np.ptp(high)
