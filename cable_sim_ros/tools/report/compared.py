@@ -148,14 +148,9 @@ def residuals(subject: Subject) -> Section | None:
     most = metrics["largest_difference"]
     if most is not None:
         where = f" ({most['field']})" if most["field"] else ""
-        found.parts.append(
-            Text(
-                [
-                    f"Largest difference of any quantity over {counted(most['ticks'], 'common tick')}: "
-                    f"{number(most['difference'], 3)}{where}."
-                ]
-            )
-        )
+        over = counted(most["ticks"], "common tick")
+        text = f"Largest difference of any quantity over {over}: {number(most['difference'], 3)}{where}."
+        found.parts.append(Text([text]))
     said = [without_paths(text, subject) for text in metrics.get("replay_faults") or ()]
     found.parts += [Text(said, note=True)] if said else []
     return found

@@ -20,6 +20,10 @@ REPLAY = {
     DOUBTFUL: "The replay came to its end, but it cannot be taken for the recorded run: {why}.",
     FAILED: "The replay did not come to its end, so that it says little of the recorded run: {why}.",
 }
+CHECKED = (
+    "Every tick of the simulation was checked: convergence of the solver, slack cable, contact with sheave and drum, "
+    "age of the motion, limits of the winch, damping by the time steps. No check objected."
+)
 CARDS = (
     ("tension_mean_n", "mean tension at the sheave", "N"),
     ("tension_std_n", "standard deviation of the tension", "N"),
@@ -122,15 +126,7 @@ def section(subject: Subject) -> Section:
     notes = [without_paths(note, subject) for note in subject.result.verdict.notes if note not in inputs]
     found.parts += [Text(notes, note=True)] if notes else []
     if not found.parts:
-        found.parts.append(
-            Text(
-                [
-                    "Every tick of the simulation was checked: convergence of the solver, slack cable, contact with "
-                    "sheave and drum, age of the motion, limits of the winch, damping by the time steps. No check "
-                    "objected."
-                ]
-            )
-        )
+        found.parts.append(Text([CHECKED]))
     return found
 
 

@@ -29,17 +29,9 @@ def draw(judged: Judged, path: Path) -> Path:
         end = 1.05 * max(measured.max(), mid.max())
         against.plot([0.0, end], [0.0, end], color=OTHER, lw=1)
         for rows, color, label in ((inside, HELD, "within 90 % interval"), (~inside, OUT, "outside")):
-            against.errorbar(
-                measured[rows],
-                mid[rows],
-                yerr=(mid[rows] - low[rows], high[rows] - mid[rows]),
-                fmt="o",
-                ms=4,
-                lw=1,
-                color=color,
-                alpha=0.7,
-                label=f"{label}: {rows.sum()}",
-            )
+            x, y, off = measured[rows], mid[rows], (mid[rows] - low[rows], high[rows] - mid[rows])
+            look = {"fmt": "o", "ms": 4, "lw": 1, "color": color, "alpha": 0.7}
+            against.errorbar(x, y, yerr=off, label=f"{label}: {rows.sum()}", **look)
         against.set_xlabel("measured depth [m]")
         against.set_ylabel("predicted depth [m]")
         against.set_xlim(0.0, end)
