@@ -175,6 +175,5 @@ def test_a_log_cut_off_or_with_wrong_bytes_is_read_or_refused(tmp_path):
 
 def test_places_on_a_plane_serve_as_positions_do(tmp_path):
     log = read_log(written(tmp_path / "log.csv", heading_deg=None, x_m=5.0 + 2.0 * np.arange(N), y_m=np.full(N, 7.0)))
-    assert log.origin is None and log.track[[0, -1]] == pytest.approx(
-        np.array([[5.0, 7.0], [5.0 + 2.0 * (N - 1), 7.0]])
-    )
+    ends = np.array([[5.0, 7.0], [5.0 + 2.0 * (N - 1), 7.0]])
+    assert log.origin is None and log.track[[0, -1]] == pytest.approx(ends)

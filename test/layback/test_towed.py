@@ -76,17 +76,10 @@ def test_copies_of_a_steady_tow_have_the_interval_of_steady_tows_and_a_ship_of_t
     towed, speed = Towed(scene, ranges), scene.ship.tow_speed * sin(pi / 4)
     towed.start()
     out = float(towed.nominal.frame["payout"])
+    way = {"velocity": (speed, speed, 0.0), "attitude": (0.0, 0.0, pi / 4), "rate": (0.0, 0.0, 0.0)}
     for k in range(21):
         at = (speed * k, speed * k, scene.ship.reference_height)
-        towed.push(
-            ShipMotion(
-                time_ns=k * SECOND,
-                position=at,
-                velocity=(speed, speed, 0.0),
-                attitude=(0.0, 0.0, pi / 4),
-                rate=(0.0, 0.0, 0.0),
-            )
-        )
+        towed.push(ShipMotion(time_ns=k * SECOND, position=at, **way))
     towed.push(WinchCommand(payout=out))
     band = towed.run(190, 190)
     found = towed.interval(band.nominal, band.values)[0]
@@ -118,13 +111,8 @@ def turned(tmp_path_factory):
     folder = tmp_path_factory.mktemp("turn")
     t = np.arange(0.0, 200.0)
     heading = 90.0 * np.clip((t - 40.0) / 60.0, 0.0, 1.0)
-    columns = {
-        "time_s": t,
-        "payout_m": t * 0.0 + 60.0,
-        "speed_mps": t * 0.0 + 2.0,
-        "heading_deg": heading,
-        "depth_m": None,
-    }
+    payout, speed = t * 0.0 + 60.0, t * 0.0 + 2.0
+    columns = {"time_s": t, "payout_m": payout, "speed_mps": speed, "heading_deg": heading, "depth_m": None}
     log, table = written(folder / "log.csv", **columns), folder / "table.csv"
     rows = ["winch.scope,ship.tow_speed,layback_max_m,reasons"]
     rows += [f"{c},{v},{c * v / 3.0 if c < 80 else ''}," for c in (50, 70, 90) for v in (1, 3)]
@@ -155,9 +143,8 @@ def test_the_table_says_heading_course_and_ship(turned):
         for name in ("heading_deg", "course_deg", "ship_heading_deg", "ship_course_deg"):
             assert (row[name] - heading + 180.0) % 360.0 - 180.0 == pytest.approx(0.0, abs=2.0)
         assert row["layback_table_m"] == pytest.approx(40.0, abs=0.3) and "altitude_m" not in row
-    assert rows[70]["layback_along_track_m"] and float(rows[70]["heading_deg"]) < 40.0 < float(
-        rows[70]["ship_heading_deg"]
-    )
+    heading, ship = (float(rows[70][name]) for name in ("heading_deg", "ship_heading_deg"))
+    assert rows[70]["layback_along_track_m"] and heading < 40.0 < ship
     assert first["ship_latitude"] > first["latitude"] and report["heading_95_deg"]["mean"] >= 0.0
 
 

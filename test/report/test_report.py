@@ -124,22 +124,8 @@ def test_every_figure_is_that_of_the_json(run, page):
 
 
 def test_the_sections_are_there(run, page):
-    assert page.sections == [
-        "verdict",
-        "simulated",
-        "inputs",
-        "scores",
-        "series",
-        "spectra",
-        "contact",
-        "instruments",
-        "rules",
-        "plan",
-        "health",
-        "energy",
-        "figures",
-        "glossary",
-    ]
+    wanted = "verdict simulated inputs scores series spectra contact instruments rules plan health energy figures"
+    assert page.sections == [*wanted.split(), "glossary"]
     for row in run.metrics["rules"]["rules"]:
         assert row["rule"] in page.text
     for row in plan_of(run.frames, run.scene, run.metrics)["plan"]:

@@ -207,10 +207,8 @@ def test_fast_packets_that_are_not_whole(read):
     assert read(whole + b"".join(frames[:3])).losses.counts == {"fast packet not complete": 1}
     lost = "frame of a fast packet whose start is lost"
     assert read(whole + b"".join(frames[1:])).losses.counts == {lost: len(frames) - 1}
-    assert read(whole + b"".join(frames[:2] + frames[3:])).losses.counts == {
-        "fast packet not complete": 1,
-        lost: len(frames) - 4,
-    }
+    holed = read(whole + b"".join(frames[:2] + frames[3:]))
+    assert holed.losses.counts == {"fast packet not complete": 1, lost: len(frames) - 4}
 
 
 def test_candump_and_lines_that_are_no_frames(read):

@@ -80,21 +80,14 @@ def test_a_lever_arm_is_taken_out_where_the_angles_are_there_and_said_where_not(
 
 def test_each_word_of_motion_moves_by_its_lever_arm(tmp_path):
     """Rigid body: place and velocity of a sensor computed here by differences of R a, not by omega x a."""
-    arm, yaw = np.array([12.0, -3.0, 5.0]), np.radians(7.0) * np.sin(0.35 * T) + 0.4
-    turn = rotation(np.column_stack([ROLL, PITCH, yaw]))
+
+    def angles_at(t):
+        roll, pitch = np.radians(4.0) * np.sin(0.5 * t), np.radians(2.0) * np.cos(0.6 * t)
+        return np.column_stack([roll, pitch, np.radians(7.0) * np.sin(0.35 * t) + 0.4])
+
+    arm, yaw = np.array([12.0, -3.0, 5.0]), angles_at(T)[:, 2]
     fine = 1e-4  # s, for the differences
-    later, sooner = (
-        rotation(
-            np.column_stack(
-                [
-                    np.radians(4.0) * np.sin(0.5 * (T + d)),
-                    np.radians(2.0) * np.cos(0.6 * (T + d)),
-                    np.radians(7.0) * np.sin(0.35 * (T + d)) + 0.4,
-                ]
-            )
-        )
-        for d in (fine, -fine)
-    )
+    turn, later, sooner = (rotation(angles_at(T + d)) for d in (0.0, fine, -fine))
     rate = (later - sooner) @ arm / (2.0 * fine)
     steady = rotation(np.column_stack([ROLL, PITCH, yaw - yaw.mean()])) @ arm - arm
     speed = np.column_stack([2.0 + 0.1 * np.sin(0.6 * T), 0.5 + 0.0 * T, 0.3 * np.cos(0.7 * T)])  # of base_link
@@ -277,9 +270,8 @@ def test_half_of_the_entries_is_used_and_the_rest_is_named(log):
     found, reading = mapped(
         log, "roll: {source: table, field: roll_deg, unit: deg}", "tension: {source: winch, field: load}"
     )
-    assert list(found) == ["roll"] and any(
-        "signals.tension: there is no source winch" in one for one in reading.missing
-    )
+    assert list(found) == ["roll"]
+    assert any("signals.tension: there is no source winch" in one for one in reading.missing)
 
 
 def test_a_log_without_a_ready_mapping_says_how_to_make_one(tmp_path):

@@ -84,20 +84,13 @@ def test_joints_are_columns_by_name(tmp_path):
     types = store()
     kind = "sensor_msgs/msg/JointState"
     names = (("payout", "tension"), ("tension", "payout"), ("payout", "payout"))
+    states = (types.serialize_cdr(joint_state(types.types, k, own), kind) for k, own in enumerate(names))
+    messages = [("/joints", kind, START + k, bytes(state)) for k, state in enumerate(states)]
     path = tmp_path / "a.mcap"
-    mcap_bag(
-        path,
-        [
-            ("/joints", kind, START + k, bytes(types.serialize_cdr(joint_state(types.types, k, names[k]), kind)))
-            for k in range(3)
-        ],
-        {kind: types.generate_msgdef(kind, ros_version=2)[0]},
-    )
+    mcap_bag(path, messages, {kind: types.generate_msgdef(kind, ros_version=2)[0]})
     columns = read_log(path).sources["/joints"].columns
-    assert columns["position[payout]"].tolist()[:2] == [0.0, 2.0] and columns["position[tension]"].tolist()[:2] == [
-        1,
-        1,
-    ]
+    assert columns["position[payout]"].tolist()[:2] == [0.0, 2.0]
+    assert columns["position[tension]"].tolist()[:2] == [1.0, 1.0]
     assert columns["position[0]"][2] == 2.0 and np.isnan(columns["position[payout]"][2])  # a name that is there twice
 
 
