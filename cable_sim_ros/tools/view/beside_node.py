@@ -13,7 +13,7 @@ from ...physics.tick_output import TICK_OUTPUT
 from ...plots.sea_surface import SeaSurface
 from ...sim.scene import Scene
 from ...sim.verdict import judge_counts, overload
-from .moment import AMBER, GREEN, NO_CONTACT, RED, Moment, verdict_html
+from .moment import AMBER, GREEN, NO_CONTACT, RED, Moment, lines_html, verdict_html
 from .page import CHARTS, WINDOW, Pace, Page
 from .stage import Stage
 
@@ -120,10 +120,6 @@ def _state(page: Page, watcher: Watcher, memory: Memory, moment: Moment | None) 
 
 def _sentences(watcher: Watcher) -> str:
     """What /diagnostics warns of."""
-    rows = [
-        f'<div style="margin-top:3px"><b style="color:{RED if level > 1 else AMBER}">{escape(task)}</b> '
-        f"{escape(text)}</div>"
-        for task, (level, text) in sorted(watcher.sentences.items())
-        if level
-    ]
-    return f"<div>diagnostics: {'none</div>' if not rows else '</div>' + ''.join(rows)}"
+    told = sorted(watcher.sentences.items())
+    rows = [(task, text, RED if level > 1 else AMBER) for task, (level, text) in told if level]
+    return lines_html("diagnostics", rows)

@@ -39,7 +39,7 @@ from .moment import (
     strips_of,
 )
 from .play_bag import check_start
-from .stage import nice
+from .stage import LOADS, nice
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -75,12 +75,7 @@ class FilmFrame:
         most = max(float(moment.shape[:, 3].max()) for moment in some)
         self.scale = colour_scale(run.scene, top if top is not None else nice(max(most, 1e-3)))
         self.links = run.scene.cable.model is CableModel.SEGMENTS
-        loads = [
-            float(m.contact[:, COLUMN[n]].max())
-            for m in some
-            if len(m.contact)
-            for n in ("load_port", "load_starboard")
-        ]
+        loads = [float(moment.contact[:, LOADS].max()) for moment in some if len(moment.contact)]
         self.load_unit = nice(max([*loads, 1e-9]))
         self.moving: list[Any] = []
         with matplotlib.rc_context(STYLE | {"font.size": 11, "axes.titlesize": 12, "axes.labelsize": 10}):

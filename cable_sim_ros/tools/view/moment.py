@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import os
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from html import escape
 from importlib import import_module
 from types import ModuleType
@@ -93,13 +93,18 @@ def verdict_html(verdict: Verdict, of: str) -> str:
     return f"<div>{escape(of)} {pill(verdict.state, OF_STATE.get(verdict.state, GREY))}{rows}</div>"
 
 
-def alarms_html(status: int) -> str:
-    """Flags of this moment; a line that says so where there is none."""
-    rows = [
+def lines_html(title: str, rows: Iterable[tuple[str, str, str]]) -> str:
+    """A line for each name, text and colour; one that says so where there is none."""
+    lines = "".join(
         f'<div style="margin-top:3px"><b style="color:{colour}">{escape(name)}</b> {escape(text)}</div>'
-        for name, text, colour in alarms(status)
-    ]
-    return "<div>alarms now: " + ("none</div>" if not rows else "</div>" + "".join(rows))
+        for name, text, colour in rows
+    )
+    return f"<div>{title}: {f'</div>{lines}' if lines else 'none</div>'}"
+
+
+def alarms_html(status: int) -> str:
+    """Flags of this moment."""
+    return lines_html("alarms now", alarms(status))
 
 
 def figures_html(frame) -> str:
