@@ -61,11 +61,7 @@ def _tell(done: Imported) -> None:
     )
     for name, count in f["signals"].items():
         say(f"  {name}: {count} records")
-    for word, lines in (
-        ("lost", f["losses"]),
-        ("not there", done.missing),
-        ("done", done.said),
-        ("assumed", done.assumed),
-    ):
+    told = {"lost": f["losses"], "not there": done.missing, "done": done.said, "assumed": done.assumed}
+    for word, lines in told.items():
         for line in lines:
             say(f"{word}: {line}")

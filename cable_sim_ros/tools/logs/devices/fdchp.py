@@ -19,17 +19,10 @@ from .lines import records_of, with_records
 
 SIZE = 55
 NAME, KIND = "fdchp", "FDCHP record"
-FORM = np.dtype(
-    [
-        ("year", ">u2"),
-        ("date", "u1", 5),
-        ("ms", ">u2"),
-        ("wind", ">i2", 3),
-        ("sound", ">u2"),
-        ("motion", ">f4", 9),
-        ("status", "u1", 2),
-    ]
-)
+FORM = np.dtype([
+    ("year", ">u2"), ("date", "u1", 5), ("ms", ">u2"), ("wind", ">i2", 3), ("sound", ">u2"), ("motion", ">f4", 9),
+    ("status", "u1", 2),
+])  # fmt: skip
 MOTION = {
     "rate_x": "rad/s", "rate_y": "rad/s", "rate_z": "rad/s",
     "acceleration_x": "g", "acceleration_y": "g", "acceleration_z": "g",
