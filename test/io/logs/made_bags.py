@@ -11,6 +11,7 @@ from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 SECOND = 1_000_000_000
 START = 1_406_851_200 * SECOND
+u32 = struct.Struct("<I").pack
 LOAD_PIN = "std_msgs/Header header\nfloat64 tension\nuint8[3] flags\nfloat32[] raw\n"
 
 
@@ -41,10 +42,8 @@ def joint_state(types, k, names):
 
 
 def ros1_record(fields, data):
-    head = b"".join(
-        struct.pack("<I", len(key) + 1 + len(value)) + key.encode() + b"=" + value for key, value in fields.items()
-    )
-    return struct.pack("<I", len(head)) + head + struct.pack("<I", len(data)) + data
+    head = b"".join(u32(len(key) + 1 + len(value)) + key.encode() + b"=" + value for key, value in fields.items())
+    return u32(len(head)) + head + u32(len(data)) + data
 
 
 def ros1_bag(messages, definitions, compression=b"none", chunk=8, indexed=True):
@@ -58,26 +57,18 @@ def ros1_bag(messages, definitions, compression=b"none", chunk=8, indexed=True):
                 said = {"topic": topic.encode(), "type": kind.encode(), "md5sum": b"*" * 32}
                 body = ros1_record(said | {"message_definition": definitions[kind].encode()}, b"")
                 body = body[4:-4]  # fields only
-                inner += ros1_record(
-                    {"op": b"\x07", "conn": struct.pack("<I", numbers[topic]), "topic": topic.encode()}, body
-                )
+                inner += ros1_record({"op": b"\x07", "conn": u32(numbers[topic]), "topic": topic.encode()}, body)
             stamp = struct.pack("<II", time // SECOND, time % SECOND)
-            inner += ros1_record({"op": b"\x02", "conn": struct.pack("<I", numbers[topic]), "time": stamp}, data)
+            inner += ros1_record({"op": b"\x02", "conn": u32(numbers[topic]), "time": stamp}, data)
         packed = lz4.frame.compress(inner) if compression == b"lz4" else inner
-        chunks.append(
-            ros1_record({"op": b"\x05", "compression": compression, "size": struct.pack("<I", len(inner))}, packed)
-        )
+        chunks.append(ros1_record({"op": b"\x05", "compression": compression, "size": u32(len(inner))}, packed))
     place = 13 + 4096 + sum(map(len, chunks))
-    fields = {
-        "op": b"\x03",
-        "index_pos": struct.pack("<Q", place if indexed else 0),
-        "conn_count": struct.pack("<I", len(numbers)),
-        "chunk_count": struct.pack("<I", len(chunks)),
-    }
-    head = ros1_record(fields, b"")
+    index_at = struct.pack("<Q", place if indexed else 0)
+    counts = {"conn_count": u32(len(numbers)), "chunk_count": u32(len(chunks))}
+    head = ros1_record({"op": b"\x03", "index_pos": index_at} | counts, b"")
     filling = 4096 - len(head)
-    head = head[:-4] + struct.pack("<I", filling) + b" " * filling
-    index = b"".join(ros1_record({"op": b"\x06", "ver": struct.pack("<I", 1)}, b"") for _ in chunks) if indexed else b""
+    head = head[:-4] + u32(filling) + b" " * filling
+    index = b"".join(ros1_record({"op": b"\x06", "ver": u32(1)}, b"") for _ in chunks) if indexed else b""
     return b"#ROSBAG V2.0\n" + head + b"".join(chunks) + index
 
 

@@ -24,6 +24,10 @@ def table(path, **columns):
     return path
 
 
+def of(quantity, field, unit):
+    return f"{quantity}: {{source: table, field: {field}, unit: {unit}}}"
+
+
 def mapped(path, *entries):
     text = "mapping: test\nsignals:\n" + "".join(f"  {entry}\n" for entry in entries)
     (path.parent / "m.yaml").write_text(text)
@@ -44,14 +48,9 @@ def log(tmp_path):
 
 
 def test_signs_units_and_directions(log):
-    found, _ = mapped(
-        log,
-        "heave_down: {source: table, field: down_ft, unit: ft}",
-        "roll: {source: table, field: roll_deg, unit: deg}",
-        "pitch_bow_up: {source: table, field: bow_up_deg, unit: deg}",
-        "heading: {source: table, field: hdg, unit: deg}",
-        "tension: {source: table, field: load_kgf, unit: kgf, factor: 2.0, offset: 1.0}",
-    )
+    angles = of("roll", "roll_deg", "deg"), of("pitch_bow_up", "bow_up_deg", "deg"), of("heading", "hdg", "deg")
+    tension = "tension: {source: table, field: load_kgf, unit: kgf, factor: 2.0, offset: 1.0}"
+    found, _ = mapped(log, of("heave_down", "down_ft", "ft"), *angles, tension)
     for name, known in (("heave", HEAVE), ("roll", ROLL), ("pitch", PITCH)):
         np.testing.assert_allclose(found[name].value, known, atol=1e-8)
     yaw = found["yaw"].value  # from east to north, without a step at north
@@ -64,17 +63,14 @@ def test_signs_units_and_directions(log):
 def test_a_lever_arm_is_taken_out_where_the_angles_are_there_and_said_where_not(log):
     """A sensor 10 m ahead and 3 m to port: its heave is that of the origin less what roll and pitch put on it."""
     arm = "lever_arm: [10, 3, 0]"
-    angles = (
-        "roll: {source: table, field: roll_deg, unit: deg}",
-        "pitch_bow_up: {source: table, field: bow_up_deg, unit: deg}",
-    )
+    angles = of("roll", "roll_deg", "deg"), of("pitch_bow_up", "bow_up_deg", "deg")
     found, _ = mapped(log, f"heave_down: {{source: table, field: down_ft, unit: ft, {arm}}}", *angles)
     put_on = -10.0 * np.sin(PITCH) + 3.0 * np.cos(PITCH) * np.sin(ROLL)  # third row of Rz Ry Rx
     np.testing.assert_allclose(found["heave"].value, HEAVE - put_on, atol=1e-8)
     alone, reading = mapped(log, f"heave_down: {{source: table, field: down_ft, unit: ft, {arm}}}")
     np.testing.assert_allclose(alone["heave"].value, HEAVE, atol=1e-8)
     assert any("the lever arm is not taken out, there is no roll" in line for line in reading.missing)
-    bare, _ = mapped(log, "heave_down: {source: table, field: down_ft, unit: ft}", *angles)
+    bare, _ = mapped(log, of("heave_down", "down_ft", "ft"), *angles)
     assert any("lever arm" in line for line in bare["heave"].assumed)
 
 
@@ -97,7 +93,7 @@ def test_each_word_of_motion_moves_by_its_lever_arm(tmp_path):
     columns |= {f"s{k}": row for k, row in enumerate((surge + steady).T)}
     columns |= {f"w{k}": row for k, row in enumerate(world.T)} | {f"b{k}": row for k, row in enumerate(ship.T)}
     path = table(tmp_path / "a.csv", **columns)
-    angles = [f"{name}: {{source: table, field: {name}, unit: rad}}" for name in ("roll", "pitch", "yaw")]
+    angles = [of(name, name, "rad") for name in ("roll", "pitch", "yaw")]
     at = "lever_arm: [12, -3, 5]"
 
     def vector(word, letter, frame, unit, arm=at):
@@ -139,6 +135,7 @@ def test_a_key_that_would_do_nothing_is_refused(entry, key):
         MAPPINGS.read(f"mapping: m\nsignals:\n  {entry}\n", "m.yaml")
 
 
+PLACES = of("latitude", "lat", "deg"), of("longitude", "lon", "deg"), of("speed", "v", "m/s")
 MOVING = {"roll": ROLL, "pitch": PITCH, "heave": HEAVE}
 
 
@@ -148,7 +145,7 @@ def test_a_placeholder_stands_still_while_the_ship_moves(tmp_path, name, value, 
     columns = {key: one.copy() for key, one in MOVING.items()}
     columns[name][part] = value
     units = {"roll": "rad", "pitch": "rad", "heave": "m"}
-    entries = [f"{key}: {{source: table, field: {key}, unit: {units[key]}}}" for key in columns]
+    entries = [of(key, key, units[key]) for key in columns]
     found, reading = mapped(table(tmp_path / "a.csv", **columns), *entries)
     count = len(T[part])
     assert (len(found[name].time) if name in found else 0) == len(T) - count
@@ -159,14 +156,8 @@ def test_a_placeholder_stands_still_while_the_ship_moves(tmp_path, name, value, 
 def test_what_may_stand_still_is_kept(tmp_path):
     """A ship nearly at rest, a rounded roll in a calm, a course due east, a winch that is held."""
     calm = np.where((T > 20) & (T < 40), 0.1, 1.0)
-    entries = (
-        *(f"{key}: {{source: table, field: {key}, unit: {unit}}}" for key, unit in (("roll", "deg"), ("pitch", "deg"))),
-        "heave: {source: table, field: heave, unit: m}",
-        "latitude: {source: table, field: lat, unit: deg}",
-        "longitude: {source: table, field: lon, unit: deg}",
-        "speed: {source: table, field: v, unit: m/s}",
-        "payout: {source: table, field: out, unit: m}",
-    )
+    motion = of("roll", "roll", "deg"), of("pitch", "pitch", "deg"), of("heave", "heave", "m")
+    entries = *motion, *PLACES, of("payout", "out", "m")
     columns = {"roll": np.round(calm * 3.0 * np.sin(0.5 * T)), "pitch": np.round(calm * np.sin(0.6 * T))}
     columns |= {"heave": np.round(calm * HEAVE, 2), "lat": 0 * T + 60.0, "lon": 5.0 + 1e-5 * T, "v": 0 * T + 2.0}
     found, reading = mapped(table(tmp_path / "a.csv", **columns, out=0 * T + 300.0), *entries)
@@ -187,12 +178,7 @@ def test_an_identity_attitude_while_the_gyro_turns_is_none(tmp_path):
 
 
 def test_places_that_stand_still_under_way_are_none(tmp_path):
-    entries = (
-        "roll: {source: table, field: roll, unit: rad}",
-        "latitude: {source: table, field: lat, unit: deg}",
-        "longitude: {source: table, field: lon, unit: deg}",
-        "speed: {source: table, field: v, unit: m/s}",
-    )
+    entries = of("roll", "roll", "rad"), *PLACES
     found, _ = mapped(table(tmp_path / "a.csv", roll=ROLL, lat=0 * T, lon=0 * T, v=0 * T + 2.0), *entries)
     assert not {"latitude", "longitude"} & found.keys()
     moored, _ = mapped(table(tmp_path / "b.csv", roll=ROLL, lat=0 * T, lon=0 * T, v=0 * T), *entries)
@@ -200,7 +186,7 @@ def test_places_that_stand_still_under_way_are_none(tmp_path):
 
 
 def test_a_pay_out_counted_negative_is_said(tmp_path):
-    found, _ = mapped(table(tmp_path / "a.csv", out=-300.0 - T), "payout: {source: table, field: out, unit: m}")
+    found, _ = mapped(table(tmp_path / "a.csv", out=-300.0 - T), of("payout", "out", "m"))
     assert any("negative throughout, -359.9 to -300 m" in line for line in found["payout"].assumed)
 
 
@@ -209,7 +195,7 @@ def test_one_stamp_ahead_moves_no_other(tmp_path):
     ahead[300] += 1e6
     rows = "\n".join(f"{t:.3f},{value:.6f}" for t, value in zip(ahead, HEAVE))
     (tmp_path / "a.csv").write_text("t_s,h\n" + rows + "\n")
-    found, reading = mapped(tmp_path / "a.csv", "heave: {source: table, field: h, unit: m}")
+    found, reading = mapped(tmp_path / "a.csv", of("heave", "h", "m"))
     np.testing.assert_allclose(found["heave"].time, np.delete(T, 300) * 1e9, atol=1e3)
     assert any("1 records with a stamp" in line for line in reading.said)
 
@@ -217,7 +203,7 @@ def test_one_stamp_ahead_moves_no_other(tmp_path):
 def test_rows_without_a_number_are_counted(tmp_path):
     rows = "\n".join(f"{t:.3f},{'nan' if k % 10 == 0 else value}" for k, (t, value) in enumerate(zip(T, HEAVE)))
     (tmp_path / "a.csv").write_text("t_s,h\n" + rows + "\n")
-    _, reading = mapped(tmp_path / "a.csv", "heave: {source: table, field: h, unit: m}")
+    _, reading = mapped(tmp_path / "a.csv", of("heave", "h", "m"))
     assert reading.empty == 60 and any("60 of 600 records of table have no number" in line for line in reading.said)
 
 
@@ -267,9 +253,7 @@ def test_a_mistake_is_one_clear_line(log, entry, words):
 
 
 def test_half_of_the_entries_is_used_and_the_rest_is_named(log):
-    found, reading = mapped(
-        log, "roll: {source: table, field: roll_deg, unit: deg}", "tension: {source: winch, field: load}"
-    )
+    found, reading = mapped(log, of("roll", "roll_deg", "deg"), "tension: {source: winch, field: load}")
     assert list(found) == ["roll"]
     assert any("signals.tension: there is no source winch" in one for one in reading.missing)
 
