@@ -122,10 +122,18 @@ class Told(NamedTuple):
 
     def motion(self) -> list[ShipMotion]:
         """A sample each STEP, the ship level."""
-        way, turn = CubicSpline(self.seconds, self.track), CubicSpline(self.seconds, self.yaw)
-        speed, rate, height = way(self.seconds, 1), turn(self.seconds, 1), self.scene.ship.reference_height
-        rows = zip(self.stamps, self.track, speed, self.yaw, rate, strict=True)
-        return [_moved(stamp, place, v, yaw, r, height) for stamp, place, v, yaw, r in rows]
+        speed, rate = (CubicSpline(self.seconds, one)(self.seconds, 1).tolist() for one in (self.track, self.yaw))
+        rows = zip(self.stamps, self.track.tolist(), speed, self.yaw.tolist(), rate, strict=True)
+        return [
+            ShipMotion(
+                time_ns=stamp,
+                position=(*place, self.scene.ship.reference_height),
+                velocity=(*v, 0.0),
+                attitude=(0.0, 0.0, yaw),
+                rate=(0.0, 0.0, r),
+            )
+            for stamp, place, v, yaw, r in rows
+        ]
 
 
 class Simulated(NamedTuple):
@@ -260,16 +268,6 @@ def _run(told: Told, progress: Progress) -> Run:
     frames = np.concatenate(parts).view(np.recarray)
     run = Run(frames, metrics_of_steps(sim.steps, sim.state.now.control, scene.solver), problem, scene=scene)
     return offline.judged(run, scene)
-
-
-def _moved(stamp: int, place: np.ndarray, speed: np.ndarray, yaw: float, rate: float, height: float) -> ShipMotion:
-    return ShipMotion(
-        time_ns=stamp,
-        position=(float(place[0]), float(place[1]), height),
-        velocity=(float(speed[0]), float(speed[1]), 0.0),
-        attitude=(0.0, 0.0, float(yaw)),
-        rate=(0.0, 0.0, float(rate)),
-    )
 
 
 def samples_of_log(

@@ -73,15 +73,8 @@ def encode(values: Winch, form: Form = USUAL) -> bytes:
         pull = f"{within('tension', tension, least, most, form.unit.value):.0f}."
     else:
         pull = filled("tension", tension, WIDTH, 0, form.unit.value)
-    body = ",".join(
-        [
-            f"{form.number:02d}RD",
-            f"{at.year:04d}-{at:%m-%dT%H:%M:%S}.{at.microsecond // 1000:03d}",
-            *([form.name] if form.name else []),
-            pull,
-            filled("speed", 60.0 * values.speed, WIDTH, form.speed_decimals, "m/min"),
-            filled("pay-out", values.payout, WIDTH, 1, "m"),
-            "",
-        ]
-    ).encode("ascii")
+    speed = filled("speed", 60.0 * values.speed, WIDTH, form.speed_decimals, "m/min")
+    clock = f"{at.year:04d}-{at:%m-%dT%H:%M:%S}.{at.microsecond // 1000:03d}"
+    head = [f"{form.number:02d}RD", clock, *([form.name] if form.name else [])]
+    body = ",".join([*head, pull, speed, filled("pay-out", values.payout, WIDTH, 1, "m"), ""]).encode("ascii")
     return b"%s%s%04d%s" % (SOH, body, sum(body) % 10_000, ENDS)
