@@ -173,10 +173,10 @@ def fitted_lag(sums: tuple[np.ndarray, np.ndarray, np.ndarray], f: np.ndarray, c
     return lag if abs(lag) > STAMP else 0.0
 
 
-def lag_of(given: Spectra, begin: float = 0.0) -> tuple[float, float | None]:
+def lag_of(given: Spectra) -> tuple[float, float | None]:
     """Lag of b behind a [s] and the half width of its 95 % interval; None: too few segments."""
     count = len(given.aa)
-    lag = fitted_lag(given.sums(), given.f, count, begin)
+    lag = fitted_lag(given.sums(), given.f, count, 0.0)
     without = given.without()
     if not without:
         return lag, None

@@ -126,9 +126,9 @@ def share(value: float) -> str:
     return f"{100.0 * value:.3g}\u00a0%"
 
 
-def counted(count: int, one: str, many: str = "") -> str:
+def counted(count: int, one: str) -> str:
     """A number of things in words."""
-    return f"{count} {one if count == 1 else many or one + 's'}"
+    return f"{count} {one if count == 1 else one + 's'}"
 
 
 @dataclass
