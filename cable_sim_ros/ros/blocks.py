@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from ..io.messages.markers import MAX_RATE
 from ..physics.heave_filter import Heave, MotionInput
-from ..physics.parameter import Block, quantity
+from ..physics.parameter import Block, choice, quantity
 from .parts import with_parts
 
 
@@ -41,9 +41,7 @@ class LockstepParameters(Block):
         "simulated over wall time at most; 0: as fast as it goes; else 0.1 or more",
         configure=False,
     )
-    paused: bool = quantity(
-        False, "", None, None, "begin paused: the clock stands at lockstep.start until ~/pause or ~/step"
-    )
+    paused: bool = choice(False, "begin paused: the clock stands at lockstep.start until ~/pause or ~/step")
     start: float = quantity(1.0, "s", 0.0, 1e9, "what /clock says before the first motion, whose stamp then decides")
     wait: float = quantity(
         1.0,
@@ -77,23 +75,16 @@ class LockstepParameters(Block):
 
 
 class RecordingParameters(Block):
-    enabled: bool = quantity(
-        False, "", None, None, "record every input and output from activation on; ~/record does so while running"
-    )
-    root: str = quantity(
-        "recordings", "", None, None, "folder of all recordings, made with the first; relative to the working directory"
-    )
-    path: str = quantity(
+    enabled: bool = choice(False, "record every input and output from activation on; ~/record does so while running")
+    root: str = choice("recordings", "folder of all recordings, made with the first; relative to the working directory")
+    path: str = choice(
         "",
-        "",
-        None,
-        None,
         "name of the bag to make under recording.root: 1 to 64 of A-Z a-z 0-9 _ -; empty: tow_ with date and time. A "
         "second recording of one run gets _2, _3, ... behind the name",
         configure=False,
     )
-    markers: bool = quantity(
-        False, "", None, None, "record cable/markers too; without, cable-sim replay BAG --markers 10 makes them again"
+    markers: bool = choice(
+        False, "record cable/markers too; without, cable-sim replay BAG --markers 10 makes them again"
     )
     least_free: float = quantity(
         200.0, "MB", 0.0, 1e6, "free space of the disk below which no recording begins and one under way ends; 0: none"
@@ -115,32 +106,26 @@ class Publish(Block):
 
 
 class Frames(Block):
-    odom: str = quantity("odom", "", None, None, "world frame: ENU, z up, z = 0 the mean water surface", "REP 105")
-    base_link: str = quantity("base_link", "", None, None, "ship frame: x forward, y left, z up", "REP 103")
-    sheave_link: str = quantity("sheave_link", "", None, None, "frame in the sheave centre, axes of the ship")
-    towbody_link: str = quantity("towbody_link", "", None, None, "frame of the towbody")
-    vehicle_link: str = quantity(
-        "vehicle_link", "", None, None, "frame of the vehicle at the far end: x forward, y left, z up", "REP 103"
+    odom: str = choice("odom", "world frame: ENU, z up, z = 0 the mean water surface", "REP 105")
+    base_link: str = choice("base_link", "ship frame: x forward, y left, z up", "REP 103")
+    sheave_link: str = choice("sheave_link", "frame in the sheave centre, axes of the ship")
+    towbody_link: str = choice("towbody_link", "frame of the towbody")
+    vehicle_link: str = choice(
+        "vehicle_link", "frame of the vehicle at the far end: x forward, y left, z up", "REP 103"
     )
 
 
 class OwnBlock(Block):
     """What the node itself needs beside the scene."""
 
-    scene: str = quantity("full_scale", "", None, None, "scene: path of a YAML file or name of a shipped scene")
-    autostart: bool = quantity(True, "", None, None, "configure and activate at the start, without a manager")
-    time_mode: TimeMode = quantity(
+    scene: str = choice("full_scale", "scene: path of a YAML file or name of a shipped scene")
+    autostart: bool = choice(True, "configure and activate at the start, without a manager")
+    time_mode: TimeMode = choice(
         TimeMode.REALTIME,
-        "",
-        None,
-        None,
         "realtime: the clock of the motion data, ticks when they are due; lockstep: simulation time drives, by /clock",
     )
-    state_file: str = quantity(
+    state_file: str = choice(
         "state",
-        "",
-        None,
-        None,
         "name of the file under recording.root that ~/save writes and ~/restore reads: 1 to 64 of A-Z a-z 0-9 _ -; "
         ".npz is put behind it",
         configure=False,
@@ -153,21 +138,18 @@ class OwnBlock(Block):
         "the simulation runs this far behind the clock of the motion data, so that each tick lies "
         "between samples; at least one and a half sample intervals",
     )
-    statistics_file: str = quantity(
+    statistics_file: str = choice(
         "",
-        "",
-        None,
-        None,
         "JSON file with the state of the node, rewritten as it changes, with the final figures at the end; empty: none",
     )
-    faults_file: str = quantity("", "", None, None, "scenario of faults of the run, a YAML file; empty: none")
-    realtime: Realtime = quantity(Realtime(), "", None, None, "real-time loop")
-    lockstep: LockstepParameters = quantity(LockstepParameters(), "", None, None, "lockstep, where time_mode says so")
-    recording: RecordingParameters = quantity(RecordingParameters(), "", None, None, "recording")
-    publish: Publish = quantity(Publish(), "", None, None, "rates")
-    frame: Frames = quantity(Frames(), "", None, None, "frame names")
-    motion: MotionInput = quantity(MotionInput(), "", None, None, "motion messages")
-    heave: Heave = quantity(Heave(), "", None, None, "motion from the IMU alone")
+    faults_file: str = choice("", "scenario of faults of the run, a YAML file; empty: none")
+    realtime: Realtime = choice(Realtime(), "real-time loop")
+    lockstep: LockstepParameters = choice(LockstepParameters(), "lockstep, where time_mode says so")
+    recording: RecordingParameters = choice(RecordingParameters(), "recording")
+    publish: Publish = choice(Publish(), "rates")
+    frame: Frames = choice(Frames(), "frame names")
+    motion: MotionInput = choice(MotionInput(), "motion messages")
+    heave: Heave = choice(Heave(), "motion from the IMU alone")
 
 
 if TYPE_CHECKING:

@@ -10,7 +10,7 @@ from collections.abc import Callable
 from typing import Any, ClassVar, NamedTuple
 
 from ..extensions import NODE_PARTS, ExtensionError, found, load, package_of
-from ..physics.parameter import Block, quantity
+from ..physics.parameter import Block, choice
 from ..sim.scene import Scene
 
 OK, WARN, ERROR = 0, 1, 2
@@ -87,7 +87,7 @@ def with_parts(block: type[Block]) -> type[Block]:
                 f"scene or node have: its parameters could not be told apart; nothing was started. Uninstall that "
                 f"package, or have it renamed"
             )
-    fields = {name: quantity(part.block(), "", None, None, part.doc) for name, part in PARTS.items()}
+    fields = {name: choice(part.block(), part.doc) for name, part in PARTS.items()}
     kinds = {name: part.block for name, part in PARTS.items()}
     return type(
         block.__name__,

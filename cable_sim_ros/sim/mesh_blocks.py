@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from enum import Enum
 
-from ..physics.parameter import Block, quantity
+from ..physics.parameter import Block, choice, quantity
 
 
 class SheaveAnswer(str, Enum):
@@ -44,8 +44,8 @@ class Accuracy(Block):
         "at the sheave's coarsest; 0: the cable stays taut",
         "docs/mesh.md",
     )
-    sheave: SheaveAnswer = quantity(
-        SheaveAnswer.RESULTANT, "", None, None, "what is wanted of the contact on the sheave", "docs/accuracy.md"
+    sheave: SheaveAnswer = choice(
+        SheaveAnswer.RESULTANT, "what is wanted of the contact on the sheave", "docs/accuracy.md"
     )
 
 
@@ -75,6 +75,4 @@ class Mesh(Block):
         100.0,
         "fine mesh outboard of where the cable leaves the sheave at the start; none: from accuracy",
     )
-    sections: dict[str, Outboard] = quantity(
-        {}, "", None, None, "outboard elements by the name of a section of the cable"
-    )
+    sections: dict[str, Outboard] = choice({}, "outboard elements by the name of a section of the cable")

@@ -5,7 +5,7 @@ from __future__ import annotations
 from enum import Enum
 from typing import NamedTuple
 
-from ..physics.parameter import Block, quantity
+from ..physics.parameter import Block, choice, quantity
 
 
 class RuleSet(str, Enum):
@@ -20,11 +20,8 @@ class RuleSet(str, Enum):
 class Rules(Block):
     """Thresholds; a rule without its threshold is not watched. None changes the tow."""
 
-    set: RuleSet = quantity(
+    set: RuleSet = choice(
         RuleSet.NONE,
-        "",
-        None,
-        None,
         "none; watch: the rules whose threshold is given here; unols_3hz, unols_20hz: these, with rate of the tension "
         "and D/d of the research fleet",
         "docs/rules.md; UNOLS RVSS, appendix A",

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from ...limits import LONGEST_RUN
-from ...physics.parameter import REQUIRED, Block, quantity
+from ...physics.parameter import REQUIRED, Block, choice, quantity
 from ...physics.sensor_models import TARGETS, FaultKind
 from ...sim.problem import Problem
 from .document import Document, SceneError
@@ -23,16 +23,16 @@ class FaultError(SceneError):
 class FaultCase(Block):
     at: float = quantity(REQUIRED, "s", 0.0, LONGEST_RUN, "from the start of the run on")
     until: float | None = quantity(None, "s", 0.0, LONGEST_RUN, "when it is mended; none: never")
-    target: str = quantity(REQUIRED, "", None, None, "what it is of, docs/instruments.md")
-    kind: FaultKind = quantity(REQUIRED, "", None, None, "what is wrong, docs/instruments.md")
+    target: str = choice(REQUIRED, "what it is of, docs/instruments.md")
+    kind: FaultKind = choice(REQUIRED, "what is wrong, docs/instruments.md")
     size: float = quantity(0.0, "1", -1e7, 1e7, "how much, docs/instruments.md")
-    function: str = quantity("", "", None, None, "function under test, in your words")
-    expected: str = quantity("", "", None, None, "what the system under test is to do, in your words")
+    function: str = choice("", "function under test, in your words")
+    expected: str = choice("", "what the system under test is to do, in your words")
 
 
 class FaultPlan(Block):
-    scenario: str = quantity(REQUIRED, "", None, None, "name of the scenario")
-    faults: dict[str, FaultCase] = quantity(REQUIRED, "", None, None, "failure modes by name")
+    scenario: str = choice(REQUIRED, "name of the scenario")
+    faults: dict[str, FaultCase] = choice(REQUIRED, "failure modes by name")
 
 
 def _problems(plan: FaultPlan) -> Iterator[Problem]:

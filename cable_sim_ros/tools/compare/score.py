@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ...io.scenes.document import Document, SceneError
-from ...physics.parameter import REQUIRED, Block, quantity
+from ...physics.parameter import REQUIRED, Block, choice, quantity
 from ...sim.problem import Problem
 from ...sim.rules.rainflow import Rainflow
 from ...sim.tables.elementary import principal
@@ -442,8 +442,8 @@ class QuantityLimits(Block):
 
 
 class Limits(Block):
-    limits: str = quantity(REQUIRED, "", None, None, "name of these limits")
-    quantities: dict[str, QuantityLimits] = quantity(REQUIRED, "", None, None, "limits by quantity")
+    limits: str = choice(REQUIRED, "name of these limits")
+    quantities: dict[str, QuantityLimits] = choice(REQUIRED, "limits by quantity")
 
 
 LEAST = {"correlation", "coherence"}  # the others are at most, or from and to

@@ -20,7 +20,7 @@ from ...errors import CableSimError
 from ...io.scenes.document import Document, SceneError, SceneWarning
 from ...io.scenes.load import scene_from_dict
 from ...io.scenes.winch_plan import PlanError, WinchPlan
-from ...physics.parameter import Block, declared, quantity
+from ...physics.parameter import Block, choice, declared, quantity
 from ...physics.towbody import BodyModel, Towbody
 from ...physics.viv_amplification import StrumLaw
 from ...physics.water import CurrentFrame, CurrentTable, Water
@@ -113,19 +113,17 @@ class Ahead(Block):
 
     seconds: float = quantity(60.0, "s", 0.0, 300.0, "how far ahead; 0: no look-ahead")
     every: float = quantity(30.0, "s", 1.0, 3600.0, "from one look-ahead to the next, at least")
-    winch: str | None = quantity(
-        None, "", None, None, "winch plan from the start on, docs/winch.md#a-plan; none: the last command held"
-    )
+    winch: str | None = choice(None, "winch plan from the start on, docs/winch.md#a-plan; none: the last command held")
 
 
 class EnsemblePlan(Block):
-    ensemble: str = quantity("default", "", None, None, "name of the ensemble")
+    ensemble: str = choice("default", "name of the ensemble")
     copies: int = quantity(COPIES, "1", LEAST_COPIES, MAX_COPIES, "copies, beside the one with the scene's own numbers")
     seed: int = quantity(SEED, "1", 0, MAX_SEED, "of the draws: the same seed, the same copies")
     every: float = quantity(1.0, "s", 0.1, 10.0, "from one band to the next")
-    half_widths: Ranges = quantity(Ranges(), "", None, None, "of 95 %, normal, as of the layback's interval")
-    ranges: dict[str, Range] = quantity({}, "", None, None, "further ranges by key of the scene, as of a sweep")
-    ahead: Ahead = quantity(Ahead(), "", None, None, "look-ahead, beside a node")
+    half_widths: Ranges = choice(Ranges(), "of 95 %, normal, as of the layback's interval")
+    ranges: dict[str, Range] = choice({}, "further ranges by key of the scene, as of a sweep")
+    ahead: Ahead = choice(Ahead(), "look-ahead, beside a node")
 
 
 def _problems(plan: EnsemblePlan) -> list[Problem]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from ...io.geodesy import FARTHEST
-from ...physics.parameter import Block, quantity
+from ...physics.parameter import Block, choice, quantity
 from ...ros.parts import NodePart, Status
 from ...sim.scene import Scene
 from ..ensemble.limits import Ranges
@@ -27,7 +27,7 @@ class Fix(Block):
         None, "m", -120.0, 120.0, "height of the mean water surface above the ellipsoid; none: the fix has no altitude"
     )
     rate: float = quantity(1.0, "Hz", 0.1, 20.0, "rate of towbody/fix, in wall time")
-    ranges: Ranges = quantity(Ranges(), "", None, None, "half-widths of 95 % that its covariance comes from")
+    ranges: Ranges = choice(Ranges(), "half-widths of 95 % that its covariance comes from")
 
 
 class TowbodyFix(NodePart):

@@ -14,7 +14,7 @@ from pydantic import field_validator, model_validator
 
 from ...physics.drag_laws import DragLaw
 from ...physics.fluid import Fluid
-from ...physics.parameter import REQUIRED, Block, again, quantity
+from ...physics.parameter import REQUIRED, Block, again, choice, quantity
 from ...physics.section import Material
 from ...physics.wake_oscillator import MIN_RE, Wake, WakeLaw
 from .in_frequency.span import Correlation, LiftBlock, Reading, ResponseBlock
@@ -115,32 +115,30 @@ class FrequencyDomain(Block):
         "a choice; 0.12 in Capozucca (1988) fig. 5.5",
         above=0.0,
     )
-    lift: SpanLift = quantity(SpanLift(), "", None, None, "lift spectrum")
-    response: ResponseBlock = quantity(ResponseBlock(), "", None, None, "grids and method")
+    lift: SpanLift = choice(SpanLift(), "lift spectrum")
+    response: ResponseBlock = choice(ResponseBlock(), "grids and method")
 
 
 class Span(Block):
-    name: str = quantity(REQUIRED, "", None, None, "name of the span")
+    name: str = choice(REQUIRED, "name of the span")
     gravity: float = quantity(9.81, "m/s^2", None, 30.0, "gravitational acceleration", above=0.0)
-    fluid: SpanFluid = quantity(SpanFluid(), "", None, None, "what blows; its velocity is the wind of the case")
-    cable: Material = quantity(REQUIRED, "", None, None, "cable")
-    drag_law: SpanDragLaw = quantity(
-        SpanDragLaw.CROSSFLOW, "", None, None, "loading functions of the span", "Westin (A16)"
-    )
-    wake: Wake = quantity(REQUIRED, "", None, None, "vortices that the span sheds")
+    fluid: SpanFluid = choice(SpanFluid(), "what blows; its velocity is the wind of the case")
+    cable: Material = choice(REQUIRED, "cable")
+    drag_law: SpanDragLaw = choice(SpanDragLaw.CROSSFLOW, "loading functions of the span", "Westin (A16)")
+    wake: Wake = choice(REQUIRED, "vortices that the span sheds")
     damping_ratio: float = quantity(
         0.1, "1", 0.0, 1.0, "of critical at the natural frequency (A24) of the case, by mass damping", "Westin Table A1"
     )
-    ends: SpanEnds = quantity(SpanEnds.SHEAVES, "", None, None, "what holds the span")
-    sheave: SpanSheave = quantity(SpanSheave(), "", None, None, "sheaves")
+    ends: SpanEnds = choice(SpanEnds.SHEAVES, "what holds the span")
+    sheave: SpanSheave = choice(SpanSheave(), "sheaves")
     elements: int = quantity(
         16, "1", 4, MAX_ELEMENTS, "elements of the span; even, for one node is in the middle", "Westin A.3"
     )
     steps: int = quantity(60, "1", 30, 10000, "steps a period of shedding")
-    frequency_domain: FrequencyDomain = quantity(
-        FrequencyDomain(), "", None, None, "what `cable-sim viv` takes beyond the rest; without effect in time"
+    frequency_domain: FrequencyDomain = choice(
+        FrequencyDomain(), "what `cable-sim viv` takes beyond the rest; without effect in time"
     )
-    cases: dict[str, SpanCase] = quantity(REQUIRED, "", None, None, "cases by name")
+    cases: dict[str, SpanCase] = choice(REQUIRED, "cases by name")
 
     @field_validator("elements")
     @classmethod
@@ -155,7 +153,7 @@ class Span(Block):
 class SpanFile(Block):
     """A file with one key."""
 
-    span: Span = quantity(REQUIRED, "", None, None, "a span of cable in a cross wind")
+    span: Span = choice(REQUIRED, "a span of cable in a cross wind")
 
 
 def mass_in_fluid(span: Span) -> float:

@@ -24,7 +24,7 @@ from ...io.sources.recorded_tow import read_tow
 from ...io.sources.sea_motion import response_of, sea_motion
 from ...limits import LONGEST_RUN
 from ...physics.heave_compensation import SetpointLaw
-from ...physics.parameter import REQUIRED, Block, quantity
+from ...physics.parameter import REQUIRED, Block, choice, quantity
 from ...runs.message_run import MessageRun
 from ...runs.settings import apply_to_scene, of_intake
 from ...runs.sources import in_the_sea
@@ -63,14 +63,14 @@ class Spread(str, Enum):
 class Range(Block):
     low: float = quantity(REQUIRED, "1", None, None, "least value, in the unit of the key")
     high: float = quantity(REQUIRED, "1", None, None, "largest value, in the unit of the key")
-    spread: Spread = quantity(Spread.UNIFORM, "", None, None, "uniform, or log: uniform in the logarithm")
+    spread: Spread = choice(Spread.UNIFORM, "uniform, or log: uniform in the logarithm")
 
 
 class Samples(Block):
-    method: Method = quantity(Method.SOBOL, "", None, None, "how the samples are drawn")
+    method: Method = choice(Method.SOBOL, "how the samples are drawn")
     count: int = quantity(REQUIRED, "1", 1, 2**20, "number of samples")
     seed: int = quantity(1, "1", 0, 2**31 - 1, "of the samples: the same seed, the same samples")
-    ranges: dict[str, Range] = quantity(REQUIRED, "", None, None, "ranges by key of the scene")
+    ranges: dict[str, Range] = choice(REQUIRED, "ranges by key of the scene")
 
 
 class Steps(Block):
@@ -102,9 +102,9 @@ Values = Annotated[Steps | list[Any], BeforeValidator(_values)]
 class ShipMotion(Block):
     """One motion: exactly one of bag, heave, rao; none of them is the mean track."""
 
-    bag: str | None = quantity(None, "", None, None, "a bag, a CSV table, or the name of a shipped bag")
+    bag: str | None = choice(None, "a bag, a CSV table, or the name of a shipped bag")
     heave: tuple[float, float] | None = quantity(None, "m, s", 0.0, 600.0, "sinusoidal heave: amplitude, period")
-    rao: str | None = quantity(None, "", None, None, "response amplitude operators, a CSV file or simple")
+    rao: str | None = choice(None, "response amplitude operators, a CSV file or simple")
 
     @property
     def name(self) -> str:
@@ -115,18 +115,18 @@ class ShipMotion(Block):
 
 
 class SweepPlan(Block):
-    sweep: str = quantity(REQUIRED, "", None, None, "name of the sweep")
-    scene: str = quantity(REQUIRED, "", None, None, "name or file of the scene; a file beside the sweep")
-    settings: dict[str, Any] = quantity({}, "", None, None, "other values of the scene, for all cases, by key")
+    sweep: str = choice(REQUIRED, "name of the sweep")
+    scene: str = choice(REQUIRED, "name or file of the scene; a file beside the sweep")
+    settings: dict[str, Any] = choice({}, "other values of the scene, for all cases, by key")
     duration: float | None = quantity(None, "s", None, LONGEST_RUN, "of each run; none: as cable-sim run", above=0.0)
-    step: str = quantity("chosen", "", None, None, "chosen or fixed, as --step of cable-sim run")
-    grid: dict[str, Values] = quantity({}, "", None, None, "values by key of the scene: all combinations")
-    samples: Samples | None = quantity(None, "", None, None, "samples of ranges, each with all of the grid")
+    step: str = choice("chosen", "chosen or fixed, as --step of cable-sim run")
+    grid: dict[str, Values] = choice({}, "values by key of the scene: all combinations")
+    samples: Samples | None = choice(None, "samples of ranges, each with all of the grid")
     seeds: int = quantity(0, "1", 0, MAX_SEEDS, "seeds 1 to n of all that is random; 0: those of the scene")
-    motions: list[ShipMotion] = quantity([ShipMotion()], "", None, None, "motions of the ship")
-    plans: list[str | None] = quantity([None], "", None, None, "winch plans, docs/winch.md#a-plan; none: no plan")
-    setpoints: list[SetpointLaw | None] = quantity([None], "", None, None, "set-point laws; none: that of the scene")
-    figures: list[str] = quantity([], "", None, None, "figures that are kept, docs/json.md; []: all")
+    motions: list[ShipMotion] = choice([ShipMotion()], "motions of the ship")
+    plans: list[str | None] = choice([None], "winch plans, docs/winch.md#a-plan; none: no plan")
+    setpoints: list[SetpointLaw | None] = choice([None], "set-point laws; none: that of the scene")
+    figures: list[str] = choice([], "figures that are kept, docs/json.md; []: all")
 
 
 def _keys(plan: SweepPlan) -> list[str]:

@@ -7,7 +7,7 @@ from enum import Enum
 from ipaddress import IPv4Address, IPv6Address, ip_address
 from typing import Any
 
-from ...physics.parameter import Block, quantity
+from ...physics.parameter import Block, choice, quantity
 from .lci90i import Form, TensionUnit, name_problem
 from .sources import FORMATS
 
@@ -36,9 +36,9 @@ class Lci90i(Block):
     port: int = _port("LCI-90i: tension, speed, pay-out")
     rate: float = _rate("lci90i", "logs of NBP1406")
     number: int = quantity(1, "1", 0, 99, "number of the display, before RD")
-    name: str = quantity("TOW WINCH", "", None, None, "name of the winch; empty: no such field")
-    tension_unit: TensionUnit = quantity(TensionUnit.LB, "", None, None, "unit of the tension", "logs of NBP1406")
-    plain_tension: bool = quantity(False, "", None, None, "tension without zeros in front, with a point behind")
+    name: str = choice("TOW WINCH", "name of the winch; empty: no such field")
+    tension_unit: TensionUnit = choice(TensionUnit.LB, "unit of the tension", "logs of NBP1406")
+    plain_tension: bool = choice(False, "tension without zeros in front, with a point behind")
     speed_decimals: int = quantity(1, "1", 0, 3, "decimals of the speed in m/min", "log of the trawl winch of NBP1406")
 
 
@@ -50,9 +50,7 @@ class Psxn(Block):
 class Pashr(Block):
     port: int = _port("PASHR: time, heading, roll, pitch, heave")
     rate: float = _rate("pashr")
-    heave: HeaveSign = quantity(
-        HeaveSign.UP, "", None, None, "direction in which its heave is positive: no source says it"
-    )
+    heave: HeaveSign = choice(HeaveSign.UP, "direction in which its heave is positive: no source says it")
 
 
 class Tss1(Block):
@@ -61,13 +59,11 @@ class Tss1(Block):
 
 
 class Telegrams(Block):
-    address: str = quantity(
-        "127.0.0.1", "", None, None, "address of this host that all of them go to: 127.x.x.x or ::1, no other"
-    )
-    lci90i: Lci90i = quantity(Lci90i(), "", None, None, "winch display")
-    psxn: Psxn = quantity(Psxn(), "", None, None, "Seapath")
-    pashr: Pashr = quantity(Pashr(), "", None, None, "POS MV")
-    tss1: Tss1 = quantity(Tss1(), "", None, None, "Teledyne TSS")
+    address: str = choice("127.0.0.1", "address of this host that all of them go to: 127.x.x.x or ::1, no other")
+    lci90i: Lci90i = choice(Lci90i(), "winch display")
+    psxn: Psxn = choice(Psxn(), "Seapath")
+    pashr: Pashr = choice(Pashr(), "POS MV")
+    tss1: Tss1 = choice(Tss1(), "Teledyne TSS")
 
 
 def asked(block: Telegrams) -> dict[str, Any]:

@@ -18,7 +18,7 @@ import numpy as np
 from ...errors import CableSimError
 from ...io.scenes.document import Document, SceneError, find_tow_map, find_tow_table, shipped_tows
 from ...io.sources.csv_table import Line, head_of
-from ...physics.parameter import REQUIRED, Block, quantity
+from ...physics.parameter import REQUIRED, Block, choice, quantity
 from ...sim.problem import Problem
 from ..logs.mapping.units import UNITS, named, nearest
 from .series import LONGEST_WIRE, SHORTEST, SPEEDS, Series, SeriesError, Signal, read_series
@@ -48,44 +48,44 @@ class WireFrom(StrEnum):
 
 
 class Column(Block):
-    field: str | tuple[str, ...] = quantity(
-        REQUIRED, "", None, None, "column of the table, or several that measure the same: their mean counts"
+    field: str | tuple[str, ...] = choice(
+        REQUIRED, "column of the table, or several that measure the same: their mean counts"
     )
-    unit: str = quantity(REQUIRED, "", None, None, "of the column, a name of docs/mapping_keys.md#units")
+    unit: str = choice(REQUIRED, "of the column, a name of docs/mapping_keys.md#units")
     factor: float = quantity(1.0, "1", -1e9, 1e9, "on the values, in the unit; not 0")
-    over: str = quantity("", "", None, None, "column of seconds that the value is divided by: counts of a flow meter")
-    scaled: bool = quantity(False, "", None, None, "a speed whose scale is fitted too: a flow meter within a net")
+    over: str = choice("", "column of seconds that the value is divided by: counts of a flow meter")
+    scaled: bool = choice(False, "a speed whose scale is fitted too: a flow meter within a net")
     error: float | None = quantity(
         None, "1", None, 1e6, "standard deviation of a speed, in the unit; none: found from the tows", above=0.0
     )
 
 
 class SeriesColumns(Block):
-    field: str = quantity(REQUIRED, "", None, None, "column of the table: CSV file in its folder; empty: no series")
-    wire: Column = quantity(REQUIRED, "", None, None, "m: wire out, a column of the file, as the others")
-    speed: Column | None = quantity(None, "", None, None, "m/s: of the ship, in place of the first that is not scaled")
-    depth: Column | None = quantity(None, "", None, None, "m: its largest value in place of that of the table")
+    field: str = choice(REQUIRED, "column of the table: CSV file in its folder; empty: no series")
+    wire: Column = choice(REQUIRED, "m: wire out, a column of the file, as the others")
+    speed: Column | None = choice(None, "m/s: of the ship, in place of the first that is not scaled")
+    depth: Column | None = choice(None, "m: its largest value in place of that of the table")
 
 
 class TowsMap(Block):
-    tows: str = quantity(REQUIRED, "", None, None, "name of the map")
-    about: str = quantity("", "", None, None, "what the table is, and where its conventions come from")
-    wire_from: WireFrom = quantity(REQUIRED, "", None, None, "where the counter of the wire is zero: water or sheave")
-    name: str = quantity("", "", None, None, "column that names a tow; empty: the line of the file")
-    group: str = quantity("", "", None, None, "column of what tows have in common, a cruise; empty: none")
+    tows: str = choice(REQUIRED, "name of the map")
+    about: str = choice("", "what the table is, and where its conventions come from")
+    wire_from: WireFrom = choice(REQUIRED, "where the counter of the wire is zero: water or sheave")
+    name: str = choice("", "column that names a tow; empty: the line of the file")
+    group: str = choice("", "column of what tows have in common, a cruise; empty: none")
     begin: float = quantity(4.0, "m", 0.5, 1000.0, "wire in the water where the simulated pay-out begins")
     stays: float = quantity(5.0, "s", 0.0, 3600.0, "time between pay-out and haul, where no column hold is")
-    wire: Column | None = quantity(None, "", None, None, "m: largest wire out; needed without series")
-    rate_out: Column | None = quantity(None, "", None, None, "m/s: of the pay-out; needed without series")
-    rate_in: Column | None = quantity(None, "", None, None, "m/s: of the haul; none: that of the pay-out")
-    hold: Column | None = quantity(None, "", None, None, "s: time at the largest wire out")
-    speeds: dict[str, Column] = quantity(
-        {}, "", None, None, "m/s, by any name: ship or net through the water, each with an error of its own"
+    wire: Column | None = choice(None, "m: largest wire out; needed without series")
+    rate_out: Column | None = choice(None, "m/s: of the pay-out; needed without series")
+    rate_in: Column | None = choice(None, "m/s: of the haul; none: that of the pay-out")
+    hold: Column | None = choice(None, "s: time at the largest wire out")
+    speeds: dict[str, Column] = choice(
+        {}, "m/s, by any name: ship or net through the water, each with an error of its own"
     )
-    angle: Column | None = quantity(None, "", None, None, "rad: of the wire at the sheave, from the vertical")
-    depth: Column | None = quantity(None, "", None, None, "m: largest depth reached")
-    bottom: Column | None = quantity(None, "", None, None, "m: depth of the water")
-    series: SeriesColumns | None = quantity(None, "", None, None, "tows over time, a file each")
+    angle: Column | None = choice(None, "rad: of the wire at the sheave, from the vertical")
+    depth: Column | None = choice(None, "m: largest depth reached")
+    bottom: Column | None = choice(None, "m: depth of the water")
+    series: SeriesColumns | None = choice(None, "tows over time, a file each")
 
     @property
     def readings(self) -> dict[str, Column]:

@@ -11,6 +11,7 @@ import os
 
 from ....io.scenes.document import Document, SceneError, find_mapping, shipped_mappings
 from ....physics.parameter import REQUIRED, Block
+from ....physics.parameter import choice as plain_key
 from ....physics.parameter import quantity as key
 from ....sim.problem import Problem
 from .units import UNITS, named, nearest
@@ -56,53 +57,47 @@ class Duplicates(enum.StrEnum):
 
 
 class Entry(Block):
-    quantity: str = key("", "", None, None, "word of the table below; empty: the name of the entry")
-    source: str | tuple[str, ...] = key(
-        REQUIRED,
-        "",
-        None,
-        None,
-        "topic, sentence or table; with * and ?, `type:` and a type of message, or a list of such names",
+    quantity: str = plain_key("", "word of the table below; empty: the name of the entry")
+    source: str | tuple[str, ...] = plain_key(
+        REQUIRED, "topic, sentence or table; with * and ?, `type:` and a type of message, or a list of such names"
     )
-    field: str | tuple[str, ...] = key(
-        REQUIRED, "", None, None, "column of the source; three of a vector, four of a quaternion; names or patterns"
+    field: str | tuple[str, ...] = plain_key(
+        REQUIRED, "column of the source; three of a vector, four of a quaternion; names or patterns"
     )
-    unit: str = key("", "", None, None, "of the field; empty: what the log says, else SI, which is said")
+    unit: str = plain_key("", "of the field; empty: what the log says, else SI, which is said")
     sign: int = key(1, "1", -1, 1, "-1 where the field runs against the word's sign, for what no word says")
     factor: float = key(1.0, "1", -1e9, 1e9, "on the values, in the field's unit")
     offset: float = key(0.0, "1", -1e9, 1e9, "added after the factor, in the field's unit")
-    frame: Frame | None = key(None, "", None, None, "axes of a vector: enu, ned: world; flu, frd: ship")
+    frame: Frame | None = plain_key(None, "axes of a vector: enu, ned: world; flu, frd: ship")
     lever_arm: tuple[float, float, float] | None = key(
         None, "m", -200.0, 200.0, "place of the sensor in base_link; position, displacement, velocity move to base_link"
     )
-    time: Clock | None = key(
-        None, "", None, None, "logged: stamp of the logger; device: clock of the device; aligned: that, on the logger's"
+    time: Clock | None = plain_key(
+        None, "logged: stamp of the logger; device: clock of the device; aligned: that, on the logger's"
     )
-    stamped_by: str = key("", "", None, None, "source whose device clock counts: its last record before this one")
+    stamped_by: str = plain_key("", "source whose device clock counts: its last record before this one")
     clock_offset: float = key(0.0, "s", -FARTHEST, FARTHEST, "added to the stamps")
     range: tuple[float, float] | None = key(None, "1", -1e12, 1e12, "values outside are left out, in the field's unit")
-    quality_source: str = key("", "", None, None, "source of the quality; empty: the entry's own")
-    quality_field: str = key("", "", None, None, "column that says whether a value is good")
+    quality_source: str = plain_key("", "source of the quality; empty: the entry's own")
+    quality_field: str = plain_key("", "column that says whether a value is good")
     quality_accepted: tuple[float, ...] = key((), "1", -1e9, 1e9, "its values that are good")
     quality_refused: tuple[float, ...] = key((), "1", -1e9, 1e9, "its values that are bad, in place of accepted ones")
     after: float | None = key(None, "s", 0.0, FARTHEST, "records before this time of the log are left out")
     until: float | None = key(None, "s", 0.0, FARTHEST, "records after this time of the log are left out")
-    duplicates: Duplicates = key(
-        Duplicates.FIRST, "", None, None, "which of several records of one time counts: first, last or mean"
+    duplicates: Duplicates = plain_key(
+        Duplicates.FIRST, "which of several records of one time counts: first, last or mean"
     )
     every: float = key(0.0, "s", 0.0, 86400.0, "records closer to the last kept one are left out; 0: none")
-    fresh_only: bool = key(
-        False, "", None, None, "leave values out that repeat the one before: a log faster than the sensor"
-    )
-    optional: bool = key(False, "", None, None, "a log without it is no finding")
+    fresh_only: bool = plain_key(False, "leave values out that repeat the one before: a log faster than the sensor")
+    optional: bool = plain_key(False, "a log without it is no finding")
 
 
 class Mapping(Block):
-    mapping: str = key(REQUIRED, "", None, None, "name of the mapping")
-    about: str = key("", "", None, None, "what it is for, and where its conventions come from")
+    mapping: str = plain_key(REQUIRED, "name of the mapping")
+    about: str = plain_key("", "what it is for, and where its conventions come from")
     density: float = key(1025.0, "kg/m^3", 900.0, 1100.0, "of the water, for depth from pressure")
     gravity: float = key(9.81, "m/s^2", 9.7, 9.9, "for depth from pressure")
-    signals: dict[str, Entry] = key(REQUIRED, "", None, None, "entries by word, or by any name with `quantity`")
+    signals: dict[str, Entry] = plain_key(REQUIRED, "entries by word, or by any name with `quantity`")
 
 
 def word_of(name: str, entry: Entry) -> str:

@@ -17,7 +17,7 @@ from math import pi
 import numpy as np
 from scipy.integrate import trapezoid
 
-from ....physics.parameter import REQUIRED, Block, quantity
+from ....physics.parameter import REQUIRED, Block, choice, quantity
 
 SOURCE = "Capozucca (1988)"
 MAX_SEGMENTS = 5000
@@ -127,10 +127,8 @@ class DampingBlock(Block):
     drag_coefficient: float = quantity(1.0, "1", 0.0, 5.0, "drag coefficient C_D of the cable at rest", SOURCE)
     drag_amplification: float = quantity(1.0, "1", 1.0, 5.0, "factor on C_D due to vibration", SOURCE)
     motion_factor: float = quantity(1.0, "1", 1.0, 2.5, "gamma: 1 + 3/8 (ydot/V)^2 for |ydot| <= V/2", "(4.8), mended")
-    region: Region = quantity(
-        Region.HALF_SPACING, "", None, None, "part of the cable that drives a mode and does not damp it", "(4.17)"
-    )
-    mode_shape: Shape = quantity(Shape.WKB, "", None, None, "mode shape in the integral of the damping", "(3.24)")
+    region: Region = choice(Region.HALF_SPACING, "part of the cable that drives a mode and does not damp it", "(4.17)")
+    mode_shape: Shape = choice(Shape.WKB, "mode shape in the integral of the damping", "(3.24)")
     segments: int = quantity(
         4000, "1", 4, 100_000, "parts of the cable in that integral; the source: response.segments"
     )
@@ -139,14 +137,12 @@ class DampingBlock(Block):
 class LiftBlock(Block):
     """Lift spectrum."""
 
-    reading: Reading = quantity(Reading.A, "", None, None, "reading of the lift spectrum")
+    reading: Reading = choice(Reading.A, "reading of the lift spectrum")
     mean_squares: tuple[float, ...] = quantity(
         (0.631, 0.1, 0.15, 0.0025, 0.025), "1", 0.0, 10.0, "mean square of C_L at 1, 2, ... times the shedding rate",
         SOURCE + " fig. 5.5",
     )  # fmt: skip
-    correlation: Correlation = quantity(
-        Correlation.GAUSSIAN, "", None, None, "correlation of the lift along the cable", SOURCE
-    )
+    correlation: Correlation = choice(Correlation.GAUSSIAN, "correlation of the lift along the cable", SOURCE)
     correlation_length: float | None = quantity(
         None,
         "m",
@@ -161,7 +157,7 @@ class LiftBlock(Block):
 class ResponseBlock(Block):
     """Grids and method of the response."""
 
-    method: Method = quantity(Method.WKB, "", None, None, "how the response to a force is computed")
+    method: Method = choice(Method.WKB, "how the response to a force is computed")
     modes: int | None = quantity(
         None, "1", 1, 2000, "modes with a damping ratio; none: those up to the top shedding frequency, rounded"
     )
@@ -184,15 +180,15 @@ class ResponseBlock(Block):
 class Span(Block):
     """Everything a vibration is computed from. `load_span` reads it from a file, `span_from_dict` from plain data."""
 
-    name: str = quantity("span", "", None, None, "name in reports")
-    cable: CableBlock = quantity(REQUIRED, "", None, None, "the cable")
-    tension: TensionBlock = quantity(TensionBlock(), "", None, None, "its tension, linear along it")
-    profile: ProfileBlock = quantity(ProfileBlock(), "", None, None, "tables along it")
-    water: WaterBlock = quantity(WaterBlock(), "", None, None, "the fluid")
-    flow: FlowBlock = quantity(REQUIRED, "", None, None, "the flow across it")
-    damping: DampingBlock = quantity(DampingBlock(), "", None, None, "damping ratios")
-    lift: LiftBlock = quantity(LiftBlock(), "", None, None, "lift spectrum")
-    response: ResponseBlock = quantity(ResponseBlock(), "", None, None, "grids and method")
+    name: str = choice("span", "name in reports")
+    cable: CableBlock = choice(REQUIRED, "the cable")
+    tension: TensionBlock = choice(TensionBlock(), "its tension, linear along it")
+    profile: ProfileBlock = choice(ProfileBlock(), "tables along it")
+    water: WaterBlock = choice(WaterBlock(), "the fluid")
+    flow: FlowBlock = choice(REQUIRED, "the flow across it")
+    damping: DampingBlock = choice(DampingBlock(), "damping ratios")
+    lift: LiftBlock = choice(LiftBlock(), "lift spectrum")
+    response: ResponseBlock = choice(ResponseBlock(), "grids and method")
 
 
 class Line:
