@@ -16,8 +16,6 @@ With G(xi) = L r_p = N2' h + N1' A + N3' B:
   while tau B0 dy/dt (and (55), trap T1) is not once the element is curved. E0 belongs to a curvature of 1e-3 1/m.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from ..compiler.jit import LANES, driver, inline

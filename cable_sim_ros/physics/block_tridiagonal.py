@@ -5,8 +5,6 @@ are carried together: after node i they hold D_i^-1 U_i and D_i^-1 r_i. factor[i
 column k: the multiples taken from the six rows, its own the reciprocal pivot, and the row it changed places with.
 """
 
-from __future__ import annotations
-
 from ..compiler.jit import driver, inline
 from ..compiler.simd import row_update
 

@@ -11,8 +11,6 @@ a cable that is hauled straight up in still water that is the floor of 1 mm/s, a
 to that of the whole speed below GRAZING (drag_laws.py); at all larger angles it is C_D(Re_n).
 """
 
-from __future__ import annotations
-
 from math import sqrt
 
 import numpy as np

@@ -10,8 +10,6 @@ The radius goes over from one layer to the next within the turn about the change
 without a jump of their rates.
 """
 
-from __future__ import annotations
-
 from math import floor, pi, sqrt
 
 from ..compiler.jit import inline

@@ -1,7 +1,5 @@
 """Energy of cable, bodies and beads, and its balance: stored less start, plus lost in the material, less work done."""
 
-from __future__ import annotations
-
 from math import sqrt
 
 from ..compiler.jit import LANES, driver, inline

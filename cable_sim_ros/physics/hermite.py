@@ -3,8 +3,6 @@
 Unknowns of an element are scaled: y = (r1, L g1, r2, L g2), g = dr/dp, so that tables carry no length.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from ..compiler.jit import inline

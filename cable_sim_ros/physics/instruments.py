@@ -5,8 +5,6 @@ element middles, as at the point where the cable leaves the sheave. Outboard: fr
 drum: from the force that holds the cable end.
 """
 
-from __future__ import annotations
-
 from math import acos, cos, sin, sqrt
 
 from ..compiler.jit import LANES, driver, inline

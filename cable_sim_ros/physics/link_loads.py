@@ -11,8 +11,6 @@ turns slowly and is not a number where the stagnation point is on the link. The 
 asinh about the point of least speed, or by Gauss where the integrand is far from its branch points.
 """
 
-from __future__ import annotations
-
 from math import asinh, hypot, sqrt
 
 import numpy as np

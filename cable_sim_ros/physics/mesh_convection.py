@@ -18,8 +18,6 @@ damping need no more: the material's rate of r_ss is v_ss, of the mean strain th
 docs/theory.md, section 4.
 """
 
-from __future__ import annotations
-
 from ..compiler.jit import LANES, driver, inline
 from .ancf import FLOW_0, FLOW_1, FLOW_RATE_0, FLOW_RATE_1, LENGTH, MASS_PER_LENGTH
 from .hermite import MASS

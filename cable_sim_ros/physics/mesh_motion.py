@@ -7,8 +7,6 @@ the material runs on through it, so that an element may hold several sections. E
 the pay-out; no element is ever split or merged. Number and order of nodes are constant. docs/theory.md, section 4.
 """
 
-from __future__ import annotations
-
 from ..compiler.jit import LANES, driver, inline
 from .ancf import (
     CD_FIXED,

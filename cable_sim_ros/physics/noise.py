@@ -1,7 +1,5 @@
 """Chance and faults: numbers that belong to a seed and a count, and a value with what is wrong with it."""
 
-from __future__ import annotations
-
 from math import cos, log, pi, sqrt
 
 import numpy as np

@@ -13,8 +13,6 @@ died out in time, by the cable's material and the water. An amplitude A of the t
 C = sum(length/EA).
 """
 
-from __future__ import annotations
-
 from math import sqrt
 
 from ..compiler.jit import LANES, driver, inline

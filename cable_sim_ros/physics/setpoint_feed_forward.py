@@ -11,8 +11,6 @@ y and y' are taken from the ship's motion. y'' and y''' come from y' through s /
 2 / w_f of y'' is taken back by its own rate, so that it is late by nothing to first order and has a bounded gain.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from ..compiler.jit import driver

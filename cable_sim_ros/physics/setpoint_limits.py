@@ -1,7 +1,5 @@
 """Limits of a set-point that change nothing far below them."""
 
-from __future__ import annotations
-
 from math import exp
 
 from ..compiler.jit import inline

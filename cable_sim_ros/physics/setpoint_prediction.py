@@ -11,8 +11,6 @@ The answer is kept within MARGIN of the fastest that was seen in the last MEMORY
 Moments are SAMPLES to a dead time and wait for what they see: nothing is taken from the future.
 """
 
-from __future__ import annotations
-
 from math import exp, sqrt
 
 import numpy as np

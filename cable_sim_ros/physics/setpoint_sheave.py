@@ -1,7 +1,5 @@
 """Set-point laws of the sheave, Westin (2018) (2): what the sheave moves along the cable is paid out."""
 
-from __future__ import annotations
-
 from math import cos, sin
 
 from ..compiler.jit import inline

@@ -13,8 +13,6 @@ The drum meets a passive cable: what k e alone takes from it is power, so k damp
 turns its phase is w, low-pass, drive and dead time; k and t_i go with them, see sim/compensation_setup.py.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from ..compiler.jit import driver, inline

@@ -1,7 +1,5 @@
 """Set-point laws of the waterline, Westin (2018) (1): the length below the water stays that of the start."""
 
-from __future__ import annotations
-
 from math import cos, sin
 
 from ..compiler.jit import inline

@@ -1,7 +1,5 @@
 """3-vectors as tuples of floats: small functions that vanish when inlined."""
 
-from __future__ import annotations
-
 from math import sqrt
 
 from ..compiler.jit import inline

@@ -5,8 +5,6 @@ element length and needs no smoothing width. The moving bound adds N_i f(xi*) (x
 In waves z counts from the surface over the element, which is taken as linear between its nodes.
 """
 
-from __future__ import annotations
-
 from ..compiler.jit import LANES, driver, inline
 from .ancf import HALF_RHO_D, IDLE, LENGTH
 from .drag import amplified, mean_lanes, point_lanes, water_load, water_tangent

@@ -4,8 +4,6 @@ Lengths are relative to the start, positive out; DRUM and WINCH stand in winch.p
 and the WINCH record alone, so a run is the same however it is cut.
 """
 
-from __future__ import annotations
-
 from math import isnan, sqrt
 
 import numpy as np

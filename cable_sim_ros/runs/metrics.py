@@ -1,8 +1,6 @@
 """Figures of a run that are not statistics of its tick outputs (those: runs/summary.py): one row each, for JSON and
 pages."""
 
-from __future__ import annotations
-
 from .summary import DEPARTURE, OF_BODIES
 
 # JSON names beside those of runs/summary.py: name, unit, meaning

@@ -1,7 +1,5 @@
 """rov_simulator.py beside the node in lockstep: pose in, wrench out."""
 
-from __future__ import annotations
-
 import os
 import sys
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The scripts of docs/examples.md: every command prints what the page says, and the code is that of the file."""
 
-from __future__ import annotations
-
 import importlib.util
 import re
 import shlex

@@ -1,7 +1,5 @@
 """The worked jobs, docs/job_*.md: every command runs as it stands and prints what the page shows, pictures are made."""
 
-from __future__ import annotations
-
 import os
 import re
 import shlex

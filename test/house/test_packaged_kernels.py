@@ -1,7 +1,5 @@
 """Kernels that come with the package are used by those for whom they were made, and are compiled by everybody else."""
 
-from __future__ import annotations
-
 import hashlib
 import json
 import shutil

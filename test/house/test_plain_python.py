@@ -1,7 +1,5 @@
 """Without compilation: the kernels as plain Python give the same truths, with plain tracebacks and coverage."""
 
-from __future__ import annotations
-
 import os
 import subprocess
 import sys

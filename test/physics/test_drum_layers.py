@@ -1,7 +1,5 @@
 """Layers of cable on the drum: radius, lay and turns by the length wound."""
 
-from __future__ import annotations
-
 from math import pi, sqrt
 
 import numpy as np

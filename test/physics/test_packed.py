@@ -6,8 +6,6 @@ the loop. The code is made for two processors by name, AVX2 and AVX-512 in vecto
 the test: how often the vectoriser unrolls each form is another on each.
 """
 
-from __future__ import annotations
-
 import json
 import os
 import platform

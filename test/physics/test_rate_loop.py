@@ -1,7 +1,5 @@
 """Rate loop and reference of a motor: the answer of the loop's equation, and of a reference that jumps."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from bench_cable import filled

@@ -4,8 +4,6 @@ The body of full_scale (theory page of the towbody): a cylinder of 0.3 m and 3 m
 beside a test are those of an own calculation by Runge-Kutta.
 """
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from bench_cable import dense

@@ -1,7 +1,5 @@
 """Wind on a rigid body that hangs in the air, against closed forms."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

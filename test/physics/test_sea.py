@@ -1,7 +1,5 @@
 """Water beyond the linear current: waves and closed forms, tables and scipy, tangents and differences."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from bench_cable import Bench, about_z, record

@@ -1,7 +1,5 @@
 """Formulas of strumming against printed values; what bounds them."""
 
-from __future__ import annotations
-
 from math import pi
 
 import pytest

@@ -1,7 +1,5 @@
 """The complete hand-written tangent against central differences, every term on and each alone."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from bench_cable import Bench, floor_under, lay_on, record, touching

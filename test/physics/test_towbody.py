@@ -1,7 +1,5 @@
 """Towbody: drag, lift and added mass along its axes, tangent against differences, turning into the flow."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from bench_cable import about_z, body_slopes, record

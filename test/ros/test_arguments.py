@@ -1,7 +1,5 @@
 """ROS arguments and parameter files that rclpy itself cannot read: one line and exit code 2, no traceback."""
 
-from __future__ import annotations
-
 import pytest
 
 from cable_sim_ros.ros.node import main

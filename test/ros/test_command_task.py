@@ -1,7 +1,5 @@
 """The task `command` of /diagnostics: what a controller's author sees of his commands. No network."""
 
-from __future__ import annotations
-
 import sys
 import time
 from pathlib import Path

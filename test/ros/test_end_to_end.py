@@ -1,7 +1,5 @@
 """Player process -> node process -> our own subscriptions, and the recording of it, in lockstep: nothing is lost."""
 
-from __future__ import annotations
-
 import math
 import signal
 

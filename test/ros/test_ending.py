@@ -1,7 +1,5 @@
 """The verdict of a node, which keeps counts and no tick outputs."""
 
-from __future__ import annotations
-
 from collections import Counter
 from types import SimpleNamespace
 

@@ -1,7 +1,5 @@
 """What the node says of its inputs, its pace and its neighbours, and how soon, over real topics."""
 
-from __future__ import annotations
-
 import os
 import re
 import signal

@@ -4,8 +4,6 @@ Stale motion: test_motion_task.py, and how soon: test_health.py; a clock that ju
 test_run_is_replay.py.
 """
 
-from __future__ import annotations
-
 import math
 import time
 

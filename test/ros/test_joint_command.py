@@ -1,7 +1,5 @@
 """control_msgs/JointCommand on the wire, with type support made of the fields that are read; and where it is not."""
 
-from __future__ import annotations
-
 import json
 import os
 import sys

@@ -1,7 +1,5 @@
 """Who else is on our topics, and how far we are seen: the rules, without a network."""
 
-from __future__ import annotations
-
 import pytest
 
 from cable_sim_ros.ros.discovery import limit

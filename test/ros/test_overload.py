@@ -3,8 +3,6 @@
 Statistics of the running node that need no ROS.
 """
 
-from __future__ import annotations
-
 import math
 import time
 

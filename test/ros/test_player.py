@@ -1,7 +1,5 @@
 """What the player takes from a bag: the motion of the ship, by kind, from the part asked for."""
 
-from __future__ import annotations
-
 import struct
 
 import pytest

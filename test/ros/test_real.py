@@ -1,7 +1,5 @@
 """The real simulator behind real topics: recorded ship motion, and the recording replayed."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from conftest import COMPILED

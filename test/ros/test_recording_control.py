@@ -1,7 +1,5 @@
 """Recordings of a node without its topics: names under one root, one at a time, and refusals with a reason."""
 
-from __future__ import annotations
-
 import os
 import re
 import threading

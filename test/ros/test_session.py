@@ -1,8 +1,6 @@
 """The live session against a bag of the same messages: the same winch commands are refused, the others count from the
 same time. In a process of its own, because the stand-in takes the place of the simulator's modules; no network."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 

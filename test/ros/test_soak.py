@@ -1,7 +1,5 @@
 """The soak table: the rows that the command offers; the rows themselves are `make soak`."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

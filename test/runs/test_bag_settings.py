@@ -1,7 +1,5 @@
 """How a bag is read: its axes, its topics, its scene. Nothing of it is guessed without a word."""
 
-from __future__ import annotations
-
 import struct
 
 import pytest

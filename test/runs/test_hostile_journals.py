@@ -1,8 +1,6 @@
 """A bag whose journal somebody has rewritten, every checksum right: replayed as far as it holds, never ok, never for
 ever, and what does not hold is said."""
 
-from __future__ import annotations
-
 import json
 
 import pytest

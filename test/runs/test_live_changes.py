@@ -1,7 +1,5 @@
 """Live keys that change at times of an offline run: the tick they meet, the journal, the replay, every refusal."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given

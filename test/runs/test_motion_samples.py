@@ -1,7 +1,5 @@
 """The motion of a bag as samples: pushed into a Simulator they are the run, and what is no motion is refused."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from short_bag import put_short_bag

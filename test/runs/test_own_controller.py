@@ -1,7 +1,5 @@
 """A controller of one's own in an offline run: when it is asked, what its command does, and what ends the run."""
 
-from __future__ import annotations
-
 import json
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Runs saved at their end and gone on with: the two parts are the whole, bit for bit; another motion, another scene."""
 
-from __future__ import annotations
-
 import sys
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """A table with the resolution of a motion sensor tows as the exact one does: 188 N of noise were 20 N of signal."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """A run whose ship moves in the waves of the scene: with the surface it has below it, recorded, replayed, saved."""
 
-from __future__ import annotations
-
 import json
 import warnings
 from math import pi

@@ -1,7 +1,5 @@
 """A running tow on another clock and at another place: the cable hangs as it did, and nothing jumps."""
 
-from __future__ import annotations
-
 import os
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Drive of the winch: drum and cable in one step, motor, brake, modes, dead time, against closed forms."""
 
-from __future__ import annotations
-
 import re
 from functools import partial
 from math import cos, exp, sin, sqrt

@@ -1,7 +1,5 @@
 """Instruments and faults: what they show against what is, in closed form; what they may not be asked."""
 
-from __future__ import annotations
-
 from functools import partial
 from math import atan, cos, pi, radians, sin
 

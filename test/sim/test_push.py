@@ -1,7 +1,5 @@
 """Ship motion and winch commands by name: what reaches the rings, and every refusal."""
 
-from __future__ import annotations
-
 from math import nan, pi
 
 import numpy as np

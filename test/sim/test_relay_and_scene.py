@@ -3,8 +3,6 @@
 The mode of the winch in force: each of eight words, of a row and counted over a run.
 """
 
-from __future__ import annotations
-
 from collections import deque
 from math import cos, sin
 

@@ -1,7 +1,5 @@
 """Tables of the sea: dispersion, spectrum and spreading of what the seed makes, current tables, texts of the checks."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Cautions about set-point laws that ask for too much and damping that does nothing; what the laws start from."""
 
-from __future__ import annotations
-
 import re
 from functools import partial
 

@@ -1,7 +1,5 @@
 """Strumming of a tow: start, run, replay, what keeps it and what refuses it."""
 
-from __future__ import annotations
-
 from functools import partial
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Wakes in scenes and lines of one's own: what is refused in which words; a tow with a wake is saved and resumed."""
 
-from __future__ import annotations
-
 from functools import partial
 
 import numpy as np

@@ -1,7 +1,5 @@
 """What tests of a tow share: shipped scenes with other values, what is refused or said of them, a ship on its way."""
 
-from __future__ import annotations
-
 import warnings
 
 import numpy as np

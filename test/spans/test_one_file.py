@@ -1,7 +1,5 @@
 """One span file for both: a case in the frequency domain beside the same case in time; what is told, what refused."""
 
-from __future__ import annotations
-
 import json
 from math import sqrt
 

@@ -1,7 +1,5 @@
 """A handful of the stress tests in their quick size; all of them at full size are `make stress`."""
 
-from __future__ import annotations
-
 import json
 
 import numpy as np

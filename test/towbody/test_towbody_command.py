@@ -1,7 +1,5 @@
 """`cable-sim towbody` against closed forms of the theory page; what is refused and reported."""
 
-from __future__ import annotations
-
 import json
 
 import numpy as np

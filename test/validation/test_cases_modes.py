@@ -1,7 +1,5 @@
 """Natural frequencies and the spinning cable against closed forms, at the tolerances of the case files."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from case_bench import check

@@ -1,7 +1,5 @@
 """Slack families against an independent chain of rigid links and the closed form of a mass on a one-sided spring."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from case_bench import check

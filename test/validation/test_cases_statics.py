@@ -1,7 +1,5 @@
 """Families of lines at rest against closed forms and independent solutions, at the tolerances of the case files."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from case_bench import check

@@ -1,7 +1,5 @@
 """Families of waves against d'Alembert and the method of characteristics, at the tolerances of the case files."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from case_bench import check

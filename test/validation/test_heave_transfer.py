@@ -4,8 +4,6 @@ verification/linear_tow.py, written from the equations, with a rest of its own: 
 it. Several periods at once, a centimetre each: three times as much moves no magnitude by 1.5 %.
 """
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from courses import level

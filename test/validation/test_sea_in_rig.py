@@ -1,7 +1,5 @@
 """Cable and bodies in waves and sheared currents: closed forms through the Rig, the tow as a whole."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp

@@ -3,8 +3,6 @@
 A bare cable swinging in air with the product's integrator: energy of the undamped swing.
 """
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from scipy.integrate import trapezoid

@@ -1,7 +1,5 @@
 """The whole tow against an independent statics: the cable's differential equation in a uniform stream (EI = 0)."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp

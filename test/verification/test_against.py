@@ -4,8 +4,6 @@ The two versions are those of a small repository, so that nothing is compiled: e
 commit prints, one of them under the older names and without the younger options.
 """
 
-from __future__ import annotations
-
 import json
 import shutil
 import subprocess

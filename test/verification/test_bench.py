@@ -1,7 +1,5 @@
 """The benchmark command: table, JSON and plots of a scene, and what a plot joins."""
 
-from __future__ import annotations
-
 import json
 
 import numpy as np

@@ -1,7 +1,5 @@
 """cable-sim case: answers in the contract's form, every refusal with its text."""
 
-from __future__ import annotations
-
 import json
 
 import pytest

@@ -1,7 +1,5 @@
 """Convergence as an experiment: the difference is to the finest of a family, and a finer mesh or step leaves less."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

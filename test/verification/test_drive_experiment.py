@@ -3,8 +3,6 @@
 The drag laws beside the print: every figure within what is allowed, the page as it is computed, the command.
 """
 
-from __future__ import annotations
-
 from math import sqrt
 from pathlib import Path
 

@@ -3,8 +3,6 @@
 The experiment on computed drag factors: what it prints is near what it is compared with.
 """
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """The rocking arm of Westin (2018) 4.2: its kinematics, its mean load, what an amplitude cannot do."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """The pulley experiment: its two-point load, start, energy; the command."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """A span in a wind: beside a sum of modes and the printed table, locked in, second order in the step; its command."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 

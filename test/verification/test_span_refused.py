@@ -1,7 +1,5 @@
 """What a span refuses, in its own keys and with its own exit code; a span that sheds nothing, and one not steady."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """The tables of the laboratory leave nothing out: every family and stress test that a module defines is listed."""
 
-from __future__ import annotations
-
 import importlib
 import pkgutil
 

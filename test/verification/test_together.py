@@ -1,7 +1,5 @@
 """Experiments over processes: the same as in one, named by what --quick left out; a process that ends is said."""
 
-from __future__ import annotations
-
 import os
 import subprocess
 import sys

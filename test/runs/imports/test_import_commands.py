@@ -1,7 +1,5 @@
 """`inspect` and `import` by the command: what is odd is named, what is lost is counted, a mistake is one line."""
 
-from __future__ import annotations
-
 import json
 from functools import reduce
 from operator import xor

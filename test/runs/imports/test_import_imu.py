@@ -1,7 +1,5 @@
 """An IMU that tells no orientation: attitude by a filter, heave left to the run."""
 
-from __future__ import annotations
-
 import sys
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Imports: what a log lacks is put in and said, gaps stay gaps, and no number in a log makes a bag of any size."""
 
-from __future__ import annotations
-
 import tracemalloc
 
 import numpy as np

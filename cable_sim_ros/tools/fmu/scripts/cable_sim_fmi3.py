@@ -1,7 +1,5 @@
 """The tow under FMI 3, run by the binary of pythonfmu3 inside an FMU; cable_sim_ros is that of the interpreter."""
 
-from __future__ import annotations
-
 from pythonfmu3 import (
     Boolean,
     DefaultExperiment,
