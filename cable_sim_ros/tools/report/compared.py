@@ -16,12 +16,19 @@ def rules(subject: Subject) -> Section | None:
     report = subject.metrics.get("rules")
     if not report:
         return None
-    rows = []
-    for row in report["rules"]:
-        state = "BROKEN" if row["broken"] else "kept"
-        broken = (row["first_s"], row["seconds"]) if row["broken"] else (None, None)
-        worst = number(row["worst"]), unit(row["unit"]), number(row["worst_s"])
-        rows.append((state, row["rule"], f"{row['sense']} {number(row['limit'])}", *worst, *map(number, broken)))
+    rows = [
+        (
+            "BROKEN" if row["broken"] else "kept",
+            row["rule"],
+            f"{row['sense']} {number(row['limit'])}",
+            number(row["worst"]),
+            unit(row["unit"]),
+            number(row["worst_s"]),
+            number(row["first_s"]) if row["broken"] else "-",
+            number(row["seconds"]) if row["broken"] else "-",
+        )
+        for row in report["rules"]
+    ]
     head = ("state", "rule", "limit", "worst", "unit", "at [s]", "first broken at [s]", "broken for [s]")
     found = Section("rules", "Rules on watch")
     found.parts.append(Table(f"Set of rules: {report['set']}", head, rows, right=(3, 5, 6, 7)))
@@ -58,11 +65,19 @@ def faults(subject: Subject) -> Section | None:
         until = "the end" if case["until_s"] is None else f"{number(case['until_s'])} s"
         now, before = case["found"], case["before"]
         pair = partial(_pair, now, before)
-        what, when = f"{case['function']}: {case['failure_mode']}", f"{number(case['at_s'])} s to {until}"
-        tension = f"{pair('tension_min_n')} to {pair('tension_max_n')}" if now else "the run ended before it"
-        swings = pair("tension_std_n", 3), pair("payout_travel_m", 3), pair("depth_std_m", 2)
-        flags = ", ".join(now["flags"]) if now else "-"
-        rows.append((case["name"], what, when, case["expected"], tension, *swings, flags))
+        rows.append(
+            (
+                case["name"],
+                f"{case['function']}: {case['failure_mode']}",
+                f"{number(case['at_s'])} s to {until}",
+                case["expected"],
+                f"{pair('tension_min_n')} to {pair('tension_max_n')}" if now else "the run ended before it",
+                pair("tension_std_n", 3),
+                pair("payout_travel_m", 3),
+                pair("depth_std_m", 2),
+                ", ".join(now["flags"]) if now else "-",
+            )
+        )
     head = (
         "name",
         "function and failure mode",
@@ -92,12 +107,19 @@ def plan(subject: Subject) -> Section | None:
     report = subject.plan
     if not report:
         return None
-    rows = []
-    for row in report["plan"]:
-        has = "no limit" if row["has"] is None else number(row["has"])
-        of_it = "-" if row["margin_share"] is None else share(row["margin_share"])
-        figures = number(row["needed"]), has, number(row["margin"]), of_it, unit(row["unit"]), number(row["at_s"])
-        rows.append((row["need"].replace("_", " "), *figures, row["meaning"]))
+    rows = [
+        (
+            row["need"].replace("_", " "),
+            number(row["needed"]),
+            "no limit" if row["has"] is None else number(row["has"]),
+            number(row["margin"]),
+            "-" if row["margin_share"] is None else share(row["margin_share"]),
+            unit(row["unit"]),
+            number(row["at_s"]),
+            row["meaning"],
+        )
+        for row in report["plan"]
+    ]
     head = ("need", "needed", "the scene has", "margin", "margin of it", "unit", "at [s]", "meaning")
     names = [row["need"] for row in report["plan"]]
     found = Section("plan", "What the winch needed")
@@ -154,10 +176,16 @@ def _compared(comparison: Mapping[str, Any], subject: Subject) -> Iterator[Table
     """Limits first, then a row for each quantity, its intervals in brackets, then what is to be known of them."""
     judged = comparison["judged"]
     if judged:
-        rows = []
-        for one in judged:
-            state, limit = "kept" if one["passed"] else "VIOLATED", one["limit"].replace("_", " ")
-            rows.append((state, one["quantity"], limit, number(one["value"], 4), without_paths(one["text"], subject)))
+        rows = [
+            (
+                "kept" if one["passed"] else "VIOLATED",
+                one["quantity"],
+                one["limit"].replace("_", " "),
+                number(one["value"], 4),
+                without_paths(one["text"], subject),
+            )
+            for one in judged
+        ]
         bad = [k for k, one in enumerate(judged) if not one["passed"]]
         yield Table("Limits on the scores", ("state", "quantity", "limit on", "found", "in words"), rows, (3,), bad=bad)
     scored = [one for one in comparison["scores"] if one["scored"]]

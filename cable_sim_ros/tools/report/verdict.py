@@ -132,11 +132,15 @@ def section(subject: Subject) -> Section:
 
 def reasons(caption: str, verdict: Verdict, subject: Subject) -> Table:
     """A row for each reason."""
-    rows = []
-    for reason in verdict.reasons:
-        lasted = number(reason.seconds, 3) if reason.seconds > 0.0 else "-"
-        part = share(reason.fraction) if reason.fraction > 0.0 else "-"
-        text, figures = without_paths(reason.text, subject), ", ".join(reason.metrics) or "-"
-        rows.append((reason.flag, lasted, part, text, figures))
+    rows = [
+        (
+            reason.flag,
+            number(reason.seconds, 3) if reason.seconds > 0.0 else "-",
+            share(reason.fraction) if reason.fraction > 0.0 else "-",
+            without_paths(reason.text, subject),
+            ", ".join(reason.metrics) or "-",
+        )
+        for reason in verdict.reasons
+    ]
     head = ("reason", "time [s]", "share of the run", "what it means", "figures concerned")
     return Table(caption, head, rows, right=(1, 2))
