@@ -25,7 +25,7 @@ pytestmark = pytest.mark.trust
 EXACT = (0.92255, 0.92632, 1.08238, 0.052767)  # Hz, of mode 1
 
 
-@pytest.mark.parametrize("case, exact", zip(CASES, EXACT, strict=True), ids=[case.figure for case in CASES])
+@pytest.mark.parametrize("case, exact", list(zip(CASES, EXACT, strict=True)), ids=[case.figure for case in CASES])
 def test_frequencies_and_damping_ratios_are_the_printed_ones(case, exact):
     """On the source's grid; those apart have their reason on the page of experiments."""
     span = load_span(case.file)
