@@ -54,9 +54,9 @@ def plain_console(width: int = 120, err: bool = False, **options: Any) -> Consol
 
 
 def markdown_table(lines: Iterable[Sequence[str]]) -> str:
-    """Lines as a table in Markdown, the first its head."""
+    """Lines as a table in Markdown, the first its head; a bar within a cell ends no column."""
     head, *rest = lines
-    shown = ["| " + " | ".join(line) + " |" for line in (head, *rest)]
+    shown = ["| " + " | ".join(cell.replace("|", "\\|") for cell in line) + " |" for line in (head, *rest)]
     return "\n".join([shown[0], "|---" * len(head) + "|", *shown[1:]])
 
 

@@ -21,6 +21,7 @@ from ..physics.tick_output import (
     STRUM_COLUMNS,
     TICK_OUTPUT,
 )
+from ..terminal import markdown_table
 
 TITLE = """# Fields of a tick
 
@@ -40,8 +41,6 @@ edit. SI units. The world is `odom`: ENU, z up, z = 0 at the mean water surface.
 A record of `TICK_OUTPUT`, {size} bytes. A shape of [3] is a vector x y z, one of [4] a quaternion
 x y z w. Every field is in `sim/health`; the last column names the topic that has it beside.
 
-| field | type, shape | unit | meaning | also on |
-|---|---|---|---|---|
 """
 TABLES = """
 ## Tables
@@ -83,9 +82,9 @@ run has a tick output each 0.1 s (`--every`), which bounds the rates of this tab
 each tick and takes its rates from the parameters named. What the node records beside these:
 [recordings](recordings.md).
 
-| topic | type | rate | in the node | QoS: reliability, depth | fields |
-|---|---|---|---|---|---|
 """
+FIELD_HEAD = ("field", "type, shape", "unit", "meaning", "also on")
+TOPIC_HEAD = ("topic", "type", "rate", "in the node", "QoS: reliability, depth", "fields")
 NOT_PUBLISHED = "recorded only"
 MEANING = {  # of the columns; KeyError where one has none
     "x": "place along x",
@@ -116,15 +115,16 @@ MEANING = {  # of the columns; KeyError where one has none
 def text() -> str:
     """The page in Markdown."""
     also = beside()
-    parts = [TITLE.format(size=TICK_OUTPUT.itemsize)]
+    rows = []
     for name, shape, _, unit, meaning in FIELDS:
         kind = f"{TICK_OUTPUT[name].base.name} {list(shape) or ''}".strip()
-        parts.append(_row(f"`{name}`", kind, _unit(unit), meaning, ", ".join(also[name])))
+        rows.append((f"`{name}`", kind, _unit(unit), meaning, ", ".join(also[name])))
     slopes = ", ".join(f"`{name}`" for name, _ in SLOPE_COLUMNS)
-    parts += [TABLES, SHAPE.format(slopes=slopes), *_columns(SHAPE_COLUMNS)]
-    parts += [CONTACT.format(rows=MAX_CONTACT_POINTS), *_columns(CONTACT_COLUMNS), STRUM, *_columns(STRUM_COLUMNS)]
-    parts += [BODIES, *_columns(BODY_COLUMNS)]
-    parts += [RECORDING.format(namespace=Context().namespace), *_topics()]
+    parts = [TITLE.format(size=TICK_OUTPUT.itemsize), _table(FIELD_HEAD, rows)]
+    parts += [TABLES, SHAPE.format(slopes=slopes), _columns(SHAPE_COLUMNS)]
+    parts += [CONTACT.format(rows=MAX_CONTACT_POINTS), _columns(CONTACT_COLUMNS), STRUM, _columns(STRUM_COLUMNS)]
+    parts += [BODIES, _columns(BODY_COLUMNS)]
+    parts += [RECORDING.format(namespace=Context().namespace), _table(TOPIC_HEAD, _topics())]
     return "".join(parts)
 
 
@@ -149,7 +149,7 @@ def carried(channel: Channel) -> list[str]:
     return list(decode(channel, data))
 
 
-def _topics() -> Iterable[str]:
+def _topics() -> Iterable[tuple[str, ...]]:
     for channel in EVERY:
         rate = f"{channel.rate:g} Hz" if channel.rate else "every reading" if channel.new else "every tick"
         fields = [name for name in carried(channel) if name != "time"]
@@ -182,19 +182,19 @@ def _own_rate(channel: Channel) -> str:
     )
 
 
-def _topic(channel: Channel, rate: str, node: str, fields: str) -> str:
+def _topic(channel: Channel, rate: str, node: str, fields: str) -> tuple[str, ...]:
     offered = [f"{q['reliability'].replace('_', ' ')}, {q['depth']}" for q in qos_profile(channel.qos)]
-    return _row(f"`{channel.topic}`", channel.msgtype.replace("/msg/", "/"), rate, node, *(offered or ["-"]), fields)
+    return (f"`{channel.topic}`", channel.msgtype.replace("/msg/", "/"), rate, node, *(offered or ["-"]), fields)
 
 
-def _columns(columns: Sequence[tuple[str, str]]) -> list[str]:
-    head = "\n| column | unit | meaning |\n|---|---|---|\n"
-    return [head, *(_row(f"`{name}`", _unit(unit), MEANING[name]) for name, unit in columns)]
+def _columns(columns: Sequence[tuple[str, str]]) -> str:
+    rows = [(f"`{name}`", _unit(unit), MEANING[name]) for name, unit in columns]
+    return "\n" + _table(("column", "unit", "meaning"), rows)
 
 
 def _unit(unit: str) -> str:
     return "-" if unit == "1" else unit
 
 
-def _row(*cells: object) -> str:
-    return "| " + " | ".join(str(cell).replace("|", "\\|") for cell in cells) + " |\n"
+def _table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    return markdown_table([head, *rows]) + "\n"

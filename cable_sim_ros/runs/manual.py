@@ -9,6 +9,7 @@ from typing import Any, Union, get_args, get_origin
 
 from ..physics.parameter import REQUIRED, Block, Declared, declared
 from ..sim.scene import Scene
+from ..terminal import markdown_table
 
 TITLE = """# Parameters
 
@@ -45,25 +46,21 @@ def tables(block: type[Block]) -> list[str]:
     out = []
     for group, items in groups.items():
         name = f"`{group}`" if "<" in group else group  # <name> by itself would be taken for a tag
-        rows = [f"### {name}\n"] if group else []
-        rows += ["| key | default | unit | range | changes | meaning | source |", "|---|---|---|---|---|---|---|"]
-        rows += [_row(item) for item in items]
-        out.append("\n".join(rows) + "\n")
+        head = ("key", "default", "unit", "range", "changes", "meaning", "source")
+        out.append((f"### {name}\n\n" if group else "") + markdown_table([head, *map(_row, items)]) + "\n")
     return out
 
 
-def _row(item: Declared) -> str:
-    unit = {"": "", "1": "-"}.get(item.unit, item.unit)
-    cells = (
+def _row(item: Declared) -> tuple[str, ...]:
+    return (
         f"`{item.key}`",
         _default(item.default),
-        unit,
+        "-" if item.unit == "1" else item.unit,
         item.interval or _words(item.annotation),
         "fixed" if item.configure else "live",
         item.doc,
         item.source,
     )
-    return "| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |"
 
 
 def _default(value: object) -> str:

@@ -113,4 +113,4 @@ def _shown(node: ast.expr, names: Names) -> str:
 
 
 def _cell(shown: str) -> str:
-    return re.sub(r"…+", "…", shown).replace("|", "\\|").replace("<", "&lt;").strip() or "…"
+    return re.sub(r"…+", "…", shown).replace("<", "&lt;").strip() or "…"

@@ -7,6 +7,7 @@ from enum import Enum
 
 from ....io.scenes.document import shipped_mappings
 from ....physics.parameter import Block, interval
+from ....terminal import markdown_table
 from ..mapping.mapping_file import Entry, Mapping, dimension_of, load_mapping
 from ..mapping.units import FACTORS
 from ..mapping.words import VECTORS, WORDS
@@ -75,6 +76,4 @@ def _keys(block: type[Block], leave: Sequence[str] = ()) -> str:
 
 
 def _table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
-    lines = [f"| {' | '.join(head)} |", f"|{'---|' * len(head)}"]
-    lines += [f"| {' | '.join(cell.replace('|', '/') for cell in row)} |" for row in rows]
-    return "\n".join(lines) + "\n"
+    return markdown_table([head, *rows]) + "\n"
