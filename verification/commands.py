@@ -20,6 +20,7 @@ from cable_sim_ros.cli.options import (
     ready,
     report_option,
     said,
+    together,
     typed,
     workers_option,
 )
@@ -146,13 +147,6 @@ def _flag(name: str) -> str:
     return "--" + name.replace("_", "-")
 
 
-def studies(command):
-    """An option for each of STUDIES."""
-    for name, (_, _, what) in reversed(STUDIES.items()):
-        command = click.option(_flag(name), is_flag=True, help=f"In place of scenes: {what}")(command)
-    return command
-
-
 @click.command()
 @click.argument(
     "scenes",
@@ -162,7 +156,12 @@ def studies(command):
 )
 @click.option("--peers", is_flag=True, help="Other codes beside ours, taking turns; needs the extra [peers].")
 @click.option("--repeats", type=Count(1, 1000), help="Timed runs of each setting. Default: 5, of --features 15.")
-@studies
+@together(
+    *(
+        click.option(_flag(name), is_flag=True, help=f"In place of scenes: {what}")
+        for name, (*_, what) in STUDIES.items()
+    )
+)
 @click.option(
     "--against",
     metavar="COMMIT",

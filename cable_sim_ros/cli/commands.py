@@ -292,9 +292,7 @@ def live(bag, scene, duration, imu_only, out, report) -> Answer:
 )
 @bag_options
 @click.argument("ros_arguments", nargs=-1, type=click.UNPROCESSED)
-def play(
-    bag, rate, loop, start, duration, imu_only, keep_stamps, lockstep, speed, convention, topics, ros_arguments
-) -> None:
+def play(bag, convention, topics, **asked) -> None:
     """Play the ship motion of BAG over real topics, as the ship's own sensors would send it.
 
     It is sent in ENU axes: with --convention ned it is turned.
@@ -303,20 +301,7 @@ def play(
     from ..ros.play.player import play_bag
     from ..runs.settings import topics_of
 
-    sent = play_bag(
-        bag,
-        rate=rate,
-        loop=loop,
-        start=start,
-        duration=duration,
-        imu_only=imu_only,
-        keep_stamps=keep_stamps,
-        lockstep=lockstep,
-        topics=topics_of(topics),
-        ned=convention == "ned",
-        speed=speed,
-        ros_arguments=ros_arguments,
-    )
+    sent = play_bag(bag, topics=topics_of(topics), ned=convention == "ned", **asked)
     say(f"played {sent} messages", err=True)
 
 

@@ -2,20 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
 from ..limits import LONGEST_RUN
-from .options import Heave, Number, imu_option, progress_bar, setpoint_option
+from .options import Heave, Number, imu_option, progress_bar, setpoint_option, together
 
 if TYPE_CHECKING:
     from ..runs.offline import Run
 
 SHIPPED_BAG = "nbp1406"
-OPTIONS = (
+OTHERWISE = "heave", "rao", "ship", "vehicle"  # what may move in place of, or beside, --motion
+motion_options = together(  # how a run is made: motion, duration, winch plan, set-point, steps
     click.option(
         "--motion",
         metavar="BAG|CSV|none",
@@ -73,24 +73,12 @@ OPTIONS = (
 )
 
 
-def motion_options(command: Callable) -> Callable:
-    """How a run is made: motion, duration, winch plan, set-point, steps."""
-    for option in reversed(OPTIONS):
-        command = option(command)
-    return command
-
-
 def simulated(
     scene: str | None,
     begin: Path | None,
     *,
     quiet: bool = False,
     motion: str | None,
-    heave: tuple[float, float] | None,
-    rao: str | None,
-    ship: str | None,
-    vehicle: str | None,
-    imu_only: bool,
     step: str | None,
     convention: str | None,
     topics: tuple[str, ...],
@@ -99,8 +87,8 @@ def simulated(
 ) -> Run:
     """The run that the options ask for; begin: a saved state, or None; quiet: no progress bar; asked: as of
     `offline.run`."""
-    if motion == "none" and (heave or rao) is not None:
-        name = "--heave" if rao is None else "--rao"
+    if motion == "none" and (asked["heave"] or asked["rao"]) is not None:
+        name = "--heave" if asked["rao"] is None else "--rao"
         raise click.UsageError(f"{name} and --motion none contradict each other; nothing was simulated; leave one out")
     if scene is None and begin is None:
         raise click.UsageError("Missing argument 'SCENE' (or --from FILE)")
@@ -113,22 +101,17 @@ def simulated(
 
         given, names = settings_of(settings, convention), topics_of(topics)
         state = None if begin is None else Resumed(begin)
-        if (motion, heave, rao, ship, vehicle) == (None, None, None, None, None):
+        if motion is None and all(asked[name] is None for name in OTHERWISE):
             if state is None:
                 motion = SHIPPED_BAG
             else:
                 report = state.report()
-                motion, heave, imu_only = report.motion, report.heave, report.imu_only
-                rao, ship, vehicle = report.rao, report.ship, report.vehicle
+                motion = report.motion
+                asked |= {name: getattr(report, name) for name in (*OTHERWISE, "imu_only")}
                 given, names = {**report.settings, **given}, names or report.topics
         return offline.run(
             scene,
             None if motion == "none" else motion,
-            heave=heave,
-            rao=rao,
-            ship=ship,
-            vehicle=vehicle,
-            imu_only=imu_only,
             step=step,
             resumed=state,
             settings=given,

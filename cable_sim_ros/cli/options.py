@@ -33,6 +33,7 @@ from ..terminal import clean, plain_console, say
 
 if TYPE_CHECKING:
     from ..runs.summary import Run
+    from ..sim.verdict import Verdict
 
 ARGUMENTS = "cable_sim_ros.arguments"  # of click's context: the command line as typed
 
@@ -122,16 +123,23 @@ def said(path: Path) -> None:
     say(f"report:    {path}", err=True)
 
 
+def _verdict_on(error: BaseException) -> Verdict:
+    """Of a run that an error ended: its own, of what is no tow, else that of its cause."""
+    from ..sim.verdict import check, verdict_of
+
+    found = getattr(error, "verdict", None)
+    return found or verdict_of([check(getattr(error, "cause", CableSimError.cause), str(error))])
+
+
 def _failed(reporter: Reporter, error: CableSimError) -> None:
     import numpy as np
 
     from ..physics.tick_output import TICK_OUTPUT
     from ..runs.summary import Run
-    from ..sim.verdict import check, verdict_of
 
     ended = getattr(error, "run", None)  # of a controller that raised: the run so far
     if ended is None:
-        verdict = getattr(error, "verdict", None) or verdict_of([check(error.cause, str(error))])
+        verdict = _verdict_on(error)
         scene = click.get_current_context().params.get("scene") or click.get_current_context().params.get("bag")
         name = Path(str(scene)).name if scene else "Cable tow"
         frames = np.recarray(0, dtype=TICK_OUTPUT)
@@ -263,11 +271,7 @@ def report(error: BaseException, code: int, as_json: bool) -> int:
     """Say it in one line on stderr, and with --json as the verdict of a run that failed; returns the code."""
     say(f"error: {error}", err=True, lines=getattr(error, "lines", False))
     if as_json and code == CODE_FAILED:
-        from ..sim.verdict import check, verdict_of
-
-        verdict = getattr(error, "verdict", None)  # of what is no tow
-        verdict = verdict or verdict_of([check(getattr(error, "cause", CableSimError.cause), str(error))])
-        say(json_of({"problem": str(error), "verdict": verdict.as_dict()}), lines=True)
+        say(json_of({"problem": str(error), "verdict": _verdict_on(error).as_dict()}), lines=True)
     return code
 
 
@@ -340,6 +344,17 @@ class Count(click.IntRange):
         return number
 
 
+def together(*options: Callable) -> Callable:
+    """Arguments and options as one decorator; the help has them in this order."""
+
+    def with_options(command: Callable) -> Callable:
+        for option in reversed(options):
+            command = option(command)
+        return command
+
+    return with_options
+
+
 def folder_option(text: str) -> Callable:
     """--out of a command that writes several files; text: its help."""
     return click.option("--out", type=FOLDER, help=text)
@@ -398,20 +413,22 @@ workers_option = click.option(
     "--workers", type=click.IntRange(1, 4096), help="Processes. Default: one a core that memory holds."
 )
 
+bag_options = together(  # how a bag is read
+    click.option("--convention", type=click.Choice(["enu", "ned"]), help=CONVENTION_HELP),
+    click.option("--topic", "topics", multiple=True, metavar="KIND=NAME", help=TOPIC_HELP),
+)
+settings_options = together(bag_options, set_option())
+
 
 def node_options(wait: float) -> Callable:
     """--namespace, --wait and --open: which node is listened to, and how; wait: default [s]."""
-
-    def with_options(command: Callable) -> Callable:
-        command = click.option(
+    return together(
+        click.option("--namespace", default="/tow_sim", help="Namespace of the node."),
+        click.option("--wait", type=Number(0.0, 3600.0, "s"), default=wait, help="How long to wait for the node."),
+        click.option(
             "--open", "open_", is_flag=True, help="Listen to every host of the subnet, not to this one alone."
-        )(command)
-        command = click.option(
-            "--wait", type=Number(0.0, 3600.0, "s"), default=wait, help="How long to wait for the node."
-        )(command)
-        return click.option("--namespace", default="/tow_sim", help="Namespace of the node.")(command)
-
-    return with_options
+        ),
+    )
 
 
 def ready(out: Path | None) -> None:
@@ -433,18 +450,6 @@ def needs_out(markers: float, out: Path | None) -> None:
     """Refuse --markers where there is no bag to write them into."""
     if markers > 0.0 and out is None:
         raise click.UsageError("--markers writes into the bag of --out; nothing was simulated; give --out DIR")
-
-
-def bag_options(command: Callable) -> Callable:
-    """--convention and --topic: how a bag is read."""
-    topic = click.option("--topic", "topics", multiple=True, metavar="KIND=NAME", help=TOPIC_HELP)
-    convention = click.option("--convention", type=click.Choice(["enu", "ned"]), help=CONVENTION_HELP)
-    return convention(topic(command))
-
-
-def settings_options(command: Callable) -> Callable:
-    """--convention, --topic and --set."""
-    return bag_options(set_option()(command))
 
 
 class Heave(click.ParamType):

@@ -54,7 +54,7 @@ MEANING = {DOUBTFUL: "figures cannot be taken as they are", FAILED: "limits are 
 )
 @folder_option("Folder for compare.json and the picture.")
 @answers
-def compare(a, b, mapping, mapping_b, limits, junit, align, search, begin, end, band, slope, out) -> Answer:
+def compare(a, b, mapping, mapping_b, limits, junit, begin, end, band, out, **asked) -> Answer:
     """Score measured A against simulated B, or two runs against each other.
 
     A and B are recordings of runs, imported bags, or foreign logs with a mapping. Differences are B less A.
@@ -74,16 +74,14 @@ def compare(a, b, mapping, mapping_b, limits, junit, align, search, begin, end, 
     from .comparison import compare_recordings, draw_comparison
     from .recordings import read_recording
 
-    asked = None if limits is None else load_limits(limits)
+    held = None if limits is None else load_limits(limits)
     result = compare_recordings(
         read_recording(a, mapping),
         read_recording(b, mapping_b),
-        align=align,
         window=(begin, end),
         band=tuple(band),
-        slope=slope,
-        search=search,
-        limits=asked,
+        limits=held,
+        **asked,
     )
     if junit is not None:
         from .comparison import write_junit

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections import Counter
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
@@ -20,6 +20,7 @@ from ...cli.options import (
     progress_bar,
     report_option,
     said,
+    together,
     typed,
     workers_option,
 )
@@ -31,7 +32,7 @@ if TYPE_CHECKING:
     from .sweep import Swept
     from .sweep_file import SweepPlan
 
-OF_A_FILE = (  # what every command on a sweep FILE takes
+of_a_file = together(  # what every command on a sweep FILE takes
     click.argument("file", type=click.Path(path_type=Path)),
     folder_option(
         "Folder for rows and tables. Default: runs/sweep_<name>. Rows that it has are not computed again; the tables "
@@ -45,20 +46,11 @@ OF_A_FILE = (  # what every command on a sweep FILE takes
     ),
     report_option,
 )
-
-
 SHOWN = 20  # texts of a kind
 
 
 class Stopped(RunError):
     """A command that was ended by Ctrl-C."""
-
-
-def of_a_file(function: Callable) -> Callable:
-    """A command on a sweep FILE: its argument and options."""
-    for one in reversed(OF_A_FILE):
-        function = one(function)
-    return function
 
 
 @click.command()

@@ -158,7 +158,7 @@ class Size(click.ParamType):
 @click.option("--size", type=Size(), metavar="WxH", help="Pixels. Default: 1280x720; of a GIF 960x540.")
 @top_option
 @answers
-def film(bag, out, scene, camera, start, seconds, speed, fps, size, top) -> Answer:
+def film(bag, out, scene, camera, fps, size, **asked) -> Answer:
     """Make a film of a recorded BAG for a slide: tow, sheave with its line loads, strip charts."""
     from ...io.scenes.document import find_bag
     from .film_frame import check_film, make_film
@@ -171,12 +171,9 @@ def film(bag, out, scene, camera, start, seconds, speed, fps, size, top) -> Answ
         run,
         out,
         view=camera,
-        start=start,
-        seconds=seconds,
-        speed=speed,
         fps=fps or (10.0 if gif else 20.0),
         size=size or ((960, 540) if gif else (1280, 720)),
-        top=top,
+        **asked,
     )
     told = (
         f"film: {out} ({made.seconds:.1f} s, {made.pictures} pictures of {made.of_tow:.1f} s of tow, "
