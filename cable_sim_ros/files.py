@@ -9,6 +9,7 @@ import secrets
 import stat
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager, suppress
+from math import isfinite
 from pathlib import Path
 from typing import Any
 
@@ -107,3 +108,12 @@ def whole(path: str | os.PathLike) -> Iterator[Path]:
     finally:
         with suppress(OSError, ValueError):  # ValueError: a NUL in the name
             part.unlink()
+
+
+def finite(value: Any) -> Any:
+    """A value for JSON, which knows only finite numbers: null in place of others, within lists and tables too."""
+    if isinstance(value, dict):
+        return {key: finite(one) for key, one in value.items()}
+    if isinstance(value, list | tuple):
+        return [finite(one) for one in value]
+    return None if isinstance(value, float) and not isfinite(value) else value

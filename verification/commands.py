@@ -25,7 +25,7 @@ from cable_sim_ros.cli.options import (
     workers_option,
 )
 from cable_sim_ros.errors import CODE_FAILED, CODE_OK
-from cable_sim_ros.files import write_text
+from cable_sim_ros.files import finite, write_text
 from cable_sim_ros.limits import LONGEST_RUN
 from cable_sim_ros.terminal import print_table, say
 
@@ -220,7 +220,7 @@ def _timed(scenes: tuple[str, ...], peers: bool, repeats: int | None, out: Path 
         rows = benchmarks.bench(
             scenes or benchmarks.SCENES, with_peers=peers, repeats=repeats or benchmarks.REPEATS, progress=progress
         )
-    figures, lines = [benchmarks.as_json(row) for row in rows], [benchmarks.cells(row) for row in rows]
+    figures, lines = [finite(row._asdict()) for row in rows], [benchmarks.cells(row) for row in rows]
     head = benchmarks.HEAD.split(" | ")
 
     def tell() -> None:

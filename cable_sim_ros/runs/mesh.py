@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..errors import RunError
+from ..files import finite
 from ..io.scenes.load import SceneError, load_scene
 from ..io.sources.motion_table import sine_heave
 from ..physics.heave_compensation import SetpointLaw
@@ -150,7 +151,7 @@ def as_json(scene: Scene, plan: MeshPlan, changes: list[MeshChange]) -> dict[str
         "elements": plan.mesh.nodes - 1,
         "scope_m": start,
         "parts": [part._asdict() for part in plan.parts],
-        "expected": [_plain(row) for row in plan.expected],
+        "expected": [finite(row._asdict()) for row in plan.expected],
         "tick_s": scene.solver.tick,
         "tick_that_would_do_s": plan.tick,
         "tolerance": plan.tolerance,
@@ -158,14 +159,9 @@ def as_json(scene: Scene, plan: MeshPlan, changes: list[MeshChange]) -> dict[str
         "shares": {name: fraction.tolist() for name, fraction in zip(names, plan.mesh.section_fractions, strict=True)},
     }
     if changes:
-        report["change"] = [_plain(change) for change in changes]
+        report["change"] = [finite(change._asdict()) for change in changes]
         report["kept"] = kept(plan, start, changes)
     return report
-
-
-def _plain(row: Expected | MeshChange) -> dict[str, Any]:
-    """Fields of a row; null where there is no number."""
-    return {name: None if value != value else value for name, value in row._asdict().items()}
 
 
 def at_scope(plan: MeshPlan, scope: float) -> Expected:

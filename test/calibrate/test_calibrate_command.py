@@ -340,9 +340,9 @@ def test_a_number_of_which_the_data_say_nothing_is_not_written(steady, tmp_path)
 
 
 def test_the_json_has_no_number_that_json_has_not():
-    from cable_sim_ros.tools.calibrate.command import _plain
+    from cable_sim_ros.files import finite
 
-    assert _plain({"a": [(1.0, float("nan")), float("inf"), "x", None, True]}) == {
+    assert finite({"a": [(1.0, float("nan")), float("inf"), "x", None, True]}) == {
         "a": [[1.0, None], None, "x", None, True]
     }
 

@@ -132,11 +132,6 @@ def _scene(scene: str, with_peers: bool, repeats: int) -> list[Row]:
     return rows
 
 
-def as_json(row: Row) -> dict[str, Any]:
-    """A row for JSON: what is not a number is null."""
-    return {k: None if isinstance(v, float) and not np.isfinite(v) else v for k, v in row._asdict().items()}
-
-
 HEAD = (
     "scene | code | setting | elements | step [ms] | error tension | error position | CPU s per s | us per element and "
     "iteration | iterations per step | note"

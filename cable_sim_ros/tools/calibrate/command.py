@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from math import floor, isfinite, log10
+from math import floor, log10
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
 from ...cli.options import FILE, Answer, Heave, Number, answers, drawn, progress_bar, set_option
+from ...files import finite
 from ...limits import LONGEST_RUN
 from ...sim.flag_rules import DOUBTFUL, FAILED
 from ...terminal import in_lines, print_table, say
@@ -99,7 +100,7 @@ def calibrate(scene, settings, out, picture, every, **asked) -> Answer:
 
         files += drawn(lambda: draw_calibration(result, picture))
     verdict = result.verdict.lines(what=MEANING, page="docs/calibrate.md")
-    figures, code = _plain(result.as_dict()), result.verdict.code
+    figures, code = finite(result.as_dict()), result.verdict.code
     return Answer(figures, lambda: tell(result), files=files, warnings=warnings, verdict=verdict, code=code)
 
 
@@ -209,15 +210,6 @@ def _scene(
     ]
     write_scene(scene, override(base, values), values, head, out)
     return [("scene", out)], []
-
-
-def _plain(value: Any) -> Any:
-    """A JSON value without numbers that JSON does not have."""
-    if isinstance(value, dict):
-        return {key: _plain(one) for key, one in value.items()}
-    if isinstance(value, list | tuple):
-        return [_plain(one) for one in value]
-    return None if isinstance(value, float) and not isfinite(value) else value
 
 
 def _head(result: Calibration) -> list[str]:

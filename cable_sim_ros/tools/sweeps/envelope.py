@@ -19,6 +19,7 @@ from scipy.stats import binomtest
 from scipy.stats import t as student
 
 from ...errors import CableSimError
+from ...files import finite
 from ...terminal import in_lines, plain_console, say
 from ..report.sweep_page import named
 from .dataset import names_of
@@ -167,10 +168,7 @@ def as_dict(cell: Cell) -> dict[str, Any]:
         **{name: getattr(cell, name) for name in ("varied", "runs", "failed", "doubtful", "allowed", "within")},
         "unread": list(cell.unread),
         "alike": cell.alike,
-        "extremes": {
-            name: {key: None if np.isnan(value) else value for key, value in one._asdict().items()}
-            for name, one in cell.extremes.items()
-        },
+        "extremes": {name: finite(one._asdict()) for name, one in cell.extremes.items()},
         "rules": {name: share._asdict() for name, share in cell.rules.items()} or None,
     }
 

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from ...files import finite
 from ...plots.run import canvas
 from ..calibrate.free import Free
 from .tows import Judged
@@ -58,7 +59,7 @@ def figures_of(judged: Judged, free: Sequence[Free]) -> dict[str, Any]:
         "used": len(judged.table.tows),
         "left_out": judged.table.left,
         "numbers": [
-            {"key": one.key, "unit": one.unit, "value": value, "deviation": _or_none(sd), "scene": one.start}
+            {"key": one.key, "unit": one.unit, "value": value, "deviation": finite(sd), "scene": one.start}
             for one, value, sd in zip(free, fitted.values.tolist(), deviation.tolist())
         ],
         "deviations": {
@@ -74,12 +75,12 @@ def figures_of(judged: Judged, free: Sequence[Free]) -> dict[str, Any]:
         "interpolation": {
             "simulated": judged.between.tows,
             "failed": len(judged.between.failed),
-            "depth_max_share": _or_none(judged.between.error[0]),
-            "depth_rms_share": _or_none(judged.between.error[1]),
-            "angle_max_deg": _or_none(np.degrees(judged.between.error[2])),
+            "depth_max_share": finite(float(judged.between.error[0])),
+            "depth_rms_share": finite(float(judged.between.error[1])),
+            "angle_max_deg": finite(float(np.degrees(judged.between.error[2]))),
             "series": sum(tow.series is not None for tow in judged.table.tows),
-            "series_max_share": _or_none(judged.between.over_time[0]),
-            "series_rms_share": _or_none(judged.between.over_time[1]),
+            "series_max_share": finite(float(judged.between.over_time[0])),
+            "series_rms_share": finite(float(judged.between.over_time[1])),
             "tows_max_share": judged.apart[0],
             "tows_rms_share": judged.apart[1],
         },
@@ -95,8 +96,8 @@ def rows_of(judged: Judged) -> list[dict[str, Any]]:
             "tow": tow.name,
             "group": tow.group,
             "wire_m": tow.wire,
-            "angle_deg": _or_none(np.degrees(tow.angle)),
-            "depth_m": _or_none(tow.depth),
+            "angle_deg": finite(float(np.degrees(tow.angle))),
+            "depth_m": finite(float(tow.depth)),
             "left_out_depth_m": float(left[1]),
             "left_out_low_m": float(left[0]),
             "left_out_high_m": float(left[2]),
@@ -104,13 +105,9 @@ def rows_of(judged: Judged) -> list[dict[str, Any]]:
             "fitted_low_m": float(own[0]),
             "fitted_high_m": float(own[2]),
             "true_speed_mps": float(speed),
-            "simulated_depth_m": _or_none(itself),
+            "simulated_depth_m": finite(float(itself)),
         }
         for tow, left, own, speed, itself in zip(
             judged.table.tows, judged.left_out, judged.all_in, judged.speeds, judged.itself
         )
     ]
-
-
-def _or_none(value: float) -> float | None:
-    return float(value) if np.isfinite(value) else None
