@@ -62,12 +62,7 @@ class Found:
 
     def as_dict(self) -> dict[str, Any]:
         """For the JSON."""
-        return {
-            "quantity": self.quantity,
-            "clock": self.clock.as_dict(),
-            "findings": [one._asdict() for one in self.findings],
-            "applied": self.applied,
-        }
+        return {**vars(self), "clock": self.clock.as_dict(), "findings": [one._asdict() for one in self.findings]}
 
 
 @dataclass
