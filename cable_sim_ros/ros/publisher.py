@@ -13,7 +13,7 @@ import threading
 import time
 from collections import Counter
 from collections.abc import Callable, Sequence
-from math import asin, atan2, cos, degrees, inf, isfinite, nan, sin, sqrt
+from math import cos, degrees, inf, isfinite, nan, sin, sqrt
 from typing import Any
 
 import numpy as np
@@ -26,6 +26,7 @@ from ..physics.tick_output import TICK_OUTPUT
 from ..sim.checks.deviation_checks import PITCHED_OVER, SKIP, deviation_damped, pitch_against
 from ..sim.rules.watch import RuleWatch, rule_watch
 from ..sim.scene import Scene
+from ..sim.tables.attitude import angles_of
 from ..sim.verdict import Reason
 from .loop import HALT, HEADS_ROWS, Loop, raise_priority
 from .overload import Samples
@@ -125,12 +126,10 @@ class RunningSums:
         self._slow += abs(float(frame["payout_rate"])) < self.slow
         self.least_scope = min(self.least_scope, float(frame["scope"]))
         self.max_slam = max(self.max_slam, float(frame["slam_estimate"]))
-        x, y, z, w = (float(part) for part in frame["ship_quaternion"])
-        yaw = atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
-        pitch = degrees(asin(max(-1.0, min(1.0, 2.0 * (w * y - z * x)))))
+        _, pitch, yaw = angles_of(*frame["ship_quaternion"].tolist())
         velocity = frame["ship_velocity"]
         ahead = float(velocity[0]) * cos(yaw) + float(velocity[1]) * sin(yaw)
-        now = int(frame["time"]), ahead, pitch
+        now = int(frame["time"]), ahead, degrees(pitch)
         (time, speed, angle), self._before = self._before, now
         if self._seen * self.tick <= SKIP:
             return
@@ -138,7 +137,7 @@ class RunningSums:
         self._tension.add(float(frame["tension"]), lost * lost if isfinite(lost) else 0.0)
         since = (now[0] - time) * 1e-9
         if 0.0 < since < AT_ONCE * self.tick and isfinite(speed):
-            self._ship.add((ahead - speed) / since, 0.5 * (pitch + angle))
+            self._ship.add((ahead - speed) / since, 0.5 * (now[2] + angle))
 
     @property
     def slow_fraction(self) -> float:

@@ -11,6 +11,7 @@ import numpy as np
 from ..io.scenes.load import SceneWarning
 from ..sim.checks.deviation_checks import PITCHED_OVER, pitch_against
 from ..sim.scene import Scene
+from ..sim.tables.attitude import angles_along
 from ..sim.tables.current import HEADING_WITHIN, turned_current
 from ..sim.verdict import Reason, check
 
@@ -51,8 +52,7 @@ def off_track(scene: Scene, heading: float | None, frames: np.recarray) -> tuple
     seconds = (len(kept) - 1) * tick
     if seconds < MEAN_OVER:
         return "", 0.0
-    x, y, z, w = kept["ship_quaternion"].T
-    yaw = np.arctan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
+    yaw = angles_along(kept["ship_quaternion"])[2]
     ahead = np.stack([np.cos(yaw), np.sin(yaw)], axis=1)
     speed = float(np.sum(np.diff(kept["ship_position"][:, :2], axis=0) * ahead[1:])) / seconds
     begun = math.radians(ship.heading_deg) if heading is None else heading
@@ -89,9 +89,8 @@ def pitch_sign(frames: np.recarray) -> list[Reason]:
     time = (frames["time"] - frames["time"][0]) * 1e-9 if len(frames) else np.zeros(0)
     if len(time) < 10 or time[-1] < PITCHED_OVER:
         return []
-    x, y, z, w = np.asarray(frames["ship_quaternion"], float).T
-    pitch = np.degrees(np.arcsin(np.clip(2.0 * (w * y - z * x), -1.0, 1.0)))
-    yaw = np.arctan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
+    _, pitch, yaw = angles_along(np.asarray(frames["ship_quaternion"], float))
+    pitch = np.degrees(pitch)
     velocity = np.asarray(frames["ship_velocity"], float)
     surge = np.gradient(velocity[:, 0] * np.cos(yaw) + velocity[:, 1] * np.sin(yaw), time)
     with np.errstate(invalid="ignore", divide="ignore"):

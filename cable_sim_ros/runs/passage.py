@@ -14,6 +14,7 @@ import numpy as np
 from ..io.scenes.ship_plan import ShipPlan
 from ..physics.ship import Ship
 from ..physics.tick_output import Flag
+from ..sim.tables.attitude import angles_along
 
 HAUL_OVER = 20.0  # s of the mean of the scope: a compensation is no haul
 TURNED = 20.0  # deg, range of the mean heading over HAUL_OVER from which a run is a turn
@@ -65,8 +66,7 @@ def turns(frames: np.recarray) -> bool:
 
 def turned(frames: np.recarray) -> float:
     """Range [deg] of the mean heading over HAUL_OVER seconds."""
-    x, y, z, w = frames["ship_quaternion"].T
-    return _range_of_mean(frames, np.degrees(np.unwrap(np.arctan2(2 * (x * y + w * z), 1 - 2 * (y * y + z * z)))))
+    return _range_of_mean(frames, np.degrees(np.unwrap(angles_along(frames["ship_quaternion"])[2])))
 
 
 def _range_of_mean(frames: np.recarray, values: np.ndarray) -> float:

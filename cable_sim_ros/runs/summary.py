@@ -26,6 +26,7 @@ from ..io.sources.recorded_tow import Residual
 from ..physics.tick_output import Flag
 from ..sim.checks.deviation_checks import SKIP
 from ..sim.scene import Scene
+from ..sim.tables.attitude import angles_along
 from ..sim.tables.elementary import principal, product
 from ..sim.verdict import Verdict
 from .passage import HAUL_OVER, HAULED, TURNED, events, haul_of, turned, turns
@@ -358,9 +359,8 @@ def of_bodies(names: Iterable[str], rows: np.ndarray, frames: np.recarray) -> di
 
 def pitch_and_roll(frames: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Pitch of the towbody, nose up, and roll, port side up, at every tick [deg]."""
-    x, y, z, w = frames["body_quaternion"].T
-    pitch = -np.degrees(np.arcsin(np.clip(2.0 * (w * y - z * x), -1.0, 1.0)))
-    return pitch, np.degrees(np.arctan2(2.0 * (w * x + y * z), 1.0 - 2.0 * (x * x + y * y)))
+    roll, pitch, _ = angles_along(frames["body_quaternion"])
+    return -np.degrees(pitch), np.degrees(roll)
 
 
 def attitude(frames: np.recarray) -> dict[str, float | None]:

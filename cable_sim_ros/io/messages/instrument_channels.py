@@ -6,12 +6,13 @@ The header has the time at which a reading came out, not that of what it shows: 
 from __future__ import annotations
 
 from collections.abc import Callable
-from math import asin, atan2, cos, sin
+from math import cos, sin
 
 import numpy as np
 
 from ...physics.sensor_models import ALTIMETER, DEPTH, DEVICES, ENCODER, FISH, LOAD_PIN, METERING, MRU, USBL
 from ...sim.scene import Scene
+from ...sim.tables.attitude import angles_of
 from .cdr import JointTemplate, header
 from .channel import Channel
 from .message_classes import (
@@ -54,7 +55,7 @@ def mru(f, shape, contact, context):
 def read_mru(m) -> dict:
     """Back to tick output fields."""
     p, q, twist = m.pose.pose.position, m.pose.pose.orientation, m.twist.twist
-    roll = atan2(2.0 * (q.w * q.x + q.y * q.z), 1.0 - 2.0 * (q.x * q.x + q.y * q.y))
+    roll, pitch, _ = angles_of(q.x, q.y, q.z, q.w)
     surge, sway, heave = rotate((q.x, q.y, q.z, q.w), (twist.linear.x, twist.linear.y, twist.linear.z))
     return {
         "mru_surge": p.x,
@@ -64,7 +65,7 @@ def read_mru(m) -> dict:
         "mru_sway_rate": sway,
         "mru_heave_rate": heave,
         "mru_roll": roll,
-        "mru_pitch": asin(max(-1.0, min(1.0, 2.0 * (q.w * q.y - q.z * q.x)))),
+        "mru_pitch": pitch,
         "mru_roll_rate": twist.angular.x,
         "mru_pitch_rate": twist.angular.y * cos(roll) - twist.angular.z * sin(roll),
     }
@@ -134,11 +135,7 @@ def fish_attitude(f, shape, contact, context):
 def read_fish_attitude(m) -> dict:
     """Back to tick output fields."""
     q = m.orientation
-    return {
-        "fish_roll": atan2(2.0 * (q.w * q.x + q.y * q.z), 1.0 - 2.0 * (q.x * q.x + q.y * q.y)),
-        "fish_pitch": asin(max(-1.0, min(1.0, 2.0 * (q.w * q.y - q.z * q.x)))),
-        "fish_heading": atan2(2.0 * (q.w * q.z + q.x * q.y), 1.0 - 2.0 * (q.y * q.y + q.z * q.z)),
-    }
+    return dict(zip(("fish_roll", "fish_pitch", "fish_heading"), angles_of(q.x, q.y, q.z, q.w)))
 
 
 def _channel(

@@ -6,13 +6,13 @@ IMU and odometry messages are turned from north-east-down axes to ENU, or moved 
 
 from __future__ import annotations
 
-from math import atan2, nan, radians, sqrt
+from math import nan, radians, sqrt
 from struct import Struct
 from typing import NamedTuple
 
 import numpy as np
 
-from ...sim.tables.attitude import quaternion
+from ...sim.tables.attitude import angles_of, quaternion
 
 Rotor = tuple[float, float, float, float]  # quaternion x y z w
 NORTH: Rotor = (0.0, 0.0, sqrt(0.5), sqrt(0.5))  # Rz(90 deg)
@@ -80,8 +80,7 @@ def heading_of(data: bytes) -> float:
     numbers = _NUMBERS["odometry"]
     if len(data) < 12 + numbers.size:
         return nan
-    x, y, z, w = numbers.unpack_from(data, len(data) - numbers.size)[3:7]
-    return atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
+    return angles_of(*numbers.unpack_from(data, len(data) - numbers.size)[3:7])[2]
 
 
 def moved_on(data: bytes, place: tuple[float, float], velocity: tuple[float, float]) -> bytes:

@@ -20,6 +20,7 @@ from ...physics.inputs import make_inputs
 from ...runs.stepping import Progress
 from ...sim.inputs import ShipMotion, WinchCommand, push
 from ...sim.scene import Scene
+from ...sim.tables.attitude import angles_along
 from ...sim.tables.current import at_start, flow_of
 from ..ensemble.copies import Band, Ensemble, EnsembleEnded
 from ..ensemble.plan import NOMINAL, Draw, EnsemblePlan, Ranges, fits
@@ -105,8 +106,7 @@ def body_places(frames: np.ndarray, lever: tuple[float, float, float] = NO_LEVER
 
 def yaw_of(quaternion: np.ndarray) -> np.ndarray:
     """Yaw [n] rad of quaternions [n, 4], x y z w; without jumps."""
-    x, y, z, w = quaternion.T
-    return np.unwrap(np.arctan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z)))
+    return np.unwrap(angles_along(quaternion)[2])
 
 
 class Towed(Ensemble):

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from ...sim.tables.attitude import angles_along
 from .subject import Section, Subject, Table, Text, counted, number, without_paths
 
 LONG = "period_s", "heading_deg", "notes", "chosen"  # lists, and what the notes of the verdict say
@@ -90,7 +91,7 @@ def rows(subject: Subject) -> Iterator[tuple[str, str]]:
             "speed over ground",
             f"{number(float(speed.mean()), 4)} m/s mean, {number(deviation(speed), 2)} m/s deviation",
         )
-        for name, angle in zip(("roll", "pitch"), attitude(kept["ship_quaternion"])):
+        for name, angle in zip(("roll", "pitch"), map(np.degrees, angles_along(kept["ship_quaternion"]))):
             yield (name, f"{number(deviation(angle), 3)}° deviation, largest {number(float(np.abs(angle).max()), 3)}°")
         heave = kept["ship_position"][:, 2]
         if not subject.hauled or float(heave.std()) > 0.0:
@@ -129,10 +130,3 @@ def deviation(values: np.ndarray) -> float:
     """Standard deviation, 0 where it is round-off."""
     found = float(values.std())
     return found if found > STILL * max(float(np.abs(values).max()), STILL) else 0.0
-
-
-def attitude(quaternion: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Roll and pitch [deg] of quaternions [n, 4], x y z w."""
-    x, y, z, w = quaternion.T
-    roll = np.arctan2(2.0 * (w * x + y * z), 1.0 - 2.0 * (x * x + y * y))
-    return np.degrees(roll), np.degrees(np.arcsin(np.clip(2.0 * (w * y - z * x), -1.0, 1.0)))
