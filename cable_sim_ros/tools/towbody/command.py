@@ -13,32 +13,23 @@ from ...terminal import print_table, say
 MOST_SPEEDS = 100
 
 
-class Speeds(click.ParamType):
-    """FROM:TO:STEP, m/s."""
-
-    name = "speeds"
-
-    def convert(self, value: Any, param: Any, context: Any) -> tuple[float, ...]:
-        """Raises click's error."""
-        if isinstance(value, tuple):
-            return value
-        try:
-            low, high, step = (float(part) for part in str(value).split(":"))
-        except ValueError:
-            self.fail(f"'{value}' is not FROM:TO:STEP, three numbers in m/s; nothing was computed", param, context)
-        if not (0.0 < low <= high <= 15.0 and step > 0.0 and (high - low) / step < MOST_SPEEDS):
-            self.fail(
-                f"'{value}' is not 0 < FROM <= TO <= 15 m/s in at most {MOST_SPEEDS} steps; nothing was computed",
-                param,
-                context,
-            )
-        return tuple(low + step * k for k in range(int((high - low) / step + 1.0 + 1e-9)))
+def speeds_of(text: str) -> tuple[float, ...]:
+    """FROM:TO:STEP, m/s. Raises click.BadParameter."""
+    try:
+        low, high, step = (float(part) for part in text.split(":"))
+    except ValueError:
+        raise click.BadParameter(f"'{text}' is not FROM:TO:STEP, three numbers in m/s; nothing was computed") from None
+    if not (0.0 < low <= high <= 15.0 and step > 0.0 and (high - low) / step < MOST_SPEEDS):
+        raise click.BadParameter(
+            f"'{text}' is not 0 < FROM <= TO <= 15 m/s in at most {MOST_SPEEDS} steps; nothing was computed"
+        )
+    return tuple(low + step * k for k in range(int((high - low) / step + 1.0 + 1e-9)))
 
 
 @click.command()
 @click.argument("scene")
 @click.option("--body", default="towbody", metavar="NAME", help="Body: towbody, or one of bodies. Default: towbody.")
-@click.option("--speeds", type=Speeds(), default="1:4:0.5", metavar="FROM:TO:STEP", help="m/s. Default: 1:4:0.5.")
+@click.option("--speeds", type=speeds_of, default="1:4:0.5", metavar="FROM:TO:STEP", help="m/s. Default: 1:4:0.5.")
 @click.option("--map", "mapped", is_flag=True, help="Stability over tow point and tail area too, found and by formula.")
 @click.option("--out", type=click.Path(path_type=Path), metavar="PAGE.png", help="Page of pictures, PNG or SVG.")
 @answers

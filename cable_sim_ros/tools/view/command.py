@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
@@ -111,30 +112,18 @@ def _served(host: str, port: int, name: str) -> Iterator[ViserServer]:
         server.stop()
 
 
-class Size(click.ParamType):
-    """Width and height of a picture, even numbers, as in 1280x720."""
-
-    name = "size"
-    least, most = (320, 180), (3840, 2160)
-
-    def convert(self, value, param, ctx) -> tuple[int, int]:
-        """(width, height); a usage error, code 2, where it is none."""
-        if isinstance(value, tuple):
-            return value
-        parts = value.lower().split("x")
-        if len(parts) != 2 or not all(part.isascii() and part.isdigit() and len(part) < 6 for part in parts):
-            self.fail(
-                f"{value!r} is no size; nothing was drawn. Give width x height in pixels, as 1280x720", param, ctx
-            )
-        size = int(parts[0]), int(parts[1])
-        if any(not low <= n <= high or n % 2 for n, low, high in zip(size, self.least, self.most)):
-            self.fail(
-                f"{value} px is outside 320x180 to 3840x2160, or odd: a film wants even numbers; nothing was drawn. "
-                "Give for example 1280x720",
-                param,
-                ctx,
-            )
-        return size
+def size_of(text: str) -> tuple[int, int]:
+    """Width and height of a picture, even numbers, as in 1280x720. Raises click.BadParameter."""
+    found = re.fullmatch(r"([0-9]{1,5})x([0-9]{1,5})", text.lower())
+    if found is None:
+        raise click.BadParameter(f"{text!r} is no size; nothing was drawn. Give width x height in pixels, as 1280x720")
+    size = int(found[1]), int(found[2])
+    if any(not low <= n <= high or n % 2 for n, low, high in zip(size, (320, 180), (3840, 2160))):
+        raise click.BadParameter(
+            f"{text} px is outside 320x180 to 3840x2160, or odd: a film wants even numbers; nothing was drawn. "
+            "Give for example 1280x720"
+        )
+    return size
 
 
 @click.command()
@@ -155,7 +144,7 @@ class Size(click.ParamType):
     "--speed", type=Number(0.01, 1000.0), default=2.0, metavar="X", help="Seconds of the bag in a second of film."
 )
 @click.option("--fps", type=Number(1.0, 60.0, "1/s"), metavar="N", help="Pictures a second. Default: 20; of a GIF 10.")
-@click.option("--size", type=Size(), metavar="WxH", help="Pixels. Default: 1280x720; of a GIF 960x540.")
+@click.option("--size", type=size_of, metavar="WxH", help="Pixels. Default: 1280x720; of a GIF 960x540.")
 @top_option
 @answers
 def film(bag, out, scene, camera, fps, size, **asked) -> Answer:
