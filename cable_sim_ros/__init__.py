@@ -31,44 +31,29 @@ _FACE = {  # name -> module
     "run_span": "tools.spans.in_time.wake_run",
     "scene_from_dict": "io.scenes.load",
 }
-__all__ = [
-    "BagReader",
-    "CableSimError",
-    "ControllerError",
-    "FlapCommand",
-    "Rig",
-    "SceneWarning",
-    "ShipMotion",
-    "VehicleMotion",
-    "ShipPlan",
-    "Simulator",
-    "WinchCommand",
-    "WinchPlan",
-    "__version__",
-    "load_run",
-    "load_scene",
-    "motion_of_bag",
-    "override",
-    "replay",
-    "run",
-    "run_span",
-    "scene_from_dict",
-]
+__all__ = [*_FACE, "__version__"]
 
-if TYPE_CHECKING:
-    from .api import Simulator
-    from .errors import CableSimError
-    from .io.bags.bag import BagReader
-    from .io.recordings.recorded_run import load_run
-    from .io.scenes.load import SceneWarning, load_scene, override, scene_from_dict
-    from .io.scenes.ship_plan import ShipPlan
-    from .io.scenes.winch_plan import WinchPlan
-    from .runs.controller import ControllerError
-    from .runs.offline import replay, run
-    from .runs.sources import motion_of_bag
-    from .sim.inputs import FlapCommand, ShipMotion, VehicleMotion, WinchCommand
-    from .sim.rig.rig import Rig
-    from .tools.spans.in_time.wake_run import run_span
+if TYPE_CHECKING:  # each by its own name: the face of a typed package
+    from .api import Simulator as Simulator
+    from .errors import CableSimError as CableSimError
+    from .io.bags.bag import BagReader as BagReader
+    from .io.recordings.recorded_run import load_run as load_run
+    from .io.scenes.load import SceneWarning as SceneWarning
+    from .io.scenes.load import load_scene as load_scene
+    from .io.scenes.load import override as override
+    from .io.scenes.load import scene_from_dict as scene_from_dict
+    from .io.scenes.ship_plan import ShipPlan as ShipPlan
+    from .io.scenes.winch_plan import WinchPlan as WinchPlan
+    from .runs.controller import ControllerError as ControllerError
+    from .runs.offline import replay as replay
+    from .runs.offline import run as run
+    from .runs.sources import motion_of_bag as motion_of_bag
+    from .sim.inputs import FlapCommand as FlapCommand
+    from .sim.inputs import ShipMotion as ShipMotion
+    from .sim.inputs import VehicleMotion as VehicleMotion
+    from .sim.inputs import WinchCommand as WinchCommand
+    from .sim.rig.rig import Rig as Rig
+    from .tools.spans.in_time.wake_run import run_span as run_span
 
 
 def __getattr__(name: str) -> object:

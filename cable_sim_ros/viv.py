@@ -18,24 +18,19 @@ _FACE = {  # name -> module
     "vibration": "tools.spans.in_frequency.response",
     "FrequencyCase": "tools.spans.to_frequency",
 }
-__all__ = [
-    "FrequencyCase",
-    "Span",
-    "SpanError",
-    "SpanWarning",
-    "Vibration",
-    "load_cases",
-    "load_span",
-    "span_from_dict",
-    "vibration",
-    "warnings",
-]
+__all__ = [*_FACE]
 
-if TYPE_CHECKING:
-    from .tools.spans.in_frequency.files import SpanError, SpanWarning, load_span, span_from_dict, warnings
-    from .tools.spans.in_frequency.response import Vibration, vibration
-    from .tools.spans.in_frequency.span import Span
-    from .tools.spans.to_frequency import FrequencyCase, load_cases
+if TYPE_CHECKING:  # each by its own name: the face of a typed package
+    from .tools.spans.in_frequency.files import SpanError as SpanError
+    from .tools.spans.in_frequency.files import SpanWarning as SpanWarning
+    from .tools.spans.in_frequency.files import load_span as load_span
+    from .tools.spans.in_frequency.files import span_from_dict as span_from_dict
+    from .tools.spans.in_frequency.files import warnings as warnings
+    from .tools.spans.in_frequency.response import Vibration as Vibration
+    from .tools.spans.in_frequency.response import vibration as vibration
+    from .tools.spans.in_frequency.span import Span as Span
+    from .tools.spans.to_frequency import FrequencyCase as FrequencyCase
+    from .tools.spans.to_frequency import load_cases as load_cases
 
 
 def __getattr__(name: str) -> object:
