@@ -20,17 +20,13 @@ def imu(number: int, rng: np.random.Generator) -> bytes:
     return b"\0\1\0\0" + struct.pack("<q", number) + rng.bytes(SIZE - 12)
 
 
-def known_bag(path: Path, count: int, *, close: bool = True) -> None:
-    """A bag of `count` messages, 10 ms apart, in chunks of 20 kB; close: with its index."""
+def known_bag(path: Path, count: int) -> None:
+    """A bag of `count` messages, 10 ms apart, in chunks of 20 kB."""
     rng = np.random.default_rng(5)
     writer = BagWriter(path, chunk_size=CHUNK, custom_data={"scene": "made up"})
     for k in range(count):
         writer.add(TOPIC, IMU, k * 10_000_000, imu(k, rng))
-    if close:
-        writer.close()
-    else:
-        writer.flush()
-        writer.abort()
+    writer.close()
 
 
 def chunks_of(path: Path) -> list[tuple[int, int, list[Message]]]:
