@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from ...physics.winch_drive import DriveModel
 from ..problem import Limit, Problem, changed, idle
 from ..rule_blocks import FLEETS, Rules, RuleSet, slowest_tick, tension_rate
+from ..rules.latch import RULES
 from ..rules.watch import breaking_load
 from ..scene import Scene
 
@@ -19,22 +20,7 @@ NEEDS = (
     ("wire_ratio", "wire_diameter", "it counts from the largest strand or wire"),
 )
 OF_BREAKING_LOAD = ("factor_of_safety", "cycle_constant")
-THRESHOLDS = (
-    "factor_of_safety",
-    "working_load",
-    "sheave_ratio",
-    "wire_ratio",
-    "bend_radius",
-    "turns_left",
-    "slack_tension",
-    "snap_tension",
-    "lifted_fraction",
-    "groove_margin",
-    "saturated_share",
-    "brake_rise",
-    "cycle_constant",
-    "bend_life",
-)
+THRESHOLDS = tuple(key for rule in RULES for key in rule.key.split(" or "))
 
 
 def rule_problems(scene: Scene) -> Iterator[Problem]:
@@ -47,8 +33,7 @@ def rule_problems(scene: Scene) -> Iterator[Problem]:
         return Problem(f"rules.{key}", text, remedy)
 
     value = rules.model_dump()
-    there = [key for key in THRESHOLDS if value[key] is not None]
-    if rules.set is RuleSet.WATCH and not there:
+    if rules.set is RuleSet.WATCH and all(value[key] is None for key in THRESHOLDS):
         why = "= watch, but no threshold is given: nothing would be watched"
         yield wrong("set", why, "Give one, or rules.set: none")
     if rules.factor_of_safety is not None and rules.working_load is not None:

@@ -17,11 +17,20 @@ from ...physics.winch_drive import DriveModel
 from ..layout import layout_of
 from ..rule_blocks import Rules, RuleSet, sheave_ratios, tension_rate
 from ..scene import Scene
-from .latch import Latch
+from .latch import RULE, Latch
 from .rainflow import PIECE, Bends, Rainflow
 
 BINS = 100  # of the histogram of the tension, up to the breaking load
 FULL_POWER = 0.999  # of drive.max_power: what counts as all of it
+OF_TICK = {  # rules that look at every tick, and the field that is compared; "": what is made of several
+    "turns_left": "drum_turns",
+    "slack": "tension_least",
+    "snap": "",
+    "lift_off": "lifted_fraction",
+    "climb_out": "groove_margin",
+    "rate_saturated": "rate_limited",
+    "brake_rise": "",
+}
 
 
 def breaking_load(scene: Scene) -> float | None:
@@ -86,16 +95,8 @@ class RuleWatch:
         if rules.bend_radius is not None:
             radius = min(scene.sheave.radius, scene.winch.drum_radius) + 0.5 * scene.cable.diameter
             self._fixed.append((self._latch("bend_radius", rules.bend_radius), radius))
-        for name, limit in (
-            ("turns_left", rules.turns_left),
-            ("slack", rules.slack_tension),
-            ("snap", rules.snap_tension),
-            ("lift_off", rules.lifted_fraction),
-            ("climb_out", rules.groove_margin),
-            ("rate_saturated", rules.saturated_share),
-            ("brake_rise", rules.brake_rise),
-        ):
-            if limit is not None:
+        for name in OF_TICK:
+            if (limit := getattr(rules, RULE[name].key)) is not None:
                 self._latch(name, limit)
         if rules.saturated_share is not None:
             motor, power = scene.drive.model is DriveModel.MOTOR, scene.drive.max_power
@@ -158,14 +159,8 @@ class RuleWatch:
     def _values(self, frames: np.ndarray, ticks: np.ndarray) -> Iterator[tuple[str, np.ndarray]]:
         """(rule, its values) of the rules that look at every tick."""
         there, drive = self.latches, self.scene.drive
-        for name, field in (
-            ("turns_left", "drum_turns"),
-            ("slack", "tension_least"),
-            ("lift_off", "lifted_fraction"),
-            ("climb_out", "groove_margin"),
-            ("rate_saturated", "rate_limited"),
-        ):
-            if name in there:
+        for name, field in OF_TICK.items():
+            if field and name in there:
                 yield name, frames[field]
         if "snap" in there:
             slack = np.where(frames["tension_least"] < self.rules.slack_tension, ticks, self._slack_at)
