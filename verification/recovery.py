@@ -13,7 +13,7 @@ import numpy as np
 from cable_sim_ros.io.scenes.document import SceneWarning
 from cable_sim_ros.io.scenes.load import load_scene, override
 from cable_sim_ros.physics.tick_output import Flag
-from cable_sim_ros.plots.run import save
+from cable_sim_ros.plots.run import save, sheet
 from cable_sim_ros.plots.strips import LOOKS, WIDTH
 from cable_sim_ros.runs.offline import run
 from cable_sim_ros.runs.passage import events
@@ -31,13 +31,9 @@ WEIGHT = 3000.0 * 9.81  # N, in air
 
 def main(out: str) -> None:
     """Run the three and draw tension and height of the load over time."""
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-
     warnings.simplefilter("ignore", SceneWarning)
     scene = override(load_scene("recovery_3t"), SCENE)
-    figure = Figure(figsize=(WIDTH, 6.0), dpi=110, facecolor="white", layout="constrained")
-    FigureCanvasAgg(figure)
+    figure = sheet((WIDTH, 6.0), 110, "constrained")
     panels = figure.subplots(4, 1, sharex=True, height_ratios=(3, 3, 3, 2))
     for panel, (algorithm, name), (colour, _) in zip(panels, WINCHES, LOOKS):
         done = run(scene, rao="simple", duration=SECONDS, algorithm=algorithm, winch=WAY)
@@ -60,8 +56,7 @@ def main(out: str) -> None:
             loc="left",
             fontsize=9,
         )
-        panel.set_ylabel("tension [kN]")
-        panel.set_ylim(0.0, 40.0)
+        panel.set(ylabel="tension [kN]", ylim=(0.0, 40.0))
         panels[3].plot(time, frames.body_position[:, 2], color=colour, lw=1.0, label=name)
     panels[3].axhline(0.0, color="#8a8f96", lw=0.8)
     panels[3].set_title("Height of the load over the mean water surface", loc="left", fontsize=9)

@@ -14,7 +14,7 @@ from ..io.scenes.winch_plan import WinchPlan
 from ..runs.summary import extremes
 from .heading import force_unit, places, put_heading, scene_name
 from .run import PURPLE, beside, min_span, render, seconds, sheet, twin
-from .side import BLUE, FAINT, INK, ORANGE, PAD, cable_curves, fit, put_note, ship_and_water
+from .side import BLUE, FAINT, INK, ORANGE, PAD, cable_curves, fit, frames_of_shapes, put_note, ship_and_water
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -70,22 +70,14 @@ def caption(run: RecordedRun) -> str:
     return textwrap.fill(text, 132)
 
 
-def _shape_frames(run: RecordedRun) -> np.recarray:
-    """The tick output of every shape table."""
-    at = np.searchsorted(run.frames["time"], [time for time, _ in run.shapes])
-    return run.frames[np.minimum(at, len(run.frames) - 1)].view(np.recarray)
-
-
 def shapes(axes: Axes, run: RecordedRun) -> None:
     """Cable from the side at up to SHAPES times, evenly apart; sheave at 0."""
     import matplotlib
 
-    axes.set_title("Cable from the side")
-    axes.set_xlabel("along the tow, from the sheave [m]")
-    axes.set_ylabel("height above water [m]")
+    axes.set(title="Cable from the side", xlabel="along the tow, from the sheave [m]", ylabel="height above water [m]")
     if not run.shapes:
         return
-    frames, curves = _shape_frames(run), cable_curves(run)
+    frames, curves = frames_of_shapes(run), cable_curves(run)
     chosen = np.unique(np.linspace(0, len(frames) - 1, SHAPES).round().astype(int))
     colours = matplotlib.colormaps["viridis"](np.linspace(0.0, 0.9, len(chosen)))
     begin = run.frames["time"][0]
@@ -105,15 +97,14 @@ def nodes(axes: Axes, run: RecordedRun) -> None:
     """Every node's unstretched length past the sheave over time: how the elements share the cable."""
     from matplotlib.collections import LineCollection
 
-    axes.set_title("Nodes along the cable")
-    axes.set_ylabel("past the sheave [m]")
+    axes.set(title="Nodes along the cable", ylabel="past the sheave [m]")
     axes.set_yscale("symlog", linthresh=LINEAR)
     axes.yaxis.set_major_formatter(lambda value, _: f"{value:g}")
     if not run.shapes:
         _times(axes, run)
         return
     every = max(1, len(run.shapes) // MAX_LINES)
-    frames, tables = _shape_frames(run)[::every], [table for _, table in run.shapes[::every]]
+    frames, tables = frames_of_shapes(run)[::every], [table for _, table in run.shapes[::every]]
     time = (frames["time"] - run.frames["time"][0]) * 1e-9
     scope = np.nan_to_num(frames["scope"])
     past = scope[:, None] - np.array([table[-1, 4] - table[:, 4] for table in tables])
@@ -133,8 +124,7 @@ def nodes(axes: Axes, run: RecordedRun) -> None:
 def _times(axes: Axes, run: RecordedRun) -> None:
     """Time axis with the items of the plan."""
     end = max(seconds(run)[-1], 1e-3)
-    axes.set_xlim(0, end)
-    axes.set_xlabel("time [s]")
+    axes.set(xlim=(0, end), xlabel="time [s]")
     plan = run.custom_data.get("winch_plan")
     for item in WinchPlan(plan).items if plan else ():
         if 0.0 < item.time < end:
@@ -144,8 +134,7 @@ def _times(axes: Axes, run: RecordedRun) -> None:
 def tension(axes: Axes, run: RecordedRun) -> None:
     """Tension at the sheave and at the towbody over time."""
     factor, unit = force_unit(run.frames["tension"])
-    axes.set_title("Tension")
-    axes.set_ylabel(f"tension [{unit}]")
+    axes.set(title="Tension", ylabel=f"tension [{unit}]")
     axes.plot(seconds(run), factor * run.frames["tension"], color=BLUE, lw=1.2, label="at the sheave")
     axes.plot(seconds(run), factor * run.frames["tension_body"], color=ORANGE, lw=1.0, label="at the towbody")
     min_span(axes, MIN_SPANS["tension"] * factor * abs(run.frames["tension"].mean()))

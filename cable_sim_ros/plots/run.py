@@ -10,9 +10,9 @@ import os
 import re
 import textwrap
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -128,9 +128,7 @@ def thinned(time: np.ndarray, values: np.ndarray, pieces: int = PIECES) -> tuple
 def from_above(axes: Axes, run: RecordedRun) -> None:
     """Tracks in odom from where the sheave begins, north up, with the cable at even times."""
     frames, begin = run.frames, run.frames["sheave_position"][0, :2]
-    axes.set_title("From above")
-    axes.set_xlabel("east of the beginning [m]")
-    axes.set_ylabel("north [m]")
+    axes.set(title="From above", xlabel="east of the beginning [m]", ylabel="north [m]")
     tracks = [frames[name][:, :2] - begin for name in ("sheave_position", "body_position")]
     for track, name, color in zip(tracks, ("sheave", "towbody"), (BLUE, ORANGE), strict=True):
         axes.plot(*track[:: max(1, len(track) // POINTS)].T, color=color, lw=1.8, label=f"track of the {name}")
@@ -164,21 +162,27 @@ def draw_run(
 
 def render(run: RecordedRun | str | os.PathLike, out: str | os.PathLike, make: Callable[[RecordedRun], Figure]) -> Path:
     """Save the Figure that ``make`` composes of a run; arguments and errors as `draw_run`."""
+    style = styled()  # before anything is read
+    run = run if isinstance(run, RecordedRun) else load_run(run)
+    with style:
+        return save(make(run), out)
+
+
+def styled(**more: Any) -> AbstractContextManager:
+    """The style of every picture, and more of it. RuntimeError where matplotlib is missing."""
     try:
         import matplotlib
     except ImportError:
         raise RuntimeError("matplotlib is not installed: no picture was drawn; install cable_sim_ros[viz]") from None
-    run = run if isinstance(run, RecordedRun) else load_run(run)
-    with matplotlib.rc_context(STYLE):
-        return save(make(run), out)
+    return matplotlib.rc_context(STYLE | more)
 
 
-def sheet() -> Figure:
-    """An empty Figure for a picture of a run; no pyplot, so no window system, no state, any thread."""
+def sheet(size: tuple[float, float] = SIZE, dpi: float = DPI, layout: str | None = None) -> Figure:
+    """An empty Figure of a size [inch]; no pyplot, so no window system, no state, any thread."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
-    figure = Figure(figsize=SIZE, dpi=DPI, facecolor="white")
+    figure = Figure(figsize=size, dpi=dpi, facecolor="white", layout=layout)
     FigureCanvasAgg(figure)
     return figure
 
@@ -281,16 +285,14 @@ def twin(axes: Axes, left: tuple[str, str], right: tuple[str, str], curve: tuple
 
 def _shade(axes: Axes, run: RecordedRun, skip_s: float) -> None:
     skip = after_start(run.frames, skip_s)[1]
-    axes.set_xlim(0, max(seconds(run)[-1], 1e-3))
+    axes.set(xlim=(0, max(seconds(run)[-1], 1e-3)), xlabel="time [s]")
     axes.axvspan(0, skip, color="#eef0f2", lw=0, zorder=0)
-    axes.set_xlabel("time [s]")
 
 
 def tension(axes: Axes, run: RecordedRun, skip_s: float) -> None:
     """Tension at the sheave over time with its mean and, where the run is no haul, its standard deviation."""
     factor, unit = force_unit(run.frames["tension"])
-    axes.set_title("Tension at the sheave")
-    axes.set_ylabel(f"tension [{unit}]")
+    axes.set(title="Tension at the sheave", ylabel=f"tension [{unit}]")
     axes.plot(*thinned(seconds(run), factor * run.frames["tension"]), color=BLUE, lw=1.2)
     kept = factor * after_start(run.frames, skip_s)[0]["tension"]
     mean, std = kept.mean(), kept.std()
@@ -349,8 +351,7 @@ def contact_bands(run: RecordedRun, skip_s: float, points: int = 181) -> tuple[n
 
 def contact(axes: Axes, run: RecordedRun, skip_s: float) -> None:
     """Line load of both flanks against the wrap angle: mean, and band from least to largest."""
-    axes.set_title("Contact along the sheave")
-    axes.set_xlabel("angle from the sheave's top, outboard positive [°]")
+    axes.set(title="Contact along the sheave", xlabel="angle from the sheave's top, outboard positive [°]")
     bands = contact_bands(run, skip_s)
     factor, unit = force_unit(bands[1] if bands else np.zeros(1))
     axes.set_ylabel(f"load of a flank [{unit}/m]")
@@ -374,21 +375,14 @@ def contact(axes: Axes, run: RecordedRun, skip_s: float) -> None:
 def canvas(
     path: Path, size: tuple[float, float], title: str = "", source: str = "", *, grow: float = GROW
 ) -> Iterator[Figure]:
-    """An empty figure of a size [inch at DPI] to draw on; it is saved at the end, its folder made. No pyplot, so no
-    state. title: over all panels; source: at the foot, with the version: what was simulated, and whose figures stand
-    beside it; grow: of the letters. RuntimeError where matplotlib is missing.
+    """A `sheet` of a size [inch at DPI] to draw on; it is saved at the end, its folder made. title: over all panels;
+    source: at the foot, with the version: what was simulated, and whose figures stand beside it; grow: of the letters.
+    RuntimeError where matplotlib is missing.
     """
-    try:
-        import matplotlib
-        from matplotlib.backends.backend_agg import FigureCanvasAgg
-        from matplotlib.figure import Figure
-    except ImportError:
-        raise RuntimeError("matplotlib is not installed: no plot was drawn; install cable_sim_ros[viz]") from None
-    with matplotlib.rc_context(STYLE):
+    with styled():
         inches = size[0] / grow, size[1] / grow
-        figure = Figure(figsize=inches, dpi=grow * CANVAS_DPI, facecolor="white", layout="constrained")
+        figure = sheet(inches, grow * CANVAS_DPI, "constrained")
         figure.get_layout_engine().set(w_pad=0.1, h_pad=0.1)  # inches: titles keep off the edge and the panel above
-        FigureCanvasAgg(figure)
         if title:
             wide = textwrap.fill(title, int(inches[0] / LETTER)).replace("$", r"\$")  # a name is no formula
             figure.suptitle(wide, x=0.012, ha="left", size=15, weight="bold")

@@ -39,13 +39,17 @@ def along_tow(frames: np.recarray) -> np.ndarray:
     return way / max(float(np.hypot(*way)), 1e-9)
 
 
+def frames_of_shapes(run: RecordedRun) -> np.recarray:
+    """The tick output of every recorded shape."""
+    return run.frames[places_of([time for time, _ in run.shapes], run.frames)]
+
+
 def cable_curves(run: RecordedRun) -> list[np.ndarray]:
     """Each recorded shape as [nodes, 2]: along the tow from the sheave, height above the water, m."""
     forward = along_tow(run.frames)
-    frames = run.frames[places_of([time for time, _ in run.shapes], run.frames)]
     return [
         np.column_stack([(table[:, :2] - frame["sheave_position"][:2]) @ forward, table[:, 2]])
-        for (_, table), frame in zip(run.shapes, frames)
+        for (_, table), frame in zip(run.shapes, frames_of_shapes(run))
     ]
 
 
@@ -130,9 +134,9 @@ def side_view(axes: Axes, run: RecordedRun) -> None:
     """
     from matplotlib.collections import LineCollection
 
-    axes.set_title("Cable, end of the run")
-    axes.set_xlabel("along the tow, from the sheave [m]")
-    axes.set_ylabel("height above water [m]")
+    axes.set(
+        title="Cable, end of the run", xlabel="along the tow, from the sheave [m]", ylabel="height above water [m]"
+    )
     curves, forward, last = cable_curves(run), along_tow(run.frames), run.frames[-1]
     if turns(run.frames) or haul_of(run.frames)[1]:
         curves = curves[-1:]

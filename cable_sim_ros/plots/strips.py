@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from .run import BLUE, FAINT, INK, ORANGE, PURPLE, STYLE, min_span, thinned
+from .run import BLUE, FAINT, INK, ORANGE, PURPLE, min_span, styled, thinned
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -44,14 +44,11 @@ def svg(
 
     RuntimeError where matplotlib is missing.
     """
-    try:
-        import matplotlib
+    text = StringIO()
+    with styled(**VECTOR):
         from matplotlib.backends.backend_svg import FigureCanvasSVG
         from matplotlib.figure import Figure
-    except ImportError:
-        raise RuntimeError("matplotlib is not installed: no plot was drawn; install cable_sim_ros[viz]") from None
-    text = StringIO()
-    with matplotlib.rc_context(STYLE | VECTOR):
+
         figure = Figure(figsize=size, facecolor="white", layout=layout)
         FigureCanvasSVG(figure)
         draw(figure)
@@ -103,8 +100,7 @@ def strips(figure: Figure, time: np.ndarray, rows: Sequence[Strip], skip_s: floa
     """Draw strips over one time axis [s]; skip_s: start-up, shaded."""
     panels = figure.subplots(len(rows), 1, sharex=True, squeeze=False)[:, 0]
     for axes, row in zip(panels, rows):
-        axes.set_title(row.title)
-        axes.set_ylabel(row.axis)
+        axes.set(title=row.title, ylabel=row.axis)
         for line, (colour, dash) in zip(row.lines, LOOKS):
             axes.plot(*thinned(time, line.values), color=colour, ls=dash, lw=1.1, label=line.label or None)
         if row.span:
@@ -117,8 +113,7 @@ def strips(figure: Figure, time: np.ndarray, rows: Sequence[Strip], skip_s: floa
             axes.legend(loc="upper right", ncols=len(row.lines), borderaxespad=0.1, handlelength=2.6)
         axes.axvspan(0.0, skip_s, color=SHADE, lw=0, zorder=0)
         axes.locator_params(axis="y", nbins=5)
-    panels[-1].set_xlabel("time since the begin of the run [s]")
-    panels[-1].set_xlim(0.0, max(float(time[-1]), 1e-3))
+    panels[-1].set(xlabel="time since the begin of the run [s]", xlim=(0.0, max(float(time[-1]), 1e-3)))
     figure.align_ylabels()
 
 
@@ -126,13 +121,10 @@ def spectra(figure: Figure, rows: Sequence[Spectrum], band: tuple[float, float],
     """Draw spectra up to ``end`` [Hz], the band of the waves shaded."""
     panels = figure.subplots(1, len(rows), squeeze=False)[0]
     for axes, row in zip(panels, rows):
-        axes.set_title(row.title)
-        axes.set_ylabel(f"density [{row.unit}]")
-        axes.set_xlabel("frequency [Hz]")
+        axes.set(title=row.title, ylabel=f"density [{row.unit}]", xlabel="frequency [Hz]")
         axes.axvspan(*band, color=SHADE, lw=0, zorder=0)
         axes.plot(row.frequency, row.density, color=BLUE, lw=1.4)
-        axes.set_xlim(0.0, end)
-        axes.set_ylim(bottom=0.0)
+        axes.set(xlim=(0.0, end), ylim=(0.0, None))
         axes.locator_params(nbins=5)
         axes.ticklabel_format(axis="y", style="sci", scilimits=(-3, 6))
 

@@ -83,15 +83,13 @@ def compose(run: RecordedRun, title: str, skip_s: float, stamp: str = "") -> Fig
 def along_cable(axes: Axes, x: np.ndarray, tables: np.ndarray, name: str, title: str, label: str, color: str) -> None:
     """One column against the distance from the sheave: mean and band. A value holds from its node to the next."""
     values = tables[..., COLUMN[name]]
-    axes.set_title(title)
-    axes.set_xlabel("along the cable, from the sheave [m]")
-    axes.set_ylabel(label)
+    axes.set(title=title, xlabel="along the cable, from the sheave [m]", ylabel=label)
     wet = tables[:, :, 2].mean(axis=0) < 0.0
     if wet.any():
         axes.axvspan(x[wet.argmax()], x[-1], color=WATER, alpha=0.18, lw=0, zorder=0)
     axes.fill_between(x, values.min(axis=0), values.max(axis=0), step="post", color=color, alpha=0.25, lw=0)
     axes.step(x, values.mean(axis=0), where="post", color=color, lw=2)
-    axes.set_xlim(x[0], x[-1])
     minimum = 1.0 if name == "amplification" else 0.0
     axes.axhline(minimum, color=FAINT, lw=0.8)
-    axes.set_ylim(minimum - 0.04 * max(values.max() - minimum, 0.1), minimum + 1.12 * max(values.max() - minimum, 0.1))
+    high = max(values.max() - minimum, 0.1)
+    axes.set(xlim=(x[0], x[-1]), ylim=(minimum - 0.04 * high, minimum + 1.12 * high))

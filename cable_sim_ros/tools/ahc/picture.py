@@ -141,8 +141,7 @@ def dead_time(axes: Axes, rows: Sequence[Row], looks: Mapping[str, tuple[str, st
                 axes.plot(*zip(*sorted(points[kind]), strict=True), mark + line, color=colour, mfc=face, lw=1.8, ms=8)
     if axes.lines:
         axes.set_ylim(bottom=0.0)
-    axes.set_xlabel("ms, at full scale")
-    axes.set_ylabel("deviation of the tension,\n% of the twin's, mean of all runs")
+    axes.set(xlabel="ms, at full scale", ylabel="deviation of the tension,\n% of the twin's, mean of all runs")
 
 
 def by_score(axes: Axes, rows: Sequence[Row], looks: Mapping[str, tuple[str, str]]) -> None:
@@ -160,8 +159,7 @@ def by_score(axes: Axes, rows: Sequence[Row], looks: Mapping[str, tuple[str, str
             axes.axvline(found[HELD]["score"], color=INK, lw=1.2, ls=line)
     axes.set_title("Score (filled: the truth; open: heard by an MRU; lines: the held winch)", size=13)
     axes.set_yticks(range(len(names)), names)
-    axes.set_ylim(-0.6, max(len(names), 1) - 0.4)
-    axes.set_xlim(0.0, 100.0)
+    axes.set(ylim=(-0.6, max(len(names), 1) - 0.4), xlim=(0.0, 100.0))
 
 
 def by_class(
@@ -188,8 +186,7 @@ def by_class(
     axes.set_ylim(max(len(classes), 1) - 0.4, -0.6)
     if of is deviation:
         axes.axvline(100.0, color=INK, lw=1.2, ls=(0, (6, 4)))
-    axes.set_xlim(left=0.0)
-    axes.set_xlabel(unit)
+    axes.set(xlim=(0.0, None), xlabel=unit)
 
 
 def _of(rows: Sequence[Row], one: str) -> list[Row]:

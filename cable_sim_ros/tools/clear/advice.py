@@ -349,9 +349,7 @@ def plot(passage: Passage, report: dict[str, Any], path: Path) -> Path:
             colour, begin = COLOURS[way["way"]], way["begin_by_s"]
             axis.plot(place, depth, color=colour, lw=2.5, label=f"{way['way']}, begun by {begin:.0f} s")
             axis.plot(np.interp(begin, passage.t, place), np.interp(begin, passage.t, depth), "o", color=colour, ms=9)
-        axis.set_xlim(passage.behind, float(max(held_place[-1], ground.distance[0])))
-        axis.set_ylim(bottom, 0.0)
-        axis.set_xlabel("ahead of the ship as it is now [m]")
-        axis.set_ylabel("depth [m]")
+        axis.set(xlim=(passage.behind, float(max(held_place[-1], ground.distance[0]))), ylim=(bottom, 0.0))
+        axis.set(xlabel="ahead of the ship as it is now [m]", ylabel="depth [m]")
         axis.legend(loc="center left", bbox_to_anchor=(1.01, 0.5), frameon=False)
     return path

@@ -51,7 +51,6 @@ def plot(one: Laid, path: Path, title: str, measured: bool) -> Path:
     with canvas(path, (14.0, 10.0), title, "ways: docs/layback.md") as figure:
         panels = figure.subplot_mosaic([["map", "layback"], ["map", "depth"]])
         top, away, deep = panels["map"], panels["layback"], panels["depth"]
-        top.set_title("From above")
         begin = s.sheave[0]
         top.plot(*(s.sheave - begin).T, color=SHIP, lw=5.0, label="sheave")
         for name, (label, colour, line) in NAMES.items():
@@ -63,21 +62,17 @@ def plot(one: Laid, path: Path, title: str, measured: bool) -> Path:
                 away.plot(minutes, there, color=colour, ls=line, lw=wide, label=label)
         top.plot(*(s.fish - begin).T, color=OURS, lw=1.5)
         top.add_collection(_crosses(one, begin))
-        top.set_xlabel("east [m]")
-        top.set_ylabel("north [m]")
+        top.set(title="From above", xlabel="east [m]", ylabel="north [m]")
         top.set_aspect("equal", adjustable="datalim")
         away.fill_between(minutes, size - one.band[:, 0], size + one.band[:, 0], color=BAND, lw=0.0, label="95 %")
         away.plot(minutes, size, color=OURS, lw=2.5, label="simulated")
         deep.fill_between(minutes, s.fish_depth - one.band[:, 3], s.fish_depth + one.band[:, 3], color=BAND, lw=0.0)
         deep.plot(minutes, s.fish_depth, color=OURS, lw=2.5)
-        away.set_title("Layback from the sheave")
-        away.set_ylabel("layback [m]")
+        away.set(title="Layback from the sheave", ylabel="layback [m]")
         away.tick_params(labelbottom=False)
-        deep.set_title("Depth")
         if measured:
             deep.plot(minutes, s.depth, color="#c23b33", lw=1.5, ls=":", label="depth, measured")
-        deep.set_xlabel("time [min]")
-        deep.set_ylabel("depth [m]")
+        deep.set(title="Depth", xlabel="time [min]", ylabel="depth [m]")
         deep.invert_yaxis()
         figure.legend(loc="outside lower center", ncols=6)
     return path

@@ -230,8 +230,7 @@ def _drawn(many: Many) -> list[Part]:
                     axes.plot(x[at], y[at], marker, color=colour, mfc=fill, ms=4.5, label="" if odd else group)
             what = TITLES[name]
             axes.set_title(f"{what[0].upper()}{what[1:]}", size=10)
-            axes.set_xlabel(named(over))
-            axes.set_ylabel(f"[{unit(many.units[name])}]")
+            axes.set(xlabel=named(over), ylabel=f"[{unit(many.units[name])}]")
             axes.margins(y=0.12)
             axes.locator_params(nbins=6)
         for axes in panels[len(names) :]:

@@ -93,8 +93,7 @@ def _spectrum(axis: Axes, result: Vibration, values, what, unit, rms, rms_unit) 
             f_n, color=ORANGE, lw=0.9, ls=(0, (4, 3)), label=None if i else f"modes with a damping ratio{some}"
         )
     shown = np.flatnonzero(values > SHOWN * values.max())
-    axis.set_xlim(0.0, f[min(shown[-1] + 1, len(f) - 1)])
-    axis.set_ylim(SHOWN * values.max(), 12.0 * values.max())
+    axis.set(xlim=(0.0, f[min(shown[-1] + 1, len(f) - 1)]), ylim=(SHOWN * values.max(), 12.0 * values.max()))
     axis.text(
         0.985,
         0.66,
@@ -108,9 +107,7 @@ def _spectrum(axis: Axes, result: Vibration, values, what, unit, rms, rms_unit) 
         color=INK,
     )
     axis.legend(loc="upper right", fontsize=11)
-    axis.set_title(f"Spectrum of the {what} at s = {result.place:.4g} m")
-    axis.set_xlabel("frequency [Hz]")
-    axis.set_ylabel(unit)
+    axis.set(title=f"Spectrum of the {what} at s = {result.place:.4g} m", xlabel="frequency [Hz]", ylabel=unit)
 
 
 def _along(axis: Axes, result: Vibration) -> None:
@@ -127,12 +124,10 @@ def _along(axis: Axes, result: Vibration) -> None:
     axis.plot(
         [result.place], [1e3 * result.place_rms_displacement], "o", color=ORANGE, ms=8, label="place of the spectra"
     )
-    axis.set_xlim(0.0, result.arc[-1])
-    axis.set_ylim(-1.0 * top, 1.65 * top)
+    axis.set(xlim=(0.0, result.arc[-1]), ylim=(-1.0 * top, 1.65 * top))
     axis.legend(loc="upper right", fontsize=11)
     axis.set_title(f"Along the cable: largest rms {float(result.diameters.max()):.3g} diameters")
-    axis.set_xlabel("s [m]")
-    axis.set_ylabel("mm")
+    axis.set(xlabel="s [m]", ylabel="mm")
 
 
 def _damping(axis: Axes, span: Span, result: Vibration) -> None:
@@ -146,11 +141,8 @@ def _damping(axis: Axes, span: Span, result: Vibration) -> None:
         ratio = f"{result.damping_ratios[n]:.4f}"
         axis.text(1.02, row, ratio, transform=axis.get_yaxis_transform(), va="center")
     axis.set_yticks(range(1, count + 1), [str(n + 1) for n in shown])
-    axis.set_ylim(0.4, count + 0.6)
-    axis.set_xlim(0.0, result.arc[-1])
+    axis.set(ylim=(0.4, count + 0.6), xlim=(0.0, result.arc[-1]))
     axis.grid(axis="y", visible=False)
-    axis.set_xlabel("s [m]")
-    axis.set_ylabel("mode")
-    axis.set_title("Where each mode is driven")
+    axis.set(title="Where each mode is driven", xlabel="s [m]", ylabel="mode")
     given = " (given)" if span.damping.ratios else ""
     axis.set_title(f"damping ratio{given}", loc="right", size=12, weight="normal")

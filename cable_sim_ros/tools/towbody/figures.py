@@ -152,11 +152,10 @@ def plot(found: dict[str, Any], path: Path) -> Path:
         for axis, plotted in zip((*upper, *lower), ("yaw", "pitch"), strict=False):
             _draw_map(figure, axis, plotted, maps.get(plotted))
         angles = [row["pitch_up_deg"] for row in found["polar"]]
-        polar.set_title(f"Body alone at {found['polar_speed_mps']:.3g} m/s")
         polar.plot(angles, [row["lift_n"] for row in found["polar"]], color=LIFT, lw=2, label="lift")
         polar.plot(angles, [row["drag_n"] for row in found["polar"]], color=DRAG, lw=2, label="drag")
-        polar.set_xlabel("pitch, nose up [deg]")
-        polar.set_ylabel("force [N]")
+        polar.set(title=f"Body alone at {found['polar_speed_mps']:.3g} m/s")
+        polar.set(xlabel="pitch, nose up [deg]", ylabel="force [N]")
         polar.legend(frameon=False)
         kept = [row for row in found["speeds"] if row["unstable"] is None]
         lost = [row["speed_mps"] for row in found["speeds"] if row["unstable"] is not None]
@@ -167,20 +166,17 @@ def plot(found: dict[str, Any], path: Path) -> Path:
                 axis.axvline(speed, color=DRAG, ls=":", label=None if i else "no stable trim")
             if lost:
                 axis.legend(frameon=False)
-            axis.set_xlabel("speed [m/s]")
-            axis.set_ylabel(label)
+            axis.set(xlabel="speed [m/s]", ylabel=label)
         pitch.set_title("Trim of the tow")
         depth.set_title("Depth of the tow")
         depth.invert_yaxis()
         known = [row for row in found["fins"] if row["found_m2"] is not None]
-        fins.set_title("Least upright fins, aspect ratio 2")
         fins.plot([r["ahead_m"] for r in known], [r["found_m2"] for r in known], "o-", color=LIFT, lw=2, label="found")
         places, areas = ([row[key] for row in found["fins"]] for key in ("ahead_m", "formula_m2"))
         fins.plot(places, areas, color=FORMULA, ls="--", label="formula")
         fins.axhline(found["fin_area_m2"], color=DRAG, ls=":", label="its own")
-        fins.set_xlabel("tow point ahead of its place [m]")
-        fins.set_ylabel("area [m²]")
-        fins.set_ylim(bottom=0.0)
+        fins.set(title="Least upright fins, aspect ratio 2", ylim=(0.0, None))
+        fins.set(xlabel="tow point ahead of its place [m]", ylabel="area [m²]")
         fins.legend(frameon=False)
     return path
 
@@ -200,10 +196,8 @@ def _draw_map(figure: Any, axis: Any, name: str, one: dict[str, Any] | None) -> 
         known = [(x, y) for x, y in zip(places, one[key], strict=True) if y is not None]
         axis.plot([x for x, _ in known], [y for _, y in known], label=label, **style)
     axis.plot(one["own_tow_point_m"], one["own_area_m2"], "o", color="black", mfc="white", ms=8, label="as it is")
-    axis.set_ylim(0.0, areas[-1])
-    axis.set_title(f"Stability in {name}, level at {one['speed_mps']:.3g} m/s")
-    axis.set_xlabel(f"tow point {one['tow_point']} [m]")
-    axis.set_ylabel(("upright" if name == "yaw" else "level") + " tail [m²]")
+    axis.set(title=f"Stability in {name}, level at {one['speed_mps']:.3g} m/s", ylim=(0.0, areas[-1]))
+    axis.set(xlabel=f"tow point {one['tow_point']} [m]", ylabel=f"{'upright' if name == 'yaw' else 'level'} tail [m²]")
     axis.legend(loc="upper right", frameon=True, facecolor="white", framealpha=0.9)
 
 

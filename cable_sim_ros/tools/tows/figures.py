@@ -33,10 +33,7 @@ def draw(judged: Judged, path: Path) -> Path:
             x, y, off = measured[rows], mid[rows], (mid[rows] - low[rows], high[rows] - mid[rows])
             look = {"fmt": "o", "ms": 4, "lw": 1, "color": color, "alpha": 0.7}
             against.errorbar(x, y, yerr=off, label=f"{label}: {rows.sum()}", **look)
-        against.set_xlabel("measured depth [m]")
-        against.set_ylabel("predicted depth [m]")
-        against.set_xlim(0.0, end)
-        against.set_ylim(0.0, None)
+        against.set(xlabel="measured depth [m]", ylabel="predicted depth [m]", xlim=(0.0, end), ylim=(0.0, None))
         against.legend(frameon=False, loc="lower right")
         names = [f"{one.way} ({one.tows})" for one in judged.ways][::-1]
         places = np.arange(len(names))

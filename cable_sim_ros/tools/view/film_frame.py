@@ -18,7 +18,7 @@ from ...io.messages import shapes
 from ...io.messages.markers import SCALE, cable_points, colour_scale, colours
 from ...io.messages.rotation import inverse, rotate
 from ...physics.section import CableModel
-from ...plots.run import STYLE, thinned
+from ...plots.run import sheet, styled, thinned
 from ...plots.sea_surface import SeaSurface
 from ...plots.side import FAINT, INK, ORANGE
 from .cameras import SHEAVE, ahead
@@ -62,10 +62,6 @@ class FilmFrame:
     def __init__(
         self, run: BagRun, begin: float, end: float, size: tuple[int, int], view: str, top: float | None, note: str
     ) -> None:
-        import matplotlib
-        from matplotlib.backends.backend_agg import FigureCanvasAgg
-        from matplotlib.figure import Figure
-
         self.run, self.scene = run, run.scene
         self.places = range(run.index(begin), run.index(end) + 1)
         some = [run.moment(k) for k in self.places[:: max(1, len(self.places) // 60)]]
@@ -78,11 +74,10 @@ class FilmFrame:
         loads = [float(moment.contact[:, LOADS].max()) for moment in some if len(moment.contact)]
         self.load_unit = nice(max([*loads, 1e-9]))
         self.moving: list[Any] = []
-        with matplotlib.rc_context(STYLE | {"font.size": 11, "axes.titlesize": 12, "axes.labelsize": 10}):
+        with styled(**{"font.size": 11, "axes.titlesize": 12, "axes.labelsize": 10}):
             points = 720 / 100.0 * DPI / size[1]  # a film of another size is the same picture, larger or smaller
-            self.figure = Figure(figsize=(size[0] / DPI * points, size[1] / DPI * points), dpi=DPI / points)
-            self.figure.set_facecolor("white")
-            self.canvas = FigureCanvasAgg(self.figure)
+            self.figure = sheet((size[0] / DPI * points, size[1] / DPI * points), DPI / points)
+            self.canvas: Any = self.figure.canvas
             wide = (0.07, 0.44, 0.55, 0.42) if view != SHEAVE else (0.36, 0.10, 0.26, 0.19)
             near = (0.38, 0.04, 0.24, 0.285) if view != SHEAVE else (0.03, 0.37, 0.59, 0.49)
             self._side(self.figure.add_axes(wide), some, view == SHEAVE)
