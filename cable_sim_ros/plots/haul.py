@@ -5,15 +5,15 @@ from __future__ import annotations
 import os
 import textwrap
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ..io.recordings.recorded_run import RecordedRun
 from ..io.scenes.winch_plan import WinchPlan
 from ..runs.summary import extremes
-from .heading import force_unit, places, put_heading, scene_name
-from .run import PURPLE, beside, min_span, render, seconds, sheet, twin
+from .heading import force_unit, places, put_heading
+from .run import PURPLE, beside, draw_run, min_span, seconds, sheet, twin
 from .side import BLUE, FAINT, INK, ORANGE, PAD, cable_curves, fit, frames_of_shapes, put_note, ship_and_water
 
 if TYPE_CHECKING:
@@ -28,15 +28,13 @@ RATE_OVER = 1.0  # s of the mean of the rate: waves and steps of a tick are not 
 MIN_SPANS = {"tension": 0.02, "depth": 0.2, "rate": 0.1}  # share, m, m/s: what hardly moves shall look so
 
 
-def draw_haul(
-    run: RecordedRun | str | os.PathLike, out: str | os.PathLike, *, title: str | None = None, stamp: str = ""
-) -> Path:
-    """Draw the haul of a run to an image file and return its path. Arguments and errors as `picture.draw_run`."""
-    return render(run, out, lambda recorded: compose(recorded, title or scene_name(recorded), stamp))
+def draw_haul(run: RecordedRun | str | os.PathLike, out: str | os.PathLike, **asked: Any) -> Path:
+    """Draw the haul of a run to an image file and return its path. Arguments and errors as `draw_run`."""
+    return draw_run(run, out, make=compose, **asked)
 
 
-def compose(run: RecordedRun, title: str, stamp: str = "") -> Figure:
-    """The matplotlib Figure of a haul."""
+def compose(run: RecordedRun, title: str, skip_s: float = 0.0, stamp: str = "") -> Figure:
+    """The matplotlib Figure of a haul, which has no start-up: the whole of it is drawn."""
     figure = sheet()
     columns = figure.add_gridspec(1, 2, left=0.085, right=0.925, top=0.84, bottom=0.175, wspace=0.46)
     left, right = columns[0].subgridspec(2, 1, hspace=0.46), columns[1].subgridspec(3, 1, hspace=0.75)

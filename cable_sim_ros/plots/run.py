@@ -150,22 +150,19 @@ def draw_run(
     title: str | None = None,
     skip_s: float = SKIP,
     stamp: str = "",
+    make: Callable[..., Figure] | None = None,
 ) -> Path:
     """Draw a run to an image file and return its path.
 
     run: recording or path of a bag; out: file, its suffix says the format; title: scene name if not given;
     skip_s: start-up, shaded in the time series and left out of the figures; stamp: what a reader must know before any
-    figure, "" if nothing. BagError if the bag has no run, RuntimeError if matplotlib is missing.
+    figure, "" if nothing; make: composes another picture, as `compose` this one. BagError if the bag has no run,
+    RuntimeError if matplotlib is missing.
     """
-    return render(run, out, lambda recorded: compose(recorded, title or scene_name(recorded), skip_s, stamp))
-
-
-def render(run: RecordedRun | str | os.PathLike, out: str | os.PathLike, make: Callable[[RecordedRun], Figure]) -> Path:
-    """Save the Figure that ``make`` composes of a run; arguments and errors as `draw_run`."""
     style = styled()  # before anything is read
     run = run if isinstance(run, RecordedRun) else load_run(run)
     with style:
-        return save(make(run), out)
+        return save((make or compose)(run, title or scene_name(run), skip_s, stamp), out)
 
 
 def styled(**more: Any) -> AbstractContextManager:

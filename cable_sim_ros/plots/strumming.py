@@ -5,15 +5,15 @@ from __future__ import annotations
 import os
 import textwrap
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ..io.recordings.recorded_run import RecordedRun
 from ..physics.tick_output import STRUM_COLUMNS
-from ..runs.summary import SKIP, after_start
-from .heading import put_heading, scene_name
-from .run import PURPLE, render, sheet
+from ..runs.summary import after_start
+from .heading import put_heading
+from .run import PURPLE, draw_run, sheet
 from .side import BLUE, FAINT, ORANGE, WATER
 
 if TYPE_CHECKING:
@@ -29,17 +29,10 @@ PANELS = (  # column, title, label of its axis, colour
 )
 
 
-def draw_strum(
-    run: RecordedRun | str | os.PathLike,
-    out: str | os.PathLike,
-    *,
-    title: str | None = None,
-    skip_s: float = SKIP,
-    stamp: str = "",
-) -> Path:
-    """Draw the strumming of a run to an image file and return its path. Arguments and errors as `picture.draw_run`;
-    ValueError where the run has no channel cable/strum."""
-    return render(run, out, lambda recorded: compose(recorded, title or scene_name(recorded), skip_s, stamp))
+def draw_strum(run: RecordedRun | str | os.PathLike, out: str | os.PathLike, **asked: Any) -> Path:
+    """Draw the strumming of a run to an image file and return its path. Arguments and errors as `draw_run`; ValueError
+    where the run has no channel cable/strum."""
+    return draw_run(run, out, make=compose, **asked)
 
 
 def outboard(run: RecordedRun, skip_s: float) -> tuple[np.ndarray, np.ndarray]:
@@ -57,7 +50,7 @@ def outboard(run: RecordedRun, skip_s: float) -> tuple[np.ndarray, np.ndarray]:
 
 
 def compose(run: RecordedRun, title: str, skip_s: float, stamp: str = "") -> Figure:
-    """The matplotlib Figure; see `picture.compose`."""
+    """The matplotlib Figure; see `run.compose`."""
     figure = sheet()
     figure.subplots_adjust(left=0.075, right=0.965, top=0.84, bottom=0.2, wspace=0.24, hspace=0.46)
     distance, tables = outboard(run, skip_s)
