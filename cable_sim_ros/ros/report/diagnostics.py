@@ -41,6 +41,12 @@ NEWEST = 1000  # ticks the percentiles of /diagnostics look back
 ALARMS = tuple(Flag[rule.flag] for rule in sorted(RULES, key=lambda rule: rule.state == OK_RUN) if rule.alarm)
 
 
+def first(name: str, values: dict[str, str], *cases: tuple[int, Any]) -> Status:
+    """The Status of the first case, level and sentence, that has a sentence."""
+    level, said = next(case for case in cases if case[1])
+    return Status(name, level, said, values)
+
+
 def rule_status(keeper: RuleKeeper) -> Status:
     """A warning from the first break on, for as long as the node lives."""
     report = keeper.report()
@@ -150,28 +156,18 @@ class Watch:
         if publisher.failure is not None or not publisher.is_alive():
             return Status("loop", ERROR, f"the publisher thread ended: {publisher.failure}", values)
         resyncs, overruns = self._new("resyncs", counters["resyncs"]), self._new("overruns", counters["overruns"])
-        if pace.overloaded:
-            return Status("loop", ERROR, pace.text(), values)
-        if pace.stop_text(now):
-            return Status("loop", WARN, pace.stop_text(now), values)
-        if resyncs:
-            return Status(
-                "loop",
-                WARN,
-                f"resynchronised {resyncs} time{'s' * (resyncs > 1)} in the last second: the machine is too slow "
-                f"or too busy for this scene",
-                values,
-            )
-        if overruns:
-            return Status("loop", WARN, f"{overruns} ticks overran in the last second", values)
-        if session.lag() > LAGGING:
-            return Status(
-                "loop",
-                WARN,
-                f"{session.lag():.2f} s behind the motion after a hold-up, worked off in {session.lag() / 0.02:.0f} s",
-                values,
-            )
-        return Status("loop", OK, session.state, values)
+        lag, busy = session.lag(), "the machine is too slow or too busy for this scene"
+        worked_off = f"worked off in {lag / 0.02:.0f} s"
+        return first(
+            "loop",
+            values,
+            (ERROR, pace.overloaded and pace.text()),
+            (WARN, pace.stop_text(now)),
+            (WARN, resyncs and f"resynchronised {resyncs} time{'s' * (resyncs > 1)} in the last second: {busy}"),
+            (WARN, overruns and f"{overruns} ticks overran in the last second"),
+            (WARN, lag > LAGGING and f"{lag:.2f} s behind the motion after a hold-up, {worked_off}"),
+            (OK, session.state),
+        )
 
     def _motion(self, publisher: TickPublisher | None, now: int) -> Status:
         session, values = self.session, dict[str, str]()
@@ -201,33 +197,24 @@ class Watch:
             values["input_delay_ms"] = _text(session.distance.delay * 1e-6)
             values["source_of_tick"] = str(Source(int(frame["motion_source"])).name).lower()
             values["motion_age_s"] = _text(float(frame["motion_age"]))
-        if session.state == "waiting":
-            return Status("motion", WARN, f"waiting for motion; {hint}" if doubted else "waiting for motion", values)
-        if session.state == "running" and frame is not None and int(frame["status"]) & Flag.MOTION_STALE:
-            return Status(
-                "motion",
-                ERROR,
-                f"motion stale: nothing usable for {float(frame['motion_age']):.1f} s, the "
-                f"ship returns to its mean track" + (f"; {hint}" if doubted else ""),
-                values,
-            )
-        if doubted:
-            return Status("motion", WARN, hint, values)
-        if new:
-            why = "; ".join(f"{cause}: {CAUSES[cause]}" for cause in new)
-            return Status("motion", WARN, f"{_refused(sum(new.values()), 'message')}; {why}", values)
-        if hint:
-            return Status("motion", WARN, hint, values)
-        if report.get("source") == "imu" and not report.get("heave_valid"):
-            return Status(
-                "motion",
-                WARN,
-                f"heave filter settling for {report['heave_age_s']:.0f} s: heave of the IMU is not yet valid",
-                values,
-            )
-        if problem := self._mixture(blended):
-            return Status("motion", WARN, problem, values)
-        return Status("motion", OK, "motion arrives" if session.state == "running" else session.state, values)
+        doubt, running, gone = f"; {hint}" if doubted else "", session.state == "running", ""
+        if running and frame is not None and int(frame["status"]) & Flag.MOTION_STALE:
+            gone = f"nothing usable for {float(frame['motion_age']):.1f} s, the ship returns to its mean track"
+        why = "; ".join(f"{cause}: {CAUSES[cause]}" for cause in new)
+        settling = report.get("source") == "imu" and not report.get("heave_valid")
+        settles = settling and f"settling for {report['heave_age_s']:.0f} s: heave of the IMU is not yet valid"
+        return first(
+            "motion",
+            values,
+            (WARN, session.state == "waiting" and f"waiting for motion{doubt}"),
+            (ERROR, gone and f"motion stale: {gone}{doubt}"),
+            (WARN, doubted and hint),
+            (WARN, new and f"{_refused(sum(new.values()), 'message')}; {why}"),
+            (WARN, hint),
+            (WARN, settles and f"heave filter {settles}"),
+            (WARN, self._mixture(blended)),
+            (OK, "motion arrives" if running else session.state),
+        )
 
     def _mixture(self, blended: float) -> str:
         """ "" or that the tow cannot follow the motion as it comes; blended: fraction of the last ticks."""
