@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from math import acos, cos, degrees, floor, log10, radians, sqrt
+from math import acos, cos, degrees, radians, sqrt
 
 import numpy as np
 
@@ -11,7 +11,7 @@ from ..physics.heave_compensation import EXCESS_TENSION, SetpointLaw
 from ..physics.section import material_of
 from ..physics.setpoint_limits import KNEE
 from ..physics.winch_drive import DriveModel
-from .problem import Problem
+from .problem import Problem, rounded_down
 from .scene import Scene
 from .statics.route import StartError, first_angle
 
@@ -76,8 +76,8 @@ def take_slope(law: np.record, scene: Scene, slope: float) -> None:
         raise StartError(
             f"{scene.name}: setpoint.tension_gain = {law.gain:g} m/(N s): paying out raises the tension of this tow at "
             f"rest by {slope:.3g} N/m, and with that gain it would have to go back to its length within "
-            f"{SHORTEST_RETURN:g} s, as fast as waves come; nothing was started. Give {rounded_down(most):g} m/(N s) "
-            "or less, or a longer setpoint.tension_integral_time",
+            f"{SHORTEST_RETURN:g} s, as fast as waves come; nothing was started. Give {rounded_down(most, 2):g} "
+            "m/(N s) or less, or a longer setpoint.tension_integral_time",
             0.0,
         )
     law.gain = most
@@ -88,19 +88,13 @@ def back_of(gain: float, push: float, inverse: float, share: float) -> float:
     return (gain * push + sqrt((gain * push) ** 2 + 4.0 * share * gain * push * inverse)) / (2.0 * share)
 
 
-def rounded_down(bound: float) -> float:
-    """A positive bound to two digits that keeps it."""
-    digit = 10.0 ** (floor(log10(bound)) - 1)
-    return float(f"{floor(bound / digit) * digit:.2g}")
-
-
 def unsteady(law: np.record, scene: Scene, back: float) -> str:
     """Why a return that the scene gives does not hold; back: 1/s, that which just does."""
     return (
         f"{scene.name}: setpoint.tension_return_time = {scene.setpoint.tension_return_time:g} s: paying out raises the "
         f"tension of this tow at rest by {law.slope:.3g} N/m, so that setpoint.algorithm = constant_tension would pay "
         f"out, or haul in, more and more; nothing was started. With tension_gain = {law.gain:.3g} m/(N s) and "
-        f"tension_integral_time = {law.integral_time:.3g} s give {rounded_down(1.0 / back):g} s or less (0 is "
+        f"tension_integral_time = {law.integral_time:.3g} s give {rounded_down(1.0 / back, 2):g} s or less (0 is "
         "never), or leave it out"
     )
 

@@ -73,10 +73,10 @@ def apart(value: float, relation: str, bound: float) -> tuple[str, str]:
     return first, second
 
 
-def one_digit(x: float) -> float:
-    """x > 0 rounded down to one digit."""
-    decade = 10.0 ** floor(log10(x))
-    return float(f"{floor(x / decade) * decade:.0e}")
+def rounded_down(x: float, digits: int = 1) -> float:
+    """x > 0 rounded down to so many digits."""
+    unit = 10.0 ** (floor(log10(x)) - digits + 1)
+    return float(f"{floor(x / unit) * unit:.{digits}g}")
 
 
 def changed(block: Block, names: Iterable[str] | None = None) -> list[str]:

@@ -15,7 +15,7 @@ from ...physics.winch import DrumModel
 from ...physics.winch_drive import POINTS, DriveModel, WinchMode
 from ..compensation_setup import horizon
 from ..layout import Layout
-from ..problem import Limit, Problem, idle, one_digit
+from ..problem import Limit, Problem, idle, rounded_down
 from ..scene import Scene
 from ..tables.drum_layers import layered
 
@@ -107,7 +107,7 @@ def drive_problems(scene: Scene) -> Iterator[Problem]:
     )
     tick = f"the most that solver.tick = {scene.solver.tick:g} s can follow"
     yield from Limit("drive.bandwidth", drive.bandwidth, "<=", 1.0 / scene.solver.tick, "rad/s", tick).problems(
-        "", f"Give solver.tick (--every) of {one_digit(1.0 / drive.bandwidth):g} s or less, or a slower controller"
+        "", f"Give solver.tick (--every) of {rounded_down(1.0 / drive.bandwidth):g} s or less, or a slower controller"
     )
     yield from Limit("drive.inertia", drive.inertia, ">", 0.0, "kg m^2").problems(
         "drive.model = motor turns it",

@@ -11,7 +11,7 @@ from ...physics.ancf import ADDED_MASS, MASS_PER_LENGTH
 from ...physics.integrate import TOLERANCE
 from ...physics.section import CableModel
 from ..mesh_blocks import SheaveAnswer
-from ..problem import one_digit
+from ..problem import rounded_down
 from ..scene import Scene
 from ..statics.route import ROUND_OFF, Route
 from ..statics.static_shape import TowShape
@@ -98,12 +98,13 @@ class SheaveMesh:
             return
         takes, least = self.relative * SOLVER_FRACTION * self.position / left, self.round_off / working
         if takes > least and solver.tolerance is None:
-            self.relative = max(one_digit(takes), least)
+            self.relative = max(rounded_down(takes), least)
             return
         can = left  # with round-off alone, by a mesh of up to six times the nodes
         if solver.tolerance is None:
             can *= 6.0 * self.round_off / self.tolerance
-        also = f", or solver.tolerance {one_digit(takes):g} or less" if takes > least else "; round-off allows no less"
+        less = f", or solver.tolerance {rounded_down(takes):g} or less"
+        also = less if takes > least else "; round-off allows no less"
         raise MeshError(
             "accuracy.position",
             f"= {self.position:g} m cannot be met: forces are solved to {self.tolerance:.2g} N (solver.tolerance = "
