@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from functools import cache
 from typing import Any
 
@@ -34,9 +34,8 @@ SCENES = Document(
 )
 
 
-def _borrowed(scene: Scene) -> list[Problem]:
+def _borrowed(scene: Scene) -> Iterator[Problem]:
     """Drag factors of a shipped scene on cable of another diameter: they are of that cable in its flow."""
-    found = []
     for name, section in scene.cable.sections.items():
         factor, own = section.drag_amplification, material_of(scene.cable, section).diameter
         for shipped, diameter in _shipped_factors().get(factor, [])[:1] if factor != 1.0 else ():
@@ -46,8 +45,7 @@ def _borrowed(scene: Scene) -> list[Problem]:
                     "drag factor is of one cable and how it strums, and depth and tension hang on it"
                 )
                 remedy = "Give that of this cable, or 1 with viv.law, which computes it (docs/own_cable.md)"
-                found.append(Problem(f"cable.sections.{name}.drag_amplification", text, remedy))
-    return found
+                yield Problem(f"cable.sections.{name}.drag_amplification", text, remedy)
 
 
 @cache

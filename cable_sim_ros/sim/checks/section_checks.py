@@ -43,12 +43,10 @@ def section_problems(scene: Scene) -> Iterator[Problem]:
     for name, body in scene.bodies.items():
         key = f"bodies.{name}.at"
         if body.at not in sections:
-            text = f"= '{body.at}' is no section of the cable"
-            yield Problem(key, text, f"Give one of {', '.join(sections)}")
+            yield Problem(key, f"= '{body.at}' is no section of the cable", f"Give one of {', '.join(sections)}")
         elif body.at == last:
             text = f"= '{body.at}' is the last section, at whose end the towbody is"
-            remedy = "Add its numbers to the towbody, or divide the section where the body sits"
-            yield Problem(key, text, remedy)
+            yield Problem(key, text, "Add its numbers to the towbody, or divide the section where the body sits")
         elif taken[body.at] > 1:
             text = f"= '{body.at}' is given to {taken[body.at]} bodies, a section's end carries one"
             yield Problem(key, text, "Make one body of them, or put a short section between")
@@ -71,14 +69,12 @@ def water_problems(name: str, section: Section) -> Iterator[Problem]:
             f"{'none' if constant is None else f'{constant:g}'}: the law {called} takes C_t as a share of a constant "
             "C_D above 0"
         )
-        remedy = "Give drag_coefficient, or leave the tangential one out"
-        yield Problem(f"{key}.tangential_coefficient", text, remedy)
+        yield Problem(f"{key}.tangential_coefficient", text, "Give drag_coefficient, or leave the tangential one out")
     for kind in ("tangential_coefficient", "friction_coefficient"):
         if law.per_ct is None and getattr(section, kind):
             why = "which is no drag" if own.drag_law is DragLaw.OFF else "whose drag along the cable is of the angle"
             text = f"= {getattr(section, kind):g} has no part in the law {called}, {why}"
-            remedy = f"Leave it out, or take drag_law: {DragLaw.CROSSFLOW.value}"
-            yield Problem(f"{key}.{kind}", text, remedy)
+            yield Problem(f"{key}.{kind}", text, f"Leave it out, or take drag_law: {DragLaw.CROSSFLOW.value}")
     if law.min_drag > 0.0 and not constant:
         text = (
             f"= {called} needs a constant C_D above 0, and drag_coefficient = "
@@ -95,8 +91,7 @@ def water_problems(name: str, section: Section) -> Iterator[Problem]:
             f"= {called} has a C_N of its own, and so has fairing: {section.fairing.value}, {constant:g} on its "
             "thickness: one of the two would be lost"
         )
-        remedy = "Leave drag_law out for that of the fairing, or make fairing none"
-        yield Problem(f"{key}.drag_law", text, remedy)
+        yield Problem(f"{key}.drag_law", text, "Leave drag_law out for that of the fairing, or make fairing none")
 
 
 def _fairing_problems(scene: Scene, name: str, section: Section) -> Iterator[Problem]:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -461,24 +461,22 @@ class Judged(NamedTuple):
     text: str
 
 
-def _problems(given: Limits) -> list[Problem]:
-    found = []
+def _problems(given: Limits) -> Iterator[Problem]:
     if not given.quantities:
-        found.append(Problem("quantities", "has none: nothing would be judged", "Give one, docs/compare.md"))
+        yield Problem("quantities", "has none: nothing would be judged", "Give one, docs/compare.md")
     for name, block in given.quantities.items():
         key = f"quantities.{name}"
         if name not in QUANTITIES:
-            found.append(Problem(key, "is no quantity", f"Give one of {', '.join(QUANTITIES)}"))
+            yield Problem(key, "is no quantity", f"Give one of {', '.join(QUANTITIES)}")
         elif not block.model_fields_set:
-            found.append(Problem(key, "has no limit: it would pass whatever it is", "Give one, docs/compare.md"))
+            yield Problem(key, "has no limit: it would pass whatever it is", "Give one, docs/compare.md")
         for limit in sorted(block.model_fields_set):
             value = getattr(block, limit)
             if value is None:
-                found.append(Problem(f"{key}.{limit}", "= null limits nothing", "Give a value, or leave it out"))
+                yield Problem(f"{key}.{limit}", "= null limits nothing", "Give a value, or leave it out")
             elif isinstance(value, tuple) and value[0] > value[1]:
                 text = f"= [{value[0]:g}, {value[1]:g}] is upside down: nothing would pass"
-                found.append(Problem(f"{key}.{limit}", text, "Give the lower value first"))
-    return found
+                yield Problem(f"{key}.{limit}", text, "Give the lower value first")
 
 
 FILES = Document(Limits, "a file of limits", "file of limits", EXAMPLE, Path, list, _problems, error=LimitsError)

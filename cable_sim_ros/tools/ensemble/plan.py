@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import os
 import warnings
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from math import cos, radians, sin
 from pathlib import Path
 from typing import Any, NamedTuple, TypeVar
@@ -126,22 +126,20 @@ class EnsemblePlan(Block):
     ahead: Ahead = choice(Ahead(), "look-ahead, beside a node")
 
 
-def _problems(plan: EnsemblePlan) -> list[Problem]:
-    found = []
+def _problems(plan: EnsemblePlan) -> Iterator[Problem]:
     for key in of_intake(plan.ranges):
-        found.append(Problem(f"ranges.{key}", "says how messages are taken in, and is not varied", "Leave it out"))
+        yield Problem(f"ranges.{key}", "says how messages are taken in, and is not varied", "Leave it out")
     for key in [key for key in plan.ranges if key.startswith("solver.") or key in OF_THE_START]:
         text = "is the same in all copies: they have the ticks, the heading and the speed of the tow"
-        found.append(Problem(f"ranges.{key}", text, "Leave it out; of speed half_widths.speed"))
-    found += range_problems("ranges", plan.ranges)
+        yield Problem(f"ranges.{key}", text, "Leave it out; of speed half_widths.speed")
+    yield from range_problems("ranges", plan.ranges)
     if not plan.ranges and not any(getattr(plan.half_widths, name) for name in Ranges.model_fields):
-        found.append(Problem("half_widths", "are all 0 and there are no ranges: all copies are the same", "Give one"))
+        yield Problem("half_widths", "are all 0 and there are no ranges: all copies are the same", "Give one")
     if plan.ahead.winch is not None:
         try:
             WinchPlan.of(plan.ahead.winch)
         except PlanError as error:
-            found.append(Problem("ahead.winch", f"is no plan ({error})", "See docs/winch.md#a-plan"))
-    return found
+            yield Problem("ahead.winch", f"is no plan ({error})", "See docs/winch.md#a-plan")
 
 
 PLANS = Document(EnsemblePlan, "an ensemble", "ensemble", "ensemble: mine", Path, list, _problems, error=EnsembleError)

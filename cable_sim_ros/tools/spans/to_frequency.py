@@ -103,8 +103,7 @@ def problems(span: Span, cases: Collection[str] = ()) -> list[Problem]:
     square, given = _wake_square(span), span.wake.lift_coefficient
     if span.frequency_domain.lift.mean_squares is None and not 0.0 < square <= MAX_SQUARE:
         text = f"= {given:g} is a mean square of the lift of {square:.3g}, outside (0, {MAX_SQUARE:g}]"
-        remedy = "Give another, or span.frequency_domain.lift.mean_squares"
-        return [Problem("span.wake.lift_coefficient", text, remedy)]
+        return [Problem("span.wake.lift_coefficient", text, "Give another, or span.frequency_domain.lift.mean_squares")]
     found = []
     for name in cases or span.cases:
         case = span.cases[name]

@@ -181,14 +181,12 @@ def _of_keys(plan: SweepPlan) -> Iterator[Problem]:
     for key in [key for key in SEEDS if plan.seeds and key in every]:
         yield Problem(key, "is set by seeds, and stands in grid, samples or settings", "Keep one of the two")
     if SETPOINT in keys and plan.setpoints != [None] or SETPOINT in plan.settings and None not in plan.setpoints:
-        text = "is set by setpoints, and stands in grid, samples or settings"
-        yield Problem(SETPOINT, text, "Keep one of the two")
+        yield Problem(SETPOINT, "is set by setpoints, and stands in grid, samples or settings", "Keep one of the two")
     for key in every:
         for block in [block for block in every if key.startswith(f"{block}.")]:
             yield Problem(key, f"is a part of {block}, which is given as well", "Keep one of the two")
     for key in [key for key in keys if of_intake({key: 0})]:
-        text = "says how messages are taken in, and is not varied here"
-        yield Problem(f"grid.{key}", text, "Vary keys of the scene")
+        yield Problem(f"grid.{key}", "says how messages are taken in, and is not varied here", "Vary keys of the scene")
 
 
 def _of_samples(plan: SweepPlan) -> Iterator[Problem]:
@@ -202,8 +200,7 @@ def range_problems(block: str, ranges: Mapping[str, Range]) -> Iterator[Problem]
     """Ranges without extent, and those without a logarithm."""
     for key, limits in ranges.items():
         if not limits.low < limits.high:
-            text = f"= {limits.low:g} to {limits.high:g} is no range"
-            yield Problem(f"{block}.{key}", text, "Give low below high")
+            yield Problem(f"{block}.{key}", f"= {limits.low:g} to {limits.high:g} is no range", "Give low below high")
         elif limits.spread is Spread.LOG and limits.low <= 0.0:
             text = f"= {limits.low:g} to {limits.high:g} has no logarithm"
             yield Problem(f"{block}.{key}", text, "Give low above 0, or spread: uniform")
@@ -215,8 +212,7 @@ def _of_motions(plan: SweepPlan) -> Iterator[Problem]:
             yield Problem(f"motions.{i}", "names more than one motion", "Keep one of bag, heave, rao")
         if motion.heave is not None and (why := heave_problem(*motion.heave)):
             text = f"= [{motion.heave[0]:g}, {motion.heave[1]:g}]: {why}"
-            remedy = "Write amplitude in m and period in s, for example heave: [1, 8]"
-            yield Problem(f"motions.{i}.heave", text, remedy)
+            yield Problem(f"motions.{i}.heave", text, "Write amplitude in m and period in s, for example heave: [1, 8]")
 
 
 def _twice_in(plan: SweepPlan) -> Iterator[Problem]:

@@ -8,6 +8,7 @@ from __future__ import annotations
 import difflib
 import enum
 import os
+from collections.abc import Iterator
 
 from ....io.scenes.document import Document, SceneError, find_mapping, shipped_mappings
 from ....physics.parameter import REQUIRED, Block
@@ -123,72 +124,68 @@ def dimension_of(word: str) -> str:
     return {"velocity": "m/s", "pull": "N", "quaternion": "1"}.get(word) or WORDS[first].unit
 
 
-def _problems(mapping: Mapping) -> list[Problem]:
-    found = []
+def _problems(mapping: Mapping) -> Iterator[Problem]:
     if not mapping.signals:
-        found.append(Problem("signals", "has no entry: the log would give nothing", "Give one, docs/mapping.md"))
+        yield Problem("signals", "has no entry: the log would give nothing", "Give one, docs/mapping.md")
     for name, entry in mapping.signals.items():
-        found += _of_entry(f"signals.{name}", name, entry)
+        yield from _of_entry(f"signals.{name}", name, entry)
     if not any(word in WORDS and WORDS[word].pressure for word in (word_of(*one) for one in mapping.signals.items())):
         text, remedy = "acts on pressure alone, and no entry is one", "Leave it out, or map pressure"
-        found += [Problem(one, text, remedy) for one in ("density", "gravity") if one in mapping.model_fields_set]
-    return found
+        yield from (Problem(one, text, remedy) for one in ("density", "gravity") if one in mapping.model_fields_set)
 
 
-def _of_entry(where: str, name: str, entry: Entry) -> list[Problem]:
-    word, fields, found = word_of(name, entry), fields_of(entry), []
+def _of_entry(where: str, name: str, entry: Entry) -> Iterator[Problem]:
+    word, fields = word_of(name, entry), fields_of(entry)
     if word not in WORDS and word not in VECTORS:
         near = difflib.get_close_matches(word, [*WORDS, *VECTORS], 1, 0.5)
         text = f"= {word!r:.40} is no quantity of this product"
         remedy = f"Did you mean {near[0]}?" if near else f"Known: {', '.join([*WORDS, *VECTORS])}"
-        return [Problem(f"{where}.quantity" if entry.quantity else where, text, remedy)]
+        yield Problem(f"{where}.quantity" if entry.quantity else where, text, remedy)
+        return
     vector = VECTORS.get(word)
     wanted = vector.fields if vector else 1
     if len(fields) != wanted:
-        text = f"names {len(fields)} columns, {word} has {wanted}"
-        found.append(Problem(f"{where}.field", text, f"Give {wanted} names"))
+        yield Problem(f"{where}.field", f"names {len(fields)} columns, {word} has {wanted}", f"Give {wanted} names")
     if entry.unit:
         dimension, unit = dimension_of(word), named(entry.unit)
         if unit is None:
             text = f"= {entry.unit!r:.20} is no unit that is known"
-            found.append(Problem(f"{where}.unit", text, nearest(entry.unit, dimension)))
+            yield Problem(f"{where}.unit", text, nearest(entry.unit, dimension))
         elif UNITS[unit].dimension != dimension:
             text = f"= {entry.unit} does not fit: {word} is in {dimension}, {unit} in {UNITS[unit].dimension}"
-            found.append(Problem(f"{where}.unit", text, nearest(entry.unit, dimension)))
+            yield Problem(f"{where}.unit", text, nearest(entry.unit, dimension))
     if entry.sign == 0 or entry.factor == 0.0:
         which = "sign" if entry.sign == 0 else "factor"
-        found.append(Problem(f"{where}.{which}", "= 0 would make every value the same", "Give another number"))
+        yield Problem(f"{where}.{which}", "= 0 would make every value the same", "Give another number")
     if entry.frame is not None and (vector is None or entry.frame.value not in vector.words):
         known = f"Known for {word}: {', '.join(vector.words)}" if vector else "Leave it out, or map a vector"
-        found.append(Problem(f"{where}.frame", f"= {entry.frame.value} does not fit {word}", known))
+        yield Problem(f"{where}.frame", f"= {entry.frame.value} does not fit {word}", known)
     if entry.range is not None and entry.range[0] >= entry.range[1]:
-        found.append(Problem(f"{where}.range", "leaves no value: the first is not below the second", "Give low, high"))
+        yield Problem(f"{where}.range", "leaves no value: the first is not below the second", "Give low, high")
     if entry.after is not None and entry.until is not None and entry.after >= entry.until:
-        found.append(Problem(f"{where}.until", "is not after `after`: no record would be left", "Give a later time"))
+        yield Problem(f"{where}.until", "is not after `after`: no record would be left", "Give a later time")
     if bool(entry.quality_field) != (bool(entry.quality_accepted) or bool(entry.quality_refused)):
         text = "stands without its other half: a quality is a field and its accepted or refused values"
-        found.append(Problem(f"{where}.quality_field", text, "Give quality_field and quality_accepted, or neither"))
+        yield Problem(f"{where}.quality_field", text, "Give quality_field and quality_accepted, or neither")
     if entry.stamped_by and entry.time in (Clock.LOGGED, Clock.ALIGNED):
         text = f"is a device clock as it is, beside time: {entry.time.value}"
-        found.append(Problem(f"{where}.stamped_by", text, "Leave one of them out"))
-    return found + _without_effect(where, word, entry)
+        yield Problem(f"{where}.stamped_by", text, "Leave one of them out")
+    yield from _without_effect(where, word, entry)
 
 
-def _without_effect(where: str, word: str, entry: Entry) -> list[Problem]:
+def _without_effect(where: str, word: str, entry: Entry) -> Iterator[Problem]:
     """Keys that would do nothing to this word."""
-    found = []
     words = next(iter(VECTORS[word].words.values())) if word in VECTORS else (word,)
     if entry.lever_arm is not None and word != "velocity" and not MOVED.keys() >= {WORDS[w].quantity for w in words}:
         remedy = "Leave it out; a scene has heave.imu_position" if "acceleration" in word else "Leave it out"
         if word in ("speed", "course", "course_from_north"):
             remedy = "Map `velocity` with its vector, or leave it out"
-        found.append(Problem(f"{where}.lever_arm", f"moves position and velocity, not {word}", remedy))
+        yield Problem(f"{where}.lever_arm", f"moves position and velocity, not {word}", remedy)
     if word in ("quaternion", "pull") and entry.sign < 0:
         text = "= -1 changes nothing: " + ("it turns as before" if word == "quaternion" else "the norm has no sign")
-        found.append(Problem(f"{where}.sign", text, "Leave it out"))
+        yield Problem(f"{where}.sign", text, "Leave it out")
     if entry.quality_source and not entry.quality_field:
-        found.append(Problem(f"{where}.quality_source", "stands without quality_field", "Give that, or neither"))
-    return found
+        yield Problem(f"{where}.quality_source", "stands without quality_field", "Give that, or neither")
 
 
 MAPPINGS = Document(
