@@ -1,8 +1,13 @@
-"""Errors that a user is told, and the codes that commands leave with. Imports nothing.
+"""Errors that a user is told, and the codes that commands leave with. Imports nothing of ours.
 
 An error of these is expected: its text is the whole message, the command line prints it in one line. Any other error is
 a fault of the program and keeps its traceback.
 """
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 
 # where several apply: 2, 1, 3, 4, 0
 CODE_OK, CODE_FAILED, CODE_INPUT, CODE_DAMAGED, CODE_DOUBTFUL = 0, 1, 2, 3, 4
@@ -33,3 +38,23 @@ class TowError(RunError):
     """A node or a process beside it did not do what was asked for; the text has its last lines."""
 
     lines = True
+
+
+NO_PLACE = OSError, ValueError  # of a path: ValueError where a NUL is in it
+Errors = type[Exception] | tuple[type[Exception], ...]
+
+
+@contextmanager
+def told_as(
+    told: Callable[[str], Exception], before: str, after: str | None = None, of: Errors = OSError
+) -> Iterator[None]:
+    """Raise `told` in place of errors of the system or a library: BEFORE (why)AFTER, BEFORE alone where that is all.
+
+    A CableSimError stays what it is."""
+    try:
+        yield
+    except CableSimError:
+        raise
+    except of as error:
+        why = "" if after is None else f" ({getattr(error, 'strerror', None) or error}){after}"
+        raise told(f"{before}{why}") from None

@@ -25,7 +25,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import click
 
 from .. import extensions
-from ..errors import CODE_FAILED, CODE_INPUT, CODE_OK, NEEDS_ROS, CableSimError
+from ..errors import CODE_FAILED, CODE_INPUT, CODE_OK, NEEDS_ROS, NO_PLACE, CableSimError, told_as
 from ..files import write_text
 from ..limits import LONGEST_RUN
 from ..physics.parameter import Block
@@ -436,14 +436,10 @@ def ready(out: Path | None) -> None:
     click.UsageError, code 2, where not."""
     if out is None:
         return
-    try:
+    after = "; nothing was run. Give a folder that can be"
+    with told_as(click.UsageError, f"--out {out}: cannot be made or written", after, NO_PLACE):
         out.mkdir(parents=True, exist_ok=True)
         tempfile.TemporaryFile(dir=out).close()
-    except (OSError, ValueError) as error:  # ValueError: a NUL in the name
-        why = getattr(error, "strerror", None) or str(error)
-        raise click.UsageError(
-            f"--out {out}: cannot be made or written ({why}); nothing was run. Give a folder that can be"
-        ) from None
 
 
 def needs_out(markers: float, out: Path | None) -> None:

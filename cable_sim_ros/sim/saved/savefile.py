@@ -12,6 +12,7 @@ import hashlib
 import json
 import os
 from collections.abc import Container, Iterator, Mapping
+from contextlib import AbstractContextManager
 from enum import Enum
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -19,7 +20,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from pydantic import ValidationError
 
-from ...errors import CableSimError
+from ...errors import NO_PLACE, CableSimError, told_as
 from ...physics.attitude import ATTITUDE
 from ...physics.inputs import Inputs
 from ...physics.output import Output
@@ -107,42 +108,30 @@ def write(
             f"{path}: would have {len(data)} bytes, more than the {MAX_FILE} that are read again; nothing was saved. "
             f"Save when less motion is held ahead of the clock"
         )
-    try:
+    with _writing(path):
         write_file(path, data)
-    except (OSError, ValueError) as error:
-        raise _unwritable(path, error) from None
 
 
 def check_place(path: str | os.PathLike) -> None:
     """Raise the SaveError of write() now, for a place where nothing can be written."""
-    try:
+    with _writing(path):
         if Path(path).is_dir():
             raise IsADirectoryError(0, "Is a directory")
         os.close(open_part(Path(path)))
         part_of(Path(path)).unlink()
-    except (OSError, ValueError) as error:  # ValueError: a NUL in the name
-        raise _unwritable(path, error) from None
 
 
-def _unwritable(path: str | os.PathLike, error: OSError | ValueError) -> SaveError:
-    why = error.strerror if isinstance(error, OSError) else error
-    return SaveError(
-        f"{path}: cannot be written ({why}); nothing was saved. Check the folder, its permissions and the space left"
-    )
+def _writing(path: str | os.PathLike) -> AbstractContextManager[None]:
+    after = "; nothing was saved. Check the folder, its permissions and the space left"
+    return told_as(SaveError, f"{path}: cannot be written", after, NO_PLACE)
 
 
 def read(path: str | os.PathLike) -> Saved:
     """What a file of write() holds; nothing of it has been taken yet. Raises SaveError."""
-    try:
+    before, check = f"{path}: cannot be read", "; nothing was loaded. Check the path and its permissions"
+    give = "; nothing was loaded. Give a file of Simulator.save, --save or ~/save"
+    with told_as(SaveError, before, check), told_as(SaveError, before, give, ValueError):  # Unfit, or a NUL in the name
         data = read_file(path)
-    except OSError as error:
-        raise SaveError(
-            f"{path}: cannot be read ({error.strerror}); nothing was loaded. Check the path and its permissions"
-        ) from None
-    except ValueError as error:  # Unfit, or a NUL in the name
-        raise SaveError(
-            f"{path}: cannot be read ({error}); nothing was loaded. Give a file of Simulator.save, --save or ~/save"
-        ) from None
     if not data.startswith(b"PK\x03\x04"):
         raise _foreign(path)
     try:

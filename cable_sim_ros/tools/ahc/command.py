@@ -21,7 +21,7 @@ from ...cli.options import (
     said,
     typed,
 )
-from ...errors import CODE_FAILED, CODE_OK
+from ...errors import CODE_FAILED, CODE_OK, told_as
 from ...files import read_text, write_text
 from ...terminal import markdown_table, print_table, say
 
@@ -263,11 +263,9 @@ def merged(result, board, replace):
     from . import board as boards
 
     rows = boards.merge(boards.read(board), boards.load_result(result), str(result), replace)
-    try:
+    with told_as(click.UsageError, f"--board {board}: cannot be written", "; it was not changed"):
         board.parent.mkdir(parents=True, exist_ok=True)
         write_text(board, boards.text_of(rows))
-    except OSError as error:
-        raise click.UsageError(f"--board {board}: cannot be written ({error.strerror}); it was not changed") from None
     names = ", ".join(dict.fromkeys(row["entrant"] for row in rows))
     say(f"{board}: {len(rows)} rows of {names}")
 

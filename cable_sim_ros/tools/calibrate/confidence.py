@@ -20,6 +20,7 @@ import numpy as np
 from scipy.stats import chi2
 from scipy.stats import t as student
 
+from ...errors import told_as
 from ..compare.spectra import LEVEL, blocks
 from .free import CalibrateError
 from .least_squares import Fit, Problem, scales
@@ -123,10 +124,8 @@ def linear_intervals(problem: Problem, found: Fit, known: Confidence) -> list[In
 
 def minuit() -> Any:
     """The class Minuit; CalibrateError where iminuit is not installed."""
-    try:
+    with told_as(CalibrateError, NEEDS, of=ImportError):
         from iminuit import Minuit
-    except ImportError:
-        raise CalibrateError(NEEDS) from None
     return Minuit
 
 

@@ -19,6 +19,7 @@ import numpy as np
 from ruamel.yaml import YAML
 from ruamel.yaml.comments import CommentedMap, CommentedSeq
 
+from ...errors import told_as
 from ...files import read_text, write_text
 from ...io.scenes.document import find_scene
 from ...io.scenes.load import scene_from_text
@@ -76,12 +77,9 @@ def write_scene(
     read = scene_from_text(text, str(path))
     if read.model_dump(mode="json") != expected.model_dump(mode="json"):
         raise CalibrateError(f"{path}: would not be read back as the calibrated scene; it was not written. Use --json")
-    try:
+    after = ". The figures are above: put them in the scene by hand"
+    with told_as(CalibrateError, f"{path}: cannot be written", after):
         write_text(path, text)
-    except OSError as error:
-        raise CalibrateError(
-            f"{path}: cannot be written ({error.strerror}). The figures are above: put them in the scene by hand"
-        ) from None
 
 
 class Parameter(NamedTuple):

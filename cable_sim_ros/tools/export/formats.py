@@ -15,6 +15,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ...errors import NO_PLACE, told_as
 from ...files import open_file, whole
 from ...physics.tick_output import Flag
 from ...runs.field_manual import MEANING
@@ -135,13 +136,9 @@ WRITERS: dict[str, tuple[Callable[[Content, Path], None], Callable[[Content, Tab
 
 def need(module: str, form: str) -> Any:
     """The module of the extra `export`. ExportError where it cannot be imported."""
-    try:
+    after = "; nothing was written. pip install 'cable_sim_ros[export]', or take --format csv or mat"
+    with told_as(ExportError, f"--format {form} needs {module}, which cannot be imported", after, ImportError):
         return import_module(module)
-    except ImportError as error:
-        raise ExportError(
-            f"--format {form} needs {module}, which cannot be imported ({error}); nothing was written. "
-            f"pip install 'cable_sim_ros[export]', or take --format csv or mat"
-        ) from None
 
 
 def _csv(path: Path, columns: list[tuple[str, str, np.ndarray, str]], notes: Iterable[str]) -> None:
@@ -261,13 +258,6 @@ def _free(path: Path, force: bool) -> None:
 
 def _whole(path: Path, write: Callable[[Path], None]) -> None:
     """Write it, so that a full disk leaves no half of it."""
-    try:
-        with whole(path) as part:
-            write(part)
-    except ExportError:
-        raise
-    except (OSError, ValueError) as error:  # ValueError: a NUL in the name
-        raise ExportError(
-            f"--out {path}: cannot be written ({getattr(error, 'strerror', None) or error}); what was there before is "
-            f"as it was. Give a file in a folder that is there, on a disk with room"
-        ) from None
+    after = "; what was there before is as it was. Give a file in a folder that is there, on a disk with room"
+    with told_as(ExportError, f"--out {path}: cannot be written", after, NO_PLACE), whole(path) as part:
+        write(part)

@@ -18,6 +18,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from ...errors import told_as
 from ...files import whole
 from ...io.scenes.load import dump_scene, load_scene
 from ...physics.towbody import BodyModel
@@ -79,38 +80,30 @@ def build(
     about |= {"parameters": numbers, "scene_sha256": hashlib.sha256(text.encode()).hexdigest()}
     if tow.towbody.model is BodyModel.VEHICLE:
         about |= {"vehicle": True}
-    try:
-        with tempfile.TemporaryDirectory(prefix="cable_sim_fmu_") as folder:
-            work = Path(folder)
-            script = work / f"cable_sim_fmi{fmi}.py"
-            shutil.copy(SCRIPTS / script.name, script)
-            (work / SCENE_FILE).write_text(text, "utf-8")
-            (work / ABOUT_FILE).write_text(json.dumps(about, indent=1) + "\n", "utf-8")
-            made = work / "out"
-            made.mkdir()
-            with _clean_imports(script.stem):
-                built = exporter.FmuBuilder.build_FMU(
-                    script, made, project_files=[work / SCENE_FILE, work / ABOUT_FILE], **OPTIONS[fmi]
-                )
-            with whole(out) as part:
-                _without_others(Path(built), part, fmi)
-    except OSError as error:
-        raise FmuError(
-            f"--out {out}: cannot be written ({error.strerror or error}); what was there before is as it was. Give "
-            f"a file in a folder that is there, on a disk with room"
-        ) from None
+    after = "; what was there before is as it was. Give a file in a folder that is there, on a disk with room"
+    writing = told_as(FmuError, f"--out {out}: cannot be written", after)
+    with writing, tempfile.TemporaryDirectory(prefix="cable_sim_fmu_") as folder:
+        work = Path(folder)
+        script = work / f"cable_sim_fmi{fmi}.py"
+        shutil.copy(SCRIPTS / script.name, script)
+        (work / SCENE_FILE).write_text(text, "utf-8")
+        (work / ABOUT_FILE).write_text(json.dumps(about, indent=1) + "\n", "utf-8")
+        made = work / "out"
+        made.mkdir()
+        with _clean_imports(script.stem):
+            built = exporter.FmuBuilder.build_FMU(
+                script, made, project_files=[work / SCENE_FILE, work / ABOUT_FILE], **OPTIONS[fmi]
+            )
+        with whole(out) as part:
+            _without_others(Path(built), part, fmi)
     roles = Counter(row.role for row in rows(about))
     return Built(out, fmi, about["name"], tow.solver.tick, roles["input"], roles["output"], roles["parameter"])
 
 
 def _exporter(fmi: int) -> Any:
-    try:
+    after = "; nothing was written. pip install 'cable_sim_ros[fmu]'"
+    with told_as(FmuError, f"--fmi {fmi} needs {EXPORTERS[fmi]}, which cannot be imported", after, ImportError):
         return import_module(EXPORTERS[fmi])
-    except ImportError as error:
-        raise FmuError(
-            f"--fmi {fmi} needs {EXPORTERS[fmi]}, which cannot be imported ({error}); nothing was written. "
-            f"pip install 'cable_sim_ros[fmu]'"
-        ) from None
 
 
 @contextmanager

@@ -13,7 +13,7 @@ from pkgutil import resolve_name
 from typing import Any, NamedTuple
 
 from ...files import open_file
-from .log import Log, LogError
+from .log import Log, LogError, unread
 from .not_valid import without_invalid
 
 HEAD = 65_536  # bytes that tell the format
@@ -56,15 +56,12 @@ FORMATS: tuple[Format, ...] = CONTAINERS + TELEGRAMS + TABLES  # order: the firs
 def read_log(path: str | os.PathLike, name: str | None = None) -> Log:
     """Read a file of any known format; name: of FORMATS, None: found from its first bytes. LogError if it cannot be."""
     path = Path(path)
-    try:
+    with unread(path):
         if path.is_dir():
             head = b""
         else:
             with open_file(path, "rb") as file:
                 head = file.read(HEAD)
-    except (OSError, ValueError) as error:  # ValueError: a NUL in the name
-        why = getattr(error, "strerror", None) or error
-        raise LogError(f"{path}: cannot be read ({why}); nothing was read. Give a file that is there") from None
     for row in FORMATS:
         if row.name == name or (name is None and row.reader.recognise(head, path)):
             return without_invalid(row.reader.read(path))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import click
 
 from ...cli.options import FILE, Answer, answers, asks_json
+from ...errors import told_as
 from ...files import write_text
 from ...terminal import say
 
@@ -42,10 +43,8 @@ def inspect(files, kind, mapping_out, everything) -> Answer:
     for line in skipped[: None if everything else SHOWN]:
         say(f"left out: {line}", err=True)
     if mapping_out is not None:
-        try:
+        with told_as(LogError, f"{mapping_out}: cannot be written", "; give another --mapping-out"):
             write_text(mapping_out, first or "")
-        except OSError as error:
-            raise LogError(f"{mapping_out}: cannot be written ({error.strerror}); give another --mapping-out") from None
 
     def tell() -> None:
         if mapping_out is not None:

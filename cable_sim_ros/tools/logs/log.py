@@ -17,15 +17,16 @@ from __future__ import annotations
 import re
 from collections import Counter
 from collections.abc import Mapping
-from contextlib import suppress
+from contextlib import AbstractContextManager, suppress
 from dataclasses import dataclass, field
 from datetime import date
 from functools import lru_cache
+from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
-from ...errors import CableSimError
+from ...errors import NO_PLACE, CableSimError, told_as
 
 SECOND = 1_000_000_000  # ns
 
@@ -44,6 +45,11 @@ _TAG = re.compile(rb"\\[^\\]*?\bc:(\d{10})(\d{3})?[^\\]*\\")
 
 class LogError(CableSimError, ValueError):
     """A log that cannot be read, or a mapping that does not fit it: file, place, value, consequence, remedy."""
+
+
+def unread(path: Path) -> AbstractContextManager[None]:
+    """LogError in place of what opening and reading a file raise."""
+    return told_as(LogError, f"{path}: cannot be read", "; nothing was read. Give a file that is there", NO_PLACE)
 
 
 @dataclass

@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from ...errors import CableSimError
+from ...errors import NO_PLACE, CableSimError, told_as
 from ...files import place, write_text
 from ...plots.heading import date_of
 from ...runs.summary import Run
@@ -46,10 +46,8 @@ class ReportError(CableSimError):
 def check_tools() -> None:
     """ReportError where jinja2 or matplotlib is missing."""
     for name in ("jinja2", "matplotlib"):
-        try:
+        with told_as(ReportError, MISSING.format(name=name), of=ImportError):
             __import__(name)
-        except ImportError:
-            raise ReportError(MISSING.format(name=name)) from None
 
 
 def check_place(path: str | os.PathLike) -> None:
@@ -59,17 +57,13 @@ def check_place(path: str | os.PathLike) -> None:
         raise ReportError(
             f"report = {path}: is no HTML file by its name; nothing was run. Give a name that ends in .html"
         )
-    try:
+    after = "; nothing was run. Give a file that can be"
+    with told_as(ReportError, f"report = {path}: cannot be written", after, NO_PLACE):
         path.parent.mkdir(parents=True, exist_ok=True)
         if path.is_dir():
             raise IsADirectoryError(21, "Is a directory")
         place(path)
         tempfile.TemporaryFile(dir=path.parent).close()
-    except (OSError, ValueError) as error:  # ValueError: a NUL in the name
-        why = getattr(error, "strerror", None) or str(error)
-        raise ReportError(
-            f"report = {path}: cannot be written ({why}); nothing was run. Give a file that can be"
-        ) from None
 
 
 def write_report(
@@ -137,12 +131,8 @@ def write_page(
         sections=sections,
         words=WORDS,
     )
-    try:
+    with told_as(ReportError, f"report = {path}: cannot be written", "; what it is about is not touched"):
         write_text(path, text)
-    except OSError as error:
-        raise ReportError(
-            f"report = {path}: cannot be written ({error.strerror}); what it is about is not touched"
-        ) from None
     return Path(path)
 
 

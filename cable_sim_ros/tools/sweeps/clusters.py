@@ -16,7 +16,7 @@ from functools import partial
 from typing import Any, ParamSpec, TypeVar
 from warnings import warn
 
-from ...errors import CableSimError
+from ...errors import CableSimError, told_as
 from .engine import Make, processes, workers_of
 from .store import EXTRA
 from .threads import ONE_THREAD
@@ -160,13 +160,10 @@ def executors(cluster: str | None, workers: int | None) -> Iterator[tuple[Make, 
         count = workers_of(workers)
         yield lambda: processes(count), count
         return
-    try:
+    missing = f"--cluster {cluster}: dask.distributed is not installed; nothing was simulated. {EXTRA}"
+    with told_as(ClusterError, missing, of=ImportError):
         import dask
         from distributed import Client
-    except ImportError:
-        raise ClusterError(
-            f"--cluster {cluster}: dask.distributed is not installed; nothing was simulated. {EXTRA}"
-        ) from None
     if cluster == "local":
         count = workers_of(workers)
         with dask.config.set(SETTINGS):

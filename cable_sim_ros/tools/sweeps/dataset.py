@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ...errors import told_as
 from ...files import whole
 from ...physics.parameter import declaration
 from ...sim.scene import Scene
@@ -43,10 +44,9 @@ def rule_units(swept: Swept) -> dict[str, str]:
 def dataset(swept: Swept) -> xarray.Dataset:
     """Dimension `case`; coordinates: what was varied; variables: figures [case], NaN where a run gave none, verdict,
     reasons, error. Raises StoreError where xarray is missing."""
-    try:
+    missing = f"the data set is made with xarray, which is not installed: rows are kept; {EXTRA}"
+    with told_as(StoreError, missing, of=ImportError):
         import xarray
-    except ImportError:
-        raise StoreError(f"the data set is made with xarray, which is not installed: rows are kept; {EXTRA}") from None
     rows, rules = swept.rows, rule_units(swept)
     made = xarray.Dataset(coords={"case": ("case", np.arange(len(rows)), {"long_name": "number of the case"})})
     for key in dict.fromkeys(key for case in swept.cases for key in case.varied):

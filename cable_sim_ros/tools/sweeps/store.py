@@ -10,7 +10,7 @@ import time
 from pathlib import Path
 from typing import Any
 
-from ...errors import CableSimError
+from ...errors import CableSimError, told_as
 from ...files import open_file, whole
 
 PART_ROWS, PART_SECONDS = 256, 5.0  # a part is written when it has so many rows, or is so old
@@ -30,19 +30,14 @@ class Store:
     def __init__(self, folder: str | os.PathLike, look: bool = False) -> None:
         """look: nothing is written, made or set aside. Raises StoreError where the folder cannot be made or a library
         is missing."""
-        try:
+        missing = f"rows are kept as Parquet, and pyarrow is not installed: nothing was done; {EXTRA}"
+        with told_as(StoreError, missing, of=ImportError):
             import pyarrow  # noqa: F401
-        except ImportError:
-            raise StoreError(
-                f"rows are kept as Parquet, and pyarrow is not installed: nothing was done; {EXTRA}"
-            ) from None
         self.folder, self._look = Path(folder) / "rows", look
         self._own = secrets.token_hex(4)  # in the names of its parts: another sweep may be writing here
-        try:
-            if not look:
+        if not look:
+            with told_as(StoreError, f"{self.folder}: cannot be made", "; nothing was simulated"):
                 self.folder.mkdir(parents=True, exist_ok=True)
-        except OSError as error:
-            raise StoreError(f"{self.folder}: cannot be made ({error.strerror}); nothing was simulated") from None
         self.damaged: list[str] = []
         self.rows: dict[str, dict[str, Any]] = {}
         self._waiting: list[dict[str, Any]] = []
@@ -88,12 +83,8 @@ class Store:
         text = [json.dumps(row, sort_keys=True) for row in self._waiting]
         table = pyarrow.table({"key": [row["key"] for row in self._waiting], "row": text})
         table = table.replace_schema_metadata({COUNT: str(len({row["key"] for row in self._waiting}))})
-        try:
-            with whole(path) as part:
-                parquet.write_table(table, part, write_page_checksum=True)
-        except OSError as error:
-            raise StoreError(
-                f"{path}: cannot be written ({error.strerror}); {len(self._waiting)} rows are lost, those before are "
-                "kept. Make room, and start the sweep again: it goes on"
-            ) from None
+        lost = f"; {len(self._waiting)} rows are lost, those before are kept"
+        after = f"{lost}. Make room, and start the sweep again: it goes on"
+        with told_as(StoreError, f"{path}: cannot be written", after), whole(path) as part:
+            parquet.write_table(table, part, write_page_checksum=True)
         self._waiting = []

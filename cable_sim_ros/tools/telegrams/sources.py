@@ -16,6 +16,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ...errors import told_as
 from ...files import write_bytes
 from ...io.recordings.recorded_run import load_run, scene_of_recording
 from ...io.scenes.document import find_bag
@@ -190,13 +191,9 @@ def write_log(
             withheld, why = withheld + 1, str(error)
             continue
         lines.append(b"%s %s\n" % (stamp(int(times[k])), telegram.rstrip(b"\r\n")))
-    try:
+    after = "; nothing was written. Give a file in a folder that is there"
+    with told_as(TelegramError, f"{os.fspath(out)}: cannot be written", after):
         write_bytes(out, b"".join(lines))
-    except OSError as error:
-        raise TelegramError(
-            f"{os.fspath(out)}: cannot be written ({error.strerror}); nothing was written. Give a file in "
-            "a folder that is there"
-        ) from None
     return Log(len(lines), hertz, withheld, why, reader.said)
 
 

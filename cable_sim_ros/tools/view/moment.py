@@ -17,7 +17,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...errors import CableSimError, RunError
+from ...errors import CableSimError, RunError, told_as
 from ...io.bags.bag import DamageWarning
 from ...io.messages.markers import Colours
 from ...io.recordings.recorded_run import load_run, places_of, scene_of_recording
@@ -162,13 +162,9 @@ class PageError(RunError):
 
 def need(module: str, what: str, package: str | None = None) -> ModuleType:
     """A module of the extra `view`; ViewError in one line where it is missing. package: its name where it differs."""
-    try:
+    after = "; nothing was drawn. Install it: pip install 'cable_sim_ros[view]'"
+    with told_as(ViewError, f"{what} needs {package or module}, which cannot be imported", after, ImportError):
         return import_module(module)
-    except ImportError as error:
-        raise ViewError(
-            f"{what} needs {package or module}, which cannot be imported ({error}); nothing was drawn. "
-            f"Install it: pip install 'cable_sim_ros[view]'"
-        ) from None
 
 
 class Moment(NamedTuple):

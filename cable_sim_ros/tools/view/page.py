@@ -18,6 +18,7 @@ from urllib.parse import urlsplit
 
 import numpy as np
 
+from ...errors import told_as
 from ...io.messages.markers import SCALE
 from ...plots.run import thinned
 from ...sim.scene import Scene
@@ -111,16 +112,13 @@ NAMES = {name: name.capitalize() for name in CAMERAS}
 
 def check_port(host: str, port: int) -> None:
     """PageError where nothing can be served there: viser would take another port without a word."""
-    try:
+    before = f"--host {host} --port {port}: the page cannot be served there"
+    after = "; nothing was started. Give another --port, 0 for any that is free, or end what uses it"
+    with told_as(PageError, before, after):
         family = socket.AF_INET6 if ":" in host else socket.AF_INET
         with socket.socket(family, socket.SOCK_STREAM) as one:
             one.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
             one.bind((host, port))
-    except OSError as error:
-        raise PageError(
-            f"--host {host} --port {port}: the page cannot be served there ({error.strerror or error}); nothing was "
-            "started. Give another --port, 0 for any that is free, or end what uses it"
-        ) from None
 
 
 def free_port(host: str) -> int:

@@ -12,6 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ...errors import told_as
 from ...files import write_text
 from ...plots.run import thinned
 from ...version import __version__
@@ -71,11 +72,9 @@ def save_page(
         server.stop()
     title = f"<title>cable-sim view: {escape(run.scene.name)}</title>"
     page = page.replace("<title>Viser</title>", title, 1).replace("</body>", text + "</body>", 1)
-    try:
+    with told_as(PageError, f"--save {path}: cannot be written", "; no page was made"):
         path.parent.mkdir(parents=True, exist_ok=True)
         write_text(path, page)
-    except OSError as error:
-        raise PageError(f"--save {path}: cannot be written ({error.strerror or error}); no page was made") from None
     return Saved(float(run.times[places[-1]] - run.times[places[0]]), len(places), path.stat().st_size)
 
 

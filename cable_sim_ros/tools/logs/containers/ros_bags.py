@@ -16,6 +16,7 @@ from tempfile import TemporaryDirectory
 import numpy as np
 import zstandard
 
+from ....errors import told_as
 from ....files import open_file
 from ....io.bags.bag import BagError, read_metadata
 from ..log import Log, LogError, Losses, Source
@@ -135,13 +136,11 @@ def _items(path: Path, log: Log) -> Iterator[Item]:
         log.notices.append(text)
 
     with ExitStack() as stack:
-        try:
+        with told_as(LogError, f"{path}: cannot be read", "; nothing was read"):
             files, squeezed = _files(path, log)
             if any(file.suffix == ".zstd" for file in files):
                 folder = Path(stack.enter_context(TemporaryDirectory()))
                 files = [_unpacked(file, folder, k) if file.suffix == ".zstd" else file for k, file in enumerate(files)]
-        except OSError as error:
-            raise LogError(f"{path}: cannot be read ({error.strerror}); nothing was read") from None
         problems = []
         for file in files:
             try:

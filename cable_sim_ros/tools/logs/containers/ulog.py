@@ -15,6 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ....errors import told_as
 from ....files import read_bytes
 from ..formats import extra
 from ..log import Log, LogError, Losses, Source
@@ -51,10 +52,8 @@ def read(path: Path) -> Log:
     extra("pyulog", path)
     from pyulog import ULog
 
-    try:
+    with told_as(LogError, f"{path}: cannot be read", "; nothing was read"):
         data = read_bytes(path)
-    except OSError as error:
-        raise LogError(f"{path}: cannot be read ({error.strerror}); nothing was read") from None
     log = Log(str(path), "ulog", {}, 0)
     if len(data) < BEGIN or not data.startswith(MAGIC):
         raise LogError(f"{path}: has {len(data)} bytes and no head of a ULog file; nothing was read. Copy it again")

@@ -13,6 +13,7 @@ from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from typing import Any, BinaryIO, NamedTuple
 
+from ....errors import told_as
 from ....files import open_file
 from ..formats import extra
 from ..log import Builder, Log, LogError
@@ -68,44 +69,41 @@ def read(path: Path) -> Log:
     log = Log(str(path), "xtf", {}, 0)
     builder, left_out = Builder(), Counter[int]()
     layouts = {number: getattr(pyxtf, kind.layout) for number, kind in KINDS.items()}
-    try:
-        with open_file(path, "rb") as file:
-            size = path.stat().st_size
-            head = file.read(BLOCK)
-            if len(head) < BLOCK or head[0] != FORMAT:
-                raise LogError(f"{path}: has no head of an XTF file; nothing was read. Copy it again")
-            header = pyxtf.XTFFileHeader.from_buffer_copy(head)
-            told = UNITS | dict.fromkeys(POSITIONS, NAVIGATION_UNITS.get(header.NavUnits, ""))
-            told = {name: unit for name, unit in told.items() if unit}
-            names: dict[tuple[str, int], str] = {}  # of a kind and a channel of it: each is another device
-            units: dict[str, dict[str, str]] = {}
-            at = BLOCK
-            while at < size:
-                file.seek(at)
-                data = file.read(LARGEST)
-                length = _length(data, size - at)
-                if not length:
-                    following = _next(file, at + 1, size)
-                    cut = data[:2] == MAGIC and following == size
-                    if at > BLOCK or following % BLOCK or following > 10 * BLOCK:  # else: more heads of channels
-                        log.losses.add(CUT if cut else GARBLED, f"byte {at}")
-                    at = following
-                    continue
-                kind = KINDS.get(data[2])
-                if kind is None:
-                    left_out[data[2]] += 1
-                elif length < ctypes.sizeof(layouts[data[2]]):
-                    log.losses.add("packet shorter than its kind", f"byte {at}")
-                else:
-                    name = names.get((kind.source, data[3]))
-                    if name is None:
-                        first = not any(source == kind.source for source, _ in names)
-                        name = kind.source if first else f"{kind.source}/{data[3]}"
-                        names[kind.source, data[3]], units[name] = name, told
-                    _take(builder, name, kind, layouts[data[2]].from_buffer_copy(data), units)
-                at += length
-    except OSError as error:
-        raise LogError(f"{path}: cannot be read ({error.strerror}); nothing was read") from None
+    with told_as(LogError, f"{path}: cannot be read", "; nothing was read"), open_file(path, "rb") as file:
+        size = path.stat().st_size
+        head = file.read(BLOCK)
+        if len(head) < BLOCK or head[0] != FORMAT:
+            raise LogError(f"{path}: has no head of an XTF file; nothing was read. Copy it again")
+        header = pyxtf.XTFFileHeader.from_buffer_copy(head)
+        told = UNITS | dict.fromkeys(POSITIONS, NAVIGATION_UNITS.get(header.NavUnits, ""))
+        told = {name: unit for name, unit in told.items() if unit}
+        names: dict[tuple[str, int], str] = {}  # of a kind and a channel of it: each is another device
+        units: dict[str, dict[str, str]] = {}
+        at = BLOCK
+        while at < size:
+            file.seek(at)
+            data = file.read(LARGEST)
+            length = _length(data, size - at)
+            if not length:
+                following = _next(file, at + 1, size)
+                cut = data[:2] == MAGIC and following == size
+                if at > BLOCK or following % BLOCK or following > 10 * BLOCK:  # else: more heads of channels
+                    log.losses.add(CUT if cut else GARBLED, f"byte {at}")
+                at = following
+                continue
+            kind = KINDS.get(data[2])
+            if kind is None:
+                left_out[data[2]] += 1
+            elif length < ctypes.sizeof(layouts[data[2]]):
+                log.losses.add("packet shorter than its kind", f"byte {at}")
+            else:
+                name = names.get((kind.source, data[3]))
+                if name is None:
+                    first = not any(source == kind.source for source, _ in names)
+                    name = kind.source if first else f"{kind.source}/{data[3]}"
+                    names[kind.source, data[3]], units[name] = name, told
+                _take(builder, name, kind, layouts[data[2]].from_buffer_copy(data), units)
+            at += length
     log.sources, log.records = builder.sources(), builder.records
     for source in log.sources.values():
         if source.device is not None and not source.device.any():

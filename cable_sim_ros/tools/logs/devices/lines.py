@@ -13,8 +13,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ....errors import told_as
 from ....files import open_file
-from ..log import Log, LogError, Losses
+from ..log import Log, LogError, Losses, unread
 
 RECORDS = 1 << 22  # bytes
 
@@ -31,22 +32,20 @@ def records_of(path: Path, size: int, valid: Callable[[np.ndarray], np.ndarray],
     """
     found = [np.zeros((0, size), np.uint8)]
     rest, base, expected = b"", 0, 0  # base: byte of the file where rest begins; expected: of the next record
-    try:
-        with open_file(path, "rb") as file:
-            while block := file.read(RECORDS):
-                data = np.frombuffer(rest + block, np.uint8)
-                places = max(len(data) - size + 1, 0)
-                starts = _apart(np.flatnonzero(valid(data)) if places else np.zeros(0, np.int64), size)
-                before = np.concatenate(([expected - base], starts + size))  # ends of the records before each
-                for end in before[:-1][before[:-1] != starts]:
-                    losses.add("damaged bytes before a record", f"byte {base + int(end)}")
-                if starts.size:
-                    expected = base + int(before[-1])
-                    found.append(data[starts[:, None] + np.arange(size)])
-                decided = max(places, expected - base)
-                rest, base = data[decided:].tobytes(), base + decided
-    except OSError as error:
-        raise LogError(f"{path}: cannot be read ({error.strerror}); nothing was read. Give a file") from None
+    unreadable = told_as(LogError, f"{path}: cannot be read", "; nothing was read. Give a file")
+    with unreadable, open_file(path, "rb") as file:
+        while block := file.read(RECORDS):
+            data = np.frombuffer(rest + block, np.uint8)
+            places = max(len(data) - size + 1, 0)
+            starts = _apart(np.flatnonzero(valid(data)) if places else np.zeros(0, np.int64), size)
+            before = np.concatenate(([expected - base], starts + size))  # ends of the records before each
+            for end in before[:-1][before[:-1] != starts]:
+                losses.add("damaged bytes before a record", f"byte {base + int(end)}")
+            if starts.size:
+                expected = base + int(before[-1])
+                found.append(data[starts[:, None] + np.arange(size)])
+            decided = max(places, expected - base)
+            rest, base = data[decided:].tobytes(), base + decided
     end = base + len(rest)
     if end > expected:
         cut = end - expected < size
@@ -76,12 +75,8 @@ class Line(NamedTuple):
 
 def lines_of(path: Path, losses: Losses) -> Iterator[Line]:
     """Lines that are not blank; one that is too long is lost. NUL bytes are left out, so UTF-16 of ASCII is read."""
-    try:
-        with open_file(path, "rb") as file:
-            yield from _lines(file, losses)
-    except (OSError, ValueError) as error:
-        why = getattr(error, "strerror", None) or error
-        raise LogError(f"{path}: cannot be read ({why}); nothing was read. Give a file that is there") from None
+    with unread(path), open_file(path, "rb") as file:
+        yield from _lines(file, losses)
 
 
 def _lines(file, losses: Losses) -> Iterator[Line]:
