@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Iterator
-from contextlib import contextmanager
+from functools import partial
 from typing import Any
 
 from cable_sim_ros.io.scenes.load import SceneWarning, load_scene, override
@@ -12,13 +11,7 @@ from cable_sim_ros.sim.mesh.mesh_kinds import FeedMesh
 from cable_sim_ros.sim.scene import Scene
 from cable_sim_ros.sim.simulator import Simulator
 
-
-@contextmanager
-def quiet() -> Iterator[None]:
-    """No SceneWarning is shown."""
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", SceneWarning)
-        yield
+quiet = partial(warnings.catch_warnings, action="ignore", category=SceneWarning)  # no SceneWarning is shown
 
 
 def scene_with(scene: str | Scene, values: dict[str, Any]) -> Scene:

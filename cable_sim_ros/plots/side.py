@@ -120,8 +120,7 @@ def ship_and_water(axes: Axes, run: RecordedRun, curve: np.ndarray, scale: tuple
 def _scene(run: RecordedRun) -> Scene | None:
     """The scene that a recording keeps; None where it keeps none that can be read: sheave a symbol, water level."""
     try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # said when it was simulated
+        with warnings.catch_warnings(action="ignore"):  # said when it was simulated
             return scene_from_text(run.custom_data["scene_yaml"], "scene of the recording")
     except (KeyError, SceneError):
         return None

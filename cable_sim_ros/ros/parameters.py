@@ -140,8 +140,7 @@ def settle(overrides: dict[str, Any]) -> Settings:
     Raises ParameterError with every problem of the scene, or the first of the parameters.
     """
     given = overrides.get("scene", NodeBlock().scene)
-    with warnings.catch_warnings(record=True) as caught:
-        warnings.simplefilter("always", SceneWarning)
+    with warnings.catch_warnings(record=True, action="always", category=SceneWarning) as caught:
         try:
             scene = load_scene(str(given))
             node_rows = {row.name: row for row in rows(NodeBlock())}

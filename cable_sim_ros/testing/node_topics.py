@@ -91,8 +91,7 @@ class Link:
         processes: Sequence[Process],
     ) -> None:
         try:
-            with warnings.catch_warnings():
-                warnings.simplefilter("ignore")  # cautions of a scene are in the node's log
+            with warnings.catch_warnings(action="ignore"):  # cautions of a scene are in the node's log
                 settings = settle(dict(parameters))
         except ValueError as error:  # ParameterError, ResourceError
             raise TowError(str(error)) from error

@@ -140,8 +140,7 @@ def test_who_does_not_ask_for_the_damage_is_warned(bag):
         list(read_bag(bag))
     with pytest.warns(DamageWarning):
         list(read_motion(bag))
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
+    with warnings.catch_warnings(action="error"):
         list(read_bag(bag, Damage()))
 
 
@@ -199,8 +198,7 @@ def test_a_command_that_read_a_damaged_bag_leaves_with_code_3(monkeypatch):
         return "figures"
 
     monkeypatch.setattr(commands, "manual_text", reads_twice)
-    with warnings.catch_warnings():
-        warnings.simplefilter("always")
+    with warnings.catch_warnings(action="always"):
         done = CliRunner().invoke(commands.main, ["manual"])
     assert done.exit_code == 3 and "figures" in done.output
     assert done.output.count("warning: bag 'x' is damaged") == 1

@@ -106,8 +106,7 @@ def test_gaps_are_reported_and_left(table):
         tow = read_table(table(time_s=t, heave_m=0.1 * t), SHIP)
     stamps = np.array([event.time for event in tow.events]) / SECOND - 1.0
     assert not ((stamps > 0.401) & (stamps < 1.999)).any() and not ((stamps > 2.301) & (stamps < 2.599)).any()
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
+    with warnings.catch_warnings(action="error"):
         read_table(table(time_s=t[:5], heave_m=0.0), SHIP)
 
 

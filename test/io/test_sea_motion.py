@@ -247,8 +247,7 @@ def test_any_table_reads_back_at_its_own_points(tmp_path_factory, periods, headi
     rows = dict([list(rows.items())[i] for i in rng.permutation(len(rows))])
     path = tmp_path_factory.mktemp("rao") / "ship.csv"
     path.write_text(text_of(rows), "utf-8")
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", MotionWarning)
+    with warnings.catch_warnings(action="ignore", category=MotionWarning):
         try:
             answer = RaoTable(path)
         except MotionError as error:
@@ -317,8 +316,7 @@ def test_angles_in_radians_are_said_to_be_too_small(table):
     k = (2.0 * pi / 30.0) ** 2 / G
     with pytest.warns(MotionWarning, match="pitch_amplitude = 0.00447 deg/m in the longest wave, 30 s, .* in rad/m?"):
         RaoTable(table(flat(pitch=(round(k, 6), 90.0))))
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
+    with warnings.catch_warnings(action="error"):
         RaoTable(table(flat(pitch=(degrees(k), 90.0))))
 
 

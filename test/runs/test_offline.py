@@ -306,16 +306,14 @@ def on_a_track(speed, heading_deg, seconds=60.0, turn_deg=0.0):
 
 @pytest.mark.parametrize("speed, turn", [(2.2, 0.0), (2.3, 0.0), (2.1, 0.0), (2.2, 8.0), (2.2, -8.0)])
 def test_motion_along_the_mean_track_of_the_scene_is_no_caution(speed, turn):
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
+    with warnings.catch_warnings(action="error"):
         scene = load_quietly("full_scale")
         assert not mean_track.look(scene, np.radians(179.0), on_a_track(speed, 179.0, turn_deg=turn))
         assert not mean_track.look(scene, 0.0, on_a_track(9.0, 90.0, seconds=39.0))  # too short
 
 
 def load_quietly(name):
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")
+    with warnings.catch_warnings(action="ignore"):
         return load_scene(name)
 
 
@@ -359,8 +357,7 @@ def test_a_current_abeam_of_the_scene_is_not_abeam_of_the_motion():
     abeam, heading = {"water.current": [0.0, 0.5], "ship.tow_speed": 2.2}, np.radians(120.0)
     with pytest.warns(SceneWarning, match="heading of the motion is 120 deg, ship.heading_deg is 0 deg: that of the"):
         mean_track.before(override(load_quietly("full_scale"), abeam), heading)
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
+    with warnings.catch_warnings(action="error"):
         mean_track.before(override(load_quietly("full_scale"), abeam | {"water.current_frame": "heading"}), heading)
         mean_track.before(override(load_quietly("full_scale"), abeam), None)
 

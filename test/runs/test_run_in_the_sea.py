@@ -101,8 +101,7 @@ def test_the_warning_of_an_independent_ship_stays_away(rides, monkeypatch):
     keys = {"water.waves.kind": "airy", "water.waves.height": 1.0, "sheave.position": [-16.0, 0.0, 0.7]}
     monkeypatch.setattr(offline, "motion_of", lambda *_: (_ for _ in ()).throw(MotionError("enough")))
     for rao, said in ((rides, False), (None, True)):
-        with warnings.catch_warnings(record=True) as found, pytest.raises(MotionError, match="enough"):
-            warnings.simplefilter("always")
+        with warnings.catch_warnings(record=True, action="always") as found, pytest.raises(MotionError, match="enough"):
             offline.run("side_scan", rao=rao, settings=keys | {"winch.position": [-8.0, 0.0, 0.7]})
         texts = [str(warning.message) for warning in found]
         assert any("ship_motion = independent" in text for text in texts) == said

@@ -20,8 +20,7 @@ COMPENSATED = ("side_scan", "lowered_ctd")  # hauling in stops 1 m from the end:
 
 def begun(name, **changes):
     """Simulator at its static start; any caution of the scene is an error."""
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
+    with warnings.catch_warnings(action="error"):
         scene = override(load_scene(name), changes)
     return started(scene)
 

@@ -25,8 +25,7 @@ def refused(make, *given, **named):
 
 def cautioned(make, *given, **named):
     """Cautions of a call that makes a scene."""
-    with warnings.catch_warnings(record=True) as caught:
-        warnings.simplefilter("always")
+    with warnings.catch_warnings(record=True, action="always") as caught:
         make(*given, **named)
     assert all(item.category is SceneWarning for item in caught)
     return [item.message.args[0] for item in caught]

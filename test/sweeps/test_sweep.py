@@ -345,8 +345,7 @@ def test_a_motion_that_is_shorter_than_duration_is_said(tmp_path):
 def test_a_row_says_when_the_waves_do_not_move_the_ship(motion, told):
     sea = {"water.waves.kind": "jonswap", "water.waves.period": 7.0, "water.waves.height": 1.0}
     plan = {"sweep": "sea", "scene": "side_scan", "duration": 0.5, "motions": [motion], "settings": sea, "seeds": 1}
-    with warnings.catch_warnings(record=True) as of_the_file:
-        warnings.simplefilter("always")
+    with warnings.catch_warnings(record=True, action="always") as of_the_file:
         (case,) = cases_of(checked(plan, "here"))
     row = simulate(case)
     of_the_file = " ".join(str(one.message) for one in of_the_file)

@@ -14,8 +14,7 @@ from cable_sim_ros.tools.view.moment import BagRun
 def bag(tmp_path_factory) -> Path:
     """The side-scan tow in waves over a seabed, 8 s."""
     waves = {"kind": "jonswap", "height": 1.5, "period": 6.0, "towards_deg": 200.0, "components": 20}
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # waves beside a ship that is moved
+    with warnings.catch_warnings(action="ignore"):  # waves beside a ship that is moved
         scene = override(load_scene("side_scan"), {"water.waves": waves, "water.ramp": 2.0, "seabed.depth": 120.0})
         return Path(offline.run(scene, rao="simple", duration=8.0, out=tmp_path_factory.mktemp("view")).bag)
 

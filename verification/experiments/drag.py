@@ -194,8 +194,7 @@ def _otherwise() -> list[dict]:
     route = layout_of(scene).route
     scope, report = route.scope, []
     for name, keys in ({"as shipped": {}} | OTHERWISE).items():
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # laws outside their range are what is compared
+        with warnings.catch_warnings(action="ignore"):  # laws outside their range are what is compared
             other = override(scene, {f"cable.sections.bare.{key}": value for key, value in keys.items()})
         shape = layout_of(other).shape(scope)
         report.append((name, -shape.place[0, 2], np.degrees(shape.angle), shape.tension[-1]))

@@ -79,8 +79,7 @@ class TowModel:
         """Check the scene at both ends of each range, one number at a time. Raises CalibrateError."""
         for one in self.free:
             for value in (one.low, one.high):
-                with warnings.catch_warnings():
-                    warnings.simplefilter("ignore")
+                with warnings.catch_warnings(action="ignore"):
                     try:
                         scene_from_dict(data_with(self.scene, {one.key: value}), f"--free {one.key} at {value:g}")
                     except SceneError as error:
@@ -95,8 +94,7 @@ class TowModel:
             return self._kept[values][0]
         scene = self.scene_at(values)
         try:
-            with warnings.catch_warnings(record=True) as warned:
-                warnings.simplefilter("always")
+            with warnings.catch_warnings(record=True, action="always") as warned:
                 frames, problem, doubts = self._frames(scene)
         except CableSimError as error:
             raise TrialError(f"{self._told(values)}: {error}; narrow the ranges of --free") from None
@@ -131,8 +129,7 @@ class TowModel:
         if self.mesh is None:
             return None
         scene = self.scene_at(values)
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")
+        with warnings.catch_warnings(action="ignore"):
             other = TowModel(scene, self.free, self.tow, self.duration, self.plan, self.steady)
             other.origin = self.origin
             curves = other(values)

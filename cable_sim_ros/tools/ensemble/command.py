@@ -107,8 +107,7 @@ def _over_a_bag(bag, file, changed, scene, out, twins, outside) -> Answer:
     folder = out or Path("runs") / "ensemble"
     ready(folder)
     with progress_bar() as progress:
-        with warnings.catch_warnings(record=True) as warned:
-            warnings.simplefilter("always")
+        with warnings.catch_warnings(record=True, action="always") as warned:
             one = follow_recording(source, tow, plan, progress=progress)
         report = {"scene": tow.name, "path": str(source), **figures(one, plan)}
         if twins:
@@ -134,8 +133,7 @@ def of_copies(scene: Scene, texts: list[str]) -> list[str]:
     def kind(text: str) -> str:
         return re.sub(r"[-+]?\d[\d.e+-]*", "#", text.partition(": ")[2])
 
-    with warnings.catch_warnings(record=True) as own:
-        warnings.simplefilter("always")
+    with warnings.catch_warnings(record=True, action="always") as own:
         scene_from_dict(scene.model_dump(mode="json"), scene.name)
     known = {kind(str(item.message)) for item in own}
     found: dict[str, list[str]] = {}

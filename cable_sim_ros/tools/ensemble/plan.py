@@ -273,8 +273,7 @@ def scene_of(scene: Scene, draw: Draw, heading: float, scope: float | None = Non
         scene = scene.model_copy(update={"winch": winch})
     if draw is NOMINAL and scope is None:
         return scene
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", SceneWarning)  # the scene itself has been warned of
+    with warnings.catch_warnings(action="ignore", category=SceneWarning):  # the scene itself has been warned of
         return scene_from_dict(scene.model_dump(mode="json"), f"{scene.name}, a copy")
 
 

@@ -181,8 +181,7 @@ def simulated(
     else:
         log_yaw = log.yaw
     seconds = BEGIN + STEP * np.arange(len(track))
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", SceneWarning)  # of a start that is not the scene's: the log has another
+    with warnings.catch_warnings(action="ignore", category=SceneWarning):  # the log has another start than the scene
         at_start = override(
             scene,
             {

@@ -398,8 +398,7 @@ def motion_problem(scene: Scene, kind: str, name: str, waves_vary: bool) -> str:
     """Why a bag, a table or response amplitude operators give no motion; kind: bag or rao, waves_vary: the waves of
     the scene are not those of every case. "" where they do."""
     try:
-        with warnings.catch_warnings():  # a row says what is odd
-            warnings.simplefilter("ignore")
+        with warnings.catch_warnings(action="ignore"):  # a row says what is odd
             if kind == "rao":
                 response_of(name, scene)
                 if not waves_vary:

@@ -40,8 +40,7 @@ def simulate(case: Case) -> dict[str, Any]:
         "simulated_s": 0.0,
         "flags": {},
     }
-    with warnings.catch_warnings(record=True) as warned:
-        warnings.simplefilter("always")
+    with warnings.catch_warnings(record=True, action="always") as warned:
         try:
             _unchanged(case)
             try:

@@ -204,14 +204,12 @@ class BagRun:
 
     def __init__(self, path: str | os.PathLike, scene: str | None = None) -> None:
         self.path = os.fspath(path)
-        with warnings.catch_warnings(record=True) as said:
-            warnings.simplefilter("always")
+        with warnings.catch_warnings(record=True, action="always") as said:
             self.run = load_run(path)
         for one in said:  # on to the user, who gets exit code 3 for a damaged bag
             warnings.warn_explicit(one.message, one.category, one.filename, one.lineno)
         damage = "; ".join(str(one.message) for one in said if issubclass(one.category, DamageWarning))
-        with warnings.catch_warnings():  # said when it was simulated
-            warnings.simplefilter("ignore")
+        with warnings.catch_warnings(action="ignore"):  # said when it was simulated
             unknown = "that ship, sheave and towbody are not known"
             self.scene = scene_of_recording(self.run.custom_data, self.path, scene, unknown, "nothing was drawn")
         if not self.run.shapes:
@@ -253,8 +251,7 @@ class BagRun:
 def doubts(scene: Scene, frames: np.recarray, damage: str, planned: bool) -> list[Reason]:
     """What makes a run doubtful beside its flags, as far as a bag tells; planned: its ship went by a plan."""
     yaw = angles_of(*frames[0]["ship_quaternion"].tolist())[2]
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # said when it was simulated
+    with warnings.catch_warnings(action="ignore"):  # said when it was simulated
         found = [] if planned else mean_track.look(scene, yaw, frames)
         found += mean_track.pitch_sign(frames)
     return [*found, *([check(DAMAGE, damage)] if damage else [])]
