@@ -19,7 +19,7 @@ from ..io.recordings.recorded_run import load_run
 from ..io.scenes.document import SceneError, find_bag
 from ..io.scenes.fault_plan import PLANS, FaultPlan, load_faults, timed
 from ..io.scenes.live_changes import Change, changes_of
-from ..io.scenes.load import load_scene, override, scene_from_text
+from ..io.scenes.load import scene_from_text
 from ..io.scenes.ship_plan import ShipPlan
 from ..io.scenes.winch_plan import WinchPlan
 from ..io.sources.motion_table import MotionError
@@ -53,8 +53,8 @@ from .metrics import METRICS as METRICS
 from .passage import phase_figures
 from .resume import Resumed, report_of
 from .resume import save as save_run
-from .settings import NOTHING, Settings, apply_to_bag, apply_to_scene, of_intake, recorded_intake, refuse_without_bag
-from .sources import beside_vehicle, in_the_sea, motion_of, notes_of, scene_of_bag, sea_motion_kept, seconds_of
+from .settings import NOTHING, Settings, apply_to_bag, of_intake, recorded_intake, refuse_without_bag
+from .sources import as_set, beside_vehicle, in_the_sea, motion_of, notes_of, scene_of_bag, sea_motion_kept, seconds_of
 from .step_choice import doubts_of_steps, metrics_of_steps, overwritten, stepped
 from .stepping import Progress, Stepped, silent
 from .summary import SKIP, after_start, bag_path, of_bodies, summarize, write_summary
@@ -312,13 +312,7 @@ def _scene_of(
     settings: Settings,
 ) -> Scene:
     """The scene to run; SaveError where it is not that of the state to begin from, but for the set-point algorithm."""
-    if scene is None and resumed is not None:
-        scene = resumed.scene
-    elif not isinstance(scene, Scene):
-        scene = load_scene(scene)  # type: ignore[arg-type]
-    scene = apply_to_scene(scene, settings)
-    if algorithm is not None:
-        scene = override(scene, {"setpoint.algorithm": algorithm})
+    scene = as_set(resumed.scene if scene is None and resumed is not None else scene, settings, algorithm)
     if lost := overwritten(scene, settings, step, every):
         raise SceneError(lost)
     scene = stepped(scene, step, every)

@@ -17,7 +17,7 @@ from ..io.messages.messages import KINDS
 from ..io.scenes.load import override
 from ..io.scenes.yaml12 import YamlError, parse
 from ..io.sources.motion_table import MotionError
-from ..io.sources.recorded_tow import RecordedTow
+from ..io.sources.recorded_tow import RecordedTow, kept_in
 from ..physics.heave_filter import Heave, MotionInput
 from ..physics.parameter import Block, declared
 from ..sim.scene import Scene
@@ -87,11 +87,7 @@ def apply_to_bag(tow: RecordedTow, settings: Settings) -> None:
     given = of_intake(settings)
     if not given:
         return
-    try:
-        node = json.loads(tow.about.get("node", "{}"))
-    except ValueError:
-        node = {}
-    node = node if isinstance(node, dict) else {}
+    node = kept_in(tow.about, "node") or {}
     for key, value in given.items():
         name, _, rest = key.partition(".")
         block = BLOCKS[name]
@@ -106,8 +102,8 @@ def apply_to_bag(tow: RecordedTow, settings: Settings) -> None:
             raise MotionError(
                 f"--set {key}={value}: {error.errors()[0]['msg']}; {CONSEQUENCE}. See cable-sim manual for its range"
             ) from None
-        kept = node.get(name)
-        node[name] = {**(kept if isinstance(kept, dict) else {}), rest: checked.model_dump(mode="json")[rest]}
+        before = node.get(name)
+        node[name] = {**(before if isinstance(before, dict) else {}), rest: checked.model_dump(mode="json")[rest]}
     tow.about["node"] = json.dumps(node)
 
 

@@ -8,7 +8,6 @@ the run says so at once instead of a tow whose ship lies still.
 
 from __future__ import annotations
 
-import json
 import os
 import warnings
 from collections.abc import Iterator, Mapping
@@ -25,7 +24,7 @@ from ..io.scenes.load import SceneWarning, load_scene, override, scene_from_text
 from ..io.scenes.ship_plan import ShipPlan
 from ..io.sources.coarse_bag import smooth_odometry
 from ..io.sources.motion_table import MotionError, planned, read_table, sine_heave
-from ..io.sources.recorded_tow import RecordedTow, at_speed, read_tow, take_provenance
+from ..io.sources.recorded_tow import RecordedTow, at_speed, kept_in, read_tow, take_provenance
 from ..io.sources.sea_motion import sea_motion
 from ..io.sources.vehicle_motion import Pose, at_rest, with_vehicle
 from ..physics.heave_filter import Convention, Heave, MotionInput
@@ -162,11 +161,7 @@ def in_the_sea(moved: bool) -> Iterator[None]:
 
 def sea_motion_kept(tow: RecordedTow) -> dict[str, object]:
     """What a bag says of the motion by waves that it recorded; nothing of a bag of other motion."""
-    try:
-        found = json.loads(tow.about.get("rao", "{}"))
-    except (ValueError, RecursionError):
-        return {}
-    return found if isinstance(found, dict) else {}
+    return kept_in(tow.about, "rao") or {}
 
 
 def notes_of(metrics: Mapping[str, Any], scene: Scene | None = None) -> tuple[str, ...]:
@@ -190,21 +185,20 @@ def scene_of_bag(
 ) -> tuple[Scene, bool]:
     """The scene to replay, and whether the bag is to agree with it: not where it keeps another one."""
     text = tow.about.get("scene_yaml")
-    kept = scene_from_text(text, f"scene kept in {tow.path}") if text else None
-    if scene is None and kept is None:
+    own = scene_from_text(text, f"scene kept in {tow.path}") if text else None
+    if scene is None and own is None:
         raise BagError(
             f"bag '{tow.path}' keeps no scene, so it is not known which tow it recorded: nothing was simulated; give "
             f"--scene NAME or FILE. For a run under its motion: cable-sim run SCENE --motion {tow.path}"
         )
-    if scene is None:
-        scene = kept
-    elif not isinstance(scene, Scene):
-        scene = load_scene(scene)
-    assert isinstance(scene, Scene)
-    scene = apply_to_scene(scene, settings)
-    if algorithm is not None:
-        scene = override(scene, {"setpoint.algorithm": algorithm})
-    return scene, kept is None or scene == kept
+    scene = as_set(own if scene is None else scene, settings, algorithm)
+    return scene, own is None or scene == own
+
+
+def as_set(scene: Scene | str | os.PathLike | None, settings: Settings, algorithm: str | None) -> Scene:
+    """A scene, or that of a name or file, with settings and a set-point algorithm (None: its own) put in."""
+    scene = apply_to_scene(scene if isinstance(scene, Scene) else load_scene(scene), settings)  # type: ignore[arg-type]
+    return scene if algorithm is None else override(scene, {"setpoint.algorithm": algorithm})
 
 
 def motion_of_bag(

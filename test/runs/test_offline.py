@@ -108,7 +108,7 @@ def test_a_replay_without_a_journal_says_that_it_is_another_run(recorded, monkey
 
 
 def test_a_replay_with_another_scene_has_residuals(recorded):
-    scene = offline.override(load_scene("full_scale"), {"towbody.net_weight": 545.0})
+    scene = override(load_scene("full_scale"), {"towbody.net_weight": 545.0})
     (tension, *_) = offline.replay(recorded[0].bag, scene).residuals
     assert tension.quantity == "tension" and 10.0 < tension.mean < 200.0 and tension.rms >= abs(tension.mean)
 
@@ -421,7 +421,7 @@ def test_compensation_adds_to_the_plan_and_chunks_leave_no_trace(hauled, recorde
 
 
 def test_a_replay_of_a_plan_gives_the_same_numbers(hauled):
-    result = offline.replay(hauled.bag, offline.override(load_scene("full_scale"), {"setpoint.algorithm": "hold"}))
+    result = offline.replay(hauled.bag, override(load_scene("full_scale"), {"setpoint.algorithm": "hold"}))
     assert result.metrics["largest_difference"]["difference"] == 0.0
     assert "winch" not in result.metrics and result.metrics["journal"]
     assert read_tow(hauled.bag).about["winch_plan"] == HAUL

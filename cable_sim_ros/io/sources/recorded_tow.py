@@ -466,7 +466,7 @@ def recorded_frames(tow: RecordedTow) -> np.recarray | None:
 def take_provenance(tow: RecordedTow, sheave: tuple[float, float, float]) -> None:
     """Put assumptions, losses and what rounding left of an import into `imported`, `notices`, `rounded`, `doubts`."""
     tow.imported = provenance(tow.about)
-    about = _kept(tow.about, KEY)
+    about = kept_in(tow.about, KEY)
     if about is None:
         return
     tow.notices += [f"{tow.path}: {line}"[:LONGEST] for line in _lines(about, "said")[:MOST]]
@@ -481,9 +481,9 @@ def provenance(custom_data: Mapping[str, str]) -> dict[str, Any]:
 
     custom_data: of an imported bag, or of the recording of a run under its motion.
     """
-    about = _kept(custom_data, KEY)
+    about = kept_in(custom_data, KEY)
     if about is None:
-        about = _kept(custom_data, OF_A_RUN)
+        about = kept_in(custom_data, OF_A_RUN)
         if about is None:
             return {}
         notes = _lines(about, "notes")
@@ -496,12 +496,12 @@ def provenance(custom_data: Mapping[str, str]) -> dict[str, Any]:
 
 def needs_speed(custom_data: Mapping[str, str]) -> bool:
     """Is it an imported bag whose log has no speed?"""
-    return isinstance((_kept(custom_data, KEY) or {}).get(ALONG), dict)
+    return isinstance((kept_in(custom_data, KEY) or {}).get(ALONG), dict)
 
 
 def at_speed(events: list[Event], custom_data: Mapping[str, str], speed: float) -> list[Event]:
     """Motion of an imported bag whose log has no speed, at one ahead [m/s]; of any other bag as it is."""
-    about = (_kept(custom_data, KEY) or {}).get(ALONG)
+    about = (kept_in(custom_data, KEY) or {}).get(ALONG)
     if not isinstance(about, dict):
         return events
     heading = about.get("heading")
@@ -520,7 +520,8 @@ def at_speed(events: list[Event], custom_data: Mapping[str, str], speed: float) 
     return out
 
 
-def _kept(custom_data: Mapping[str, str], key: str) -> dict[str, Any] | None:
+def kept_in(custom_data: Mapping[str, str], key: str) -> dict[str, Any] | None:
+    """A JSON object in what a bag says of itself; None where there is none."""
     try:
         found = json.loads(custom_data.get(key, ""))
     except (ValueError, RecursionError):

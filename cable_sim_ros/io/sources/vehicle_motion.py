@@ -22,7 +22,7 @@ from ...sim.statics.vehicle_shape import pose_of
 from ..bags.bag import BagReader
 from ..messages.messages import KINDS, VEHICLES, Event, stamp_of
 from ..scenes.document import find_bag
-from .motion_table import CONSEQUENCE, SECOND, STEP, MotionError, Samples, mean_track, odometry_events, read_table
+from .motion_table import CONSEQUENCE, SECOND, STEP, MotionError, Samples, made, mean_track, odometry_events, read_table
 from .recorded_tow import RecordedTow, odometry_of
 
 Pose = Callable[[float], Sequence[float] | np.ndarray]  # s -> x, y, z in odom [m], roll, pitch, yaw [rad]
@@ -48,17 +48,16 @@ def with_vehicle(tow: RecordedTow, given: Pose | str | os.PathLike, scene: Scene
             f"{scene.towbody.model.value}); {CONSEQUENCE}. Give the scene towbody.model: vehicle, or leave it out"
         )
     offset = tow.events[0].arrival - tow.events[0].time if tow.events else 0
-    made = [event._replace(arrival=event.time + offset) for event in _events(given, scene, tow)]
+    moved = [event._replace(arrival=event.time + offset) for event in _events(given, scene, tow)]
     kept = [event for event in tow.events if event.kind not in VEHICLES]
-    tow.events = sorted([*kept, *made], key=lambda event: event.arrival)  # stable: the ship's first
+    tow.events = sorted([*kept, *moved], key=lambda event: event.arrival)  # stable: the ship's first
     return tow
 
 
 def at_rest(scene: Scene, duration: float) -> RecordedTow:
     """The mean track of the ship as messages, of a run whose vehicle alone moves; duration: s."""
     t = np.arange(-(-round(duration * SECOND) // STEP) + SECOND // STEP) * (STEP / SECOND)
-    stamps = SECOND + np.arange(len(t)) * STEP
-    tow = RecordedTow("mean track", odometry_events(Samples(stamps, *mean_track(t, scene.ship)), "mean track"))
+    tow = made("mean track", *mean_track(t, scene.ship))
     tow.heading = radians(scene.ship.heading_deg)
     return tow
 
