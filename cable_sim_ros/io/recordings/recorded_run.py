@@ -31,16 +31,16 @@ class RecordedRun(NamedTuple):
 
 
 def scene_of_recording(
-    custom_data: Mapping[str, str], path: str | os.PathLike, given: str | os.PathLike | None, unknown: str, nothing: str
+    custom_data: Mapping[str, str], path: str | os.PathLike, given: str | os.PathLike | None, unknown: str
 ) -> Scene:
     """The scene that a recording keeps, or the one given in its place (NAME or FILE).
 
-    unknown, nothing: what is not known without, and what was not done then, for the text. Raises BagError, SceneError.
+    unknown: what is not known without, and what was not done then, for the text. Raises BagError, SceneError.
     """
     if given is not None:
         return load_scene(given)
     if not (text := custom_data.get("scene_yaml")):
-        raise BagError(f"bag '{path}' keeps no scene, so {unknown}: {nothing}; give --scene NAME or FILE")
+        raise BagError(f"bag '{path}' keeps no scene, so {unknown}; give --scene NAME or FILE")
     return scene_from_text(text, f"scene kept in {path}")
 
 

@@ -68,7 +68,7 @@ def scene_kept(path: str | os.PathLike, given: str | None) -> Scene:
     """The scene of a recording, or the one given in its place. Raises BagError where there is none."""
     with BagReader(path) as bag:
         about = bag.custom_data
-    return scene_of_recording(about, path, given, "what was towed is not known", "nothing was simulated")
+    return scene_of_recording(about, path, given, "what was towed is not known: nothing was simulated")
 
 
 def heard_of(path: str | os.PathLike, damage: Damage | None = None) -> Iterator[Heard]:

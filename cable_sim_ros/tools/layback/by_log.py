@@ -28,7 +28,7 @@ from ..ensemble.plan import Ranges, with_drag
 from ..logs.log import LogError
 from .laid import NoShape, Samples, Tow, courses, samples_of, spread, static_place
 from .tow_log import STEP, TowLog
-from .towed import NO_LEVER, Copied, Towed, joined
+from .towed import NO_LEVER, Copied, Towed, joined, turned
 
 SECOND = 1_000_000_000  # ns
 BEGIN = 1.0  # s, stamp of the first sample: stamps above 0 stay as they are
@@ -157,8 +157,7 @@ def simulated(
     drag: factor on that of the scene. Raises LogError, SceneError, StartError."""
     swivels = "the block of the sheave swivels (sheave.swivel), which the scene's does not"
     notes = [] if scene.sheave.swivel else [swivels]
-    c, s = np.cos(log.yaw), np.sin(log.yaw)
-    track = log.track - np.column_stack([antenna[0] * c - antenna[1] * s, antenna[0] * s + antenna[1] * c])
+    track = log.track - turned(log.yaw, *antenna)
     velocity = np.gradient(track, STEP, axis=0)
     begin = velocity[: max(2, round(5.0 / STEP))].mean(axis=0)
     speed, yaw = hypot(*begin), float(log.yaw[0])
@@ -281,12 +280,8 @@ def samples_of_log(
 
 def before_run(log: TowLog, scene: Scene, cable: np.ndarray, antenna: tuple[float, float]) -> Samples:
     """Samples of a log before anything is simulated: no towbody yet."""
-    c, s = np.cos(log.yaw), np.sin(log.yaw)
     ahead, aside, up = scene.sheave.position
-    lever = np.column_stack(
-        [(ahead - antenna[0]) * c - (aside - antenna[1]) * s, (ahead - antenna[0]) * s + (aside - antenna[1]) * c]
-    )
-    sheave = log.track + lever
+    sheave = log.track + turned(log.yaw, ahead - antenna[0], aside - antenna[1])
     velocity, height = np.gradient(sheave, STEP, axis=0), np.full(len(cable), up + scene.ship.reference_height)
     none = np.full(len(cable), np.nan)
     depth, fish = none if log.depth is None else log.depth, np.column_stack([none, none])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -172,23 +173,26 @@ def _factor(asked: dict[str, Any], lines: list[str]) -> float:
     return asked["factor"]
 
 
+def _laid(asked: dict[str, Any], copied: Callable[[], Copied], *tow: Any) -> Laid:
+    """The towbody by all ways, as was asked for; copied: makes the interval of copies; tow: as of `laid`."""
+    from .laid import laid
+
+    how = {"by_heading": asked["astern"] == "heading", "table": asked["table"]}
+    return laid(*tow, copied=copied if asked["interval"] == "auto" else None, **how)
+
+
 def _of_recording(source: Path, scene: str | None, ranges: Ranges, asked: dict[str, Any], progress: Any) -> Found:
     """Of a run that is recorded: its towbody is the simulated one, its depth stands for the measured one."""
-    from ...io.bags.bag_writer import BagError
-    from ...io.recordings.recorded_run import load_run
-    from ...io.scenes.load import load_scene, scene_from_text
+    from ...io.recordings.recorded_run import load_run, scene_of_recording
     from ...runs.offline import judged
     from ...runs.summary import Run
-    from .laid import laid, samples_of
+    from .laid import samples_of
     from .report import Place
     from .tow_log import EPOCH, STEP
     from .towed import Towed, of_recording
 
     recorded = load_run(source)
-    text = recorded.custom_data.get("scene_yaml")
-    if scene is None and not text:
-        raise BagError(f"bag '{source}' keeps no scene, so what was towed is not known; give --scene NAME or FILE")
-    tow = load_scene(scene) if scene is not None else scene_from_text(text or "", f"scene kept in {source}")
+    tow = scene_of_recording(recorded.custom_data, source, scene, "what was towed is not known")
     lines = ["assumed: the depth that a survey measures is that of the simulated towbody"]
     antenna = asked["antenna"] or (0.0, 0.0)
     if asked["antenna"] is None:
@@ -199,15 +203,7 @@ def _of_recording(source: Path, scene: str | None, ranges: Ranges, asked: dict[s
     def copied() -> Copied:
         return of_recording(source, tow, recorded.frames, Towed(tow, ranges, asked["sonar"]), progress)
 
-    one = laid(
-        tow,
-        samples,
-        ranges,
-        factor,
-        by_heading=asked["astern"] == "heading",
-        copied=copied if asked["interval"] == "auto" else None,
-        table=asked["table"],
-    )
+    one = _laid(asked, copied, tow, samples, ranges, factor)
     began = float(recorded.frames["time"][0]) * 1e-9
     verdict = judged(Run(recorded.frames, {}, "", source, scene=tow), tow).verdict
     place = Place(asked["origin"], began if began > EPOCH else None)
@@ -220,7 +216,6 @@ def _of_log(
     """Of a log, under which the tow is simulated."""
     from ...io.scenes.load import load_scene
     from . import by_log
-    from .laid import laid
     from .report import Place
     from .tow_log import moment_of, read_log
 
@@ -252,16 +247,7 @@ def _of_log(
     def copied() -> Copied:
         return by_log.interval_of(run, ranges, asked["sonar"], progress)
 
-    one = laid(
-        tow,
-        samples,
-        ranges,
-        factor,
-        drag,
-        asked["astern"] == "heading",
-        copied=copied if asked["interval"] == "auto" else None,
-        table=asked["table"],
-    )
+    one = _laid(asked, copied, tow, samples, ranges, factor, drag)
     if log.depth is None:
         lines.append("assumed: the depth that the ways of the trade take is the simulated one (no depth_m was logged)")
     one.notes[:0] = [*log.notes, *run.notes]

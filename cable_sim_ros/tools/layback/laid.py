@@ -26,7 +26,7 @@ from ...sim.tables.current import flow_of
 from ..ensemble.copies import EnsembleEnded
 from ..ensemble.plan import EnsembleError, Ranges, with_drag
 from . import ways
-from .towed import MOVING, NO_LEVER, SIZE, Copied, body_places, manoeuvres, yaw_of
+from .towed import MOVING, NO_LEVER, SIZE, Copied, body_places, manoeuvres, turned, yaw_of
 
 STILL = 1e-6  # m, m/s
 OTHERWISE = (0.0, 1e-3, -1e-3)  # of the cable out
@@ -304,8 +304,7 @@ def static_along(
     # shares of the cable out change less than lengths
     at = np.column_stack([np.interp(one.seconds, one.seconds[chosen], table[:, k]) for k in range(7)])
     at *= one.cable[:, None]
-    c, s = np.cos(course), np.sin(course)
-    world = np.column_stack([at[:, 0] * c - at[:, 1] * s, at[:, 0] * s + at[:, 1] * c, at[:, 2] - one.height])
+    world = np.column_stack([turned(course, at[:, 0], at[:, 1]), at[:, 2] - one.height])
     return world, at[:, 3:], len(chosen), notes
 
 
@@ -369,10 +368,7 @@ def samples_of(
     tick = float(np.median(np.diff(begin))) if len(begin) > 1 else every
     pick = np.arange(0, len(frames), max(1, round(every / max(tick, 1e-9))))
     yaw = yaw_of(frames["ship_quaternion"])
-    c, s = np.cos(yaw), np.sin(yaw)
-    at = frames["ship_position"][:, :2] + np.column_stack(
-        [antenna[0] * c - antenna[1] * s, antenna[0] * s + antenna[1] * c]
-    )
+    at = frames["ship_position"][:, :2] + turned(yaw, *antenna)
     sheave, body = frames["sheave_position"], body_places(frames, lever)
     velocity = np.column_stack([_calm(frames["sheave_velocity"][:, k], tick) for k in (0, 1)])
     return Samples(

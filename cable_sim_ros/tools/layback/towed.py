@@ -109,6 +109,12 @@ def yaw_of(quaternion: np.ndarray) -> np.ndarray:
     return np.unwrap(angles_along(quaternion)[2])
 
 
+def turned(yaw: np.ndarray, ahead: np.ndarray | float, port: np.ndarray | float) -> np.ndarray:
+    """East and north [n, 2] of what lies ahead and to port [m] at a yaw [n] rad."""
+    c, s = np.cos(yaw), np.sin(yaw)
+    return np.column_stack([ahead * c - port * s, ahead * s + port * c])
+
+
 class Towed(Ensemble):
     """Copies at the ends of the ranges, then ``twins``. Its figures are east and north of the sheave, depth [m] and yaw
     [rad] of the towbody, or of a point of it."""

@@ -164,8 +164,8 @@ def write_log(
     """
     path = find_bag(bag)
     run = load_run(path)
-    unknown = "it is not known which instruments it has"
-    had = scene_of_recording(run.custom_data, path, scene, unknown, "nothing was written")
+    unknown = "it is not known which instruments it has: nothing was written"
+    had = scene_of_recording(run.custom_data, path, scene, unknown)
     times = run.frames["time"].astype(np.int64)
     steps = np.diff(times)
     step = int(np.median(steps)) if len(steps) else SECOND

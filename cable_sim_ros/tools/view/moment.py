@@ -210,8 +210,8 @@ class BagRun:
             warnings.warn_explicit(one.message, one.category, one.filename, one.lineno)
         damage = "; ".join(str(one.message) for one in said if issubclass(one.category, DamageWarning))
         with warnings.catch_warnings(action="ignore"):  # said when it was simulated
-            unknown = "that ship, sheave and towbody are not known"
-            self.scene = scene_of_recording(self.run.custom_data, self.path, scene, unknown, "nothing was drawn")
+            unknown = "that ship, sheave and towbody are not known: nothing was drawn"
+            self.scene = scene_of_recording(self.run.custom_data, self.path, scene, unknown)
         if not self.run.shapes:
             raise ViewError(
                 f"bag '{self.path}' has no cable/shape: there is no cable to draw, and nothing was drawn. Record that "
