@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -59,11 +58,7 @@ def _problems(plan: FaultPlan) -> Iterator[Problem]:
 
 
 PLANS = Document(FaultPlan, "a scenario of faults", "scenario", EXAMPLE, Path, list, _problems, error=FaultError)
-
-
-def load_faults(path: str | os.PathLike) -> FaultPlan:
-    """Scenario of a YAML file. Raises FaultError with every problem of the file."""
-    return PLANS.load(path)
+load_faults = PLANS.load  # of a YAML file; FaultError with every problem of the file
 
 
 def timed(plan: FaultPlan) -> list[Change]:

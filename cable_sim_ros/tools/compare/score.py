@@ -8,7 +8,6 @@ Limits that scores must keep: a checked YAML file, and what is violated. What co
 from __future__ import annotations
 
 import math
-import os
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, fields
 from pathlib import Path
@@ -125,13 +124,10 @@ def exceedance(a: np.ndarray, b: np.ndarray) -> list[dict[str, float]]:
 
 def ellipsoid(places: np.ndarray) -> dict[str, Any]:
     """95 % ellipsoid of places [n, 3], were they normally distributed: centre, semi-axes, volume, directions."""
-    centre = places.mean(axis=0)
-    rest = places - centre
-    spread = np.array([[float((rest[:, i] * rest[:, j]).mean()) for j in range(3)] for i in range(3)])
-    values, ways = principal(spread)
+    values, ways = _principal(places)
     axes = np.sqrt(CHI2_3 * np.maximum(values, 0.0))[::-1]
     return {
-        "centre_m": centre.tolist(),
+        "centre_m": places.mean(axis=0).tolist(),
         "semi_axes_m": axes.tolist(),
         "volume_m3": float(4.0 / 3.0 * math.pi * axes.prod()),
         "directions": ways[:, ::-1].T.tolist(),
@@ -140,13 +136,18 @@ def ellipsoid(places: np.ndarray) -> dict[str, Any]:
 
 def inside(places: np.ndarray, of: np.ndarray) -> float | None:
     """Share of places in the 95 % ellipsoid of others; None where that has no volume."""
-    rest = of - of.mean(axis=0)
-    spread = np.array([[float((rest[:, i] * rest[:, j]).mean()) for j in range(3)] for i in range(3)])
-    values, ways = principal(spread)
+    values, ways = _principal(of)
     if not values[0] > 1e-12 * max(values[-1], 1e-300):
         return None
     turned = np.stack([((places - of.mean(axis=0)) * ways[:, k]).sum(axis=1) for k in range(3)], axis=1)
     return float(((turned**2 / values).sum(axis=1) <= CHI2_3).mean())
+
+
+def _principal(places: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Variances [3], rising, of places [n, 3] along their principal directions, and these."""
+    rest = places - places.mean(axis=0)
+    spread = np.array([[float((rest[:, i] * rest[:, j]).mean()) for j in range(3)] for i in range(3)])
+    return principal(spread)
 
 
 class Figure(NamedTuple):
@@ -480,11 +481,7 @@ def _problems(given: Limits) -> Iterator[Problem]:
 
 
 FILES = Document(Limits, "a file of limits", "file of limits", EXAMPLE, Path, list, _problems, error=LimitsError)
-
-
-def load_limits(path: str | os.PathLike) -> Limits:
-    """Limits of a YAML file. Raises LimitsError with every problem of it."""
-    return FILES.load(path)
+load_limits = FILES.load  # of a YAML file; LimitsError with every problem of it
 
 
 def judge(given: Limits, scores: list[Score]) -> list[Judged]:

@@ -198,6 +198,7 @@ def fields_of(column: Column) -> tuple[str, ...]:
 MAPS = Document(
     TowsMap, "a map of a table of tows", "map", EXAMPLE, find_tow_map, shipped_tows, _problems, error=TowsMapError
 )
+load_map = MAPS.load  # of a YAML file or of the name of a shipped one; TowsMapError with every problem of the file
 
 
 def factor_of(column: Column) -> float:
@@ -364,8 +365,3 @@ def _no_tow(tow: Tow, made: TowsMap) -> str:
     if isfinite(tow.depth) and not 0.0 < tow.depth <= DEEPER * tow.wire:
         return f"depth = {tow.depth:.4g} m is not within the {tow.wire:.4g} m of wire in the water"
     return ""
-
-
-def load_map(path_or_name: str | os.PathLike) -> TowsMap:
-    """Map of a YAML file or of the name of a shipped one. Raises TowsMapError with every problem of the file."""
-    return MAPS.load(path_or_name)

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import difflib
 import enum
-import os
 from collections.abc import Iterator
 
 from ....io.scenes.document import Document, SceneError, find_mapping, shipped_mappings
@@ -191,8 +190,4 @@ def _without_effect(where: str, word: str, entry: Entry) -> Iterator[Problem]:
 MAPPINGS = Document(
     Mapping, "a mapping of a log", "mapping", EXAMPLE, find_mapping, shipped_mappings, _problems, error=MappingError
 )
-
-
-def load_mapping(path_or_name: str | os.PathLike) -> Mapping:
-    """Mapping of a YAML file or of the name of a ready one. Raises MappingError with every problem of the file."""
-    return MAPPINGS.load(path_or_name)
+load_mapping = MAPPINGS.load  # of a YAML file or of the name of a ready one; MappingError with every problem of it

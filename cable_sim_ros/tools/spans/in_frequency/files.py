@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Mapping
 from typing import Any, NamedTuple
 
@@ -32,11 +31,7 @@ SPANS = Document(
     checks.problems,
     error=SpanError,
 )
-
-
-def load_span(path_or_name: str | os.PathLike) -> Span:
-    """Span of a YAML file, or of the name of a shipped one (``capozucca_5_5``). Raises SpanError."""
-    return SPANS.load(path_or_name)
+load_span = SPANS.load  # of a YAML file, or of the name of a shipped one (``capozucca_5_5``); SpanError
 
 
 def span_from_dict(data: Mapping[str, Any], origin: str = "span") -> Span:
