@@ -131,18 +131,17 @@ def layback(source, scene, mapping, ranges, out, **asked) -> Answer:
     asked["sonar"] = asked["sonar"] or (0.0, 0.0, 0.0)
 
     source = find_bag(source) if source.is_dir() else source
-    if (source / "metadata.yaml").is_file() or source.suffix.lower() == ".mcap":
-        if mapping is None:
-            given = [name for name in ("counter_offset", "began") if asked[name] is not None]
-            given += ["fit_drag"] if asked["fit_drag"] else []
-            if given:
-                raise LaybackError(
-                    f"--{given[0].replace('_', '-')} is of a log, and {source} is a recording of a run; nothing was "
-                    f"simulated. Leave it out, or give --mapping FILE where it is a bag of another origin"
-                )
-            with progress_bar() as progress:
-                found = _of_recording(source, scene, known, asked, progress)
-            return _answer(found, lines, source, out)
+    if mapping is None and ((source / "metadata.yaml").is_file() or source.suffix.lower() == ".mcap"):
+        given = [name for name in ("counter_offset", "began") if asked[name] is not None]
+        given += ["fit_drag"] if asked["fit_drag"] else []
+        if given:
+            raise LaybackError(
+                f"--{given[0].replace('_', '-')} is of a log, and {source} is a recording of a run; nothing was "
+                f"simulated. Leave it out, or give --mapping FILE where it is a bag of another origin"
+            )
+        with progress_bar() as progress:
+            found = _of_recording(source, scene, known, asked, progress)
+        return _answer(found, lines, source, out)
     if scene is None:
         raise LaybackError(
             f"{source} is a log, and a log does not say what is towed; nothing was simulated. Give --scene NAME or FILE"

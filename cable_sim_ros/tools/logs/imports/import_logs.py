@@ -117,7 +117,6 @@ def _body(now: int, x: float, y: float, depth: float) -> bytes:
 
 ODOMETRY = "/tow_sim/odom"
 IMU = "/tow_sim/imu/data"
-HASHED = 1 << 20  # bytes at a time
 LISTED = 1000  # files in the provenance
 
 
@@ -298,10 +297,8 @@ def _hashes(files: list[str]) -> list[dict[str, object]]:
         for one in sorted(p for p in path.rglob("*") if p.is_file()) if path.is_dir() else [path]:
             if len(found) == LISTED:
                 return [*found, {"name": f"and others of {len(files)} files"}]
-            digest = hashlib.sha256()
             with open_file(one, "rb") as file:
-                while block := file.read(HASHED):
-                    digest.update(block)
+                digest = hashlib.file_digest(file, "sha256")
             found.append({"name": one.name, "bytes": one.stat().st_size, "sha256": digest.hexdigest()})
     return found
 
