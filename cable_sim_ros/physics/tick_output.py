@@ -71,9 +71,14 @@ def field(name: str, unit: str, meaning: str, *, shape: tuple[int, ...] = (), ki
     return name, shape, kind, unit, meaning
 
 
+def whole(name: str, meaning: str):
+    """A row of a whole number: a count, a mode, 0 or 1."""
+    return field(name, "1", meaning, kind="i8")
+
+
 FIELDS = (
     field("time", "ns", "simulation time, integer nanoseconds on the clock of the motion data", kind="i8"),
-    field("tick", "1", "ticks since the start", kind="i8"),
+    whole("tick", "ticks since the start"),
     field("ship_position", "m", "base_link in odom", shape=(3,)),
     field("ship_quaternion", "1", "attitude of base_link in odom, x y z w", shape=(4,)),
     field("ship_velocity", "m/s", "velocity of base_link in odom", shape=(3,)),
@@ -133,19 +138,14 @@ FIELDS = (
     field("layback", "m", "horizontal distance from the sheave centre to the towbody"),
     field("cable_on_drum", "m", "unstretched cable left on the drum"),
     field("drum_turns", "1", "turns of cable left on the drum"),
-    field("drum_layer", "1", "layers under the one that the cable runs off; without winch.lay_width: 0", kind="i8"),
+    whole("drum_layer", "layers under the one that the cable runs off; without winch.lay_width: 0"),
     field("drum_lay_radius", "m", "radius of the cable's centreline there"),
     field("drum_lay", "m", "place across the drum at which the cable leaves it, from its middle to port"),
     field("payout_counter", "m", "payout as a counter on the drum shows it: stretched as the cable was wound"),
     field("drum_angle", "rad", "drum angle, positive hauling in"),
     field("drum_rate", "rad/s", "drum speed, positive hauling in"),
     field("drum_torque", "N m", "torque of the cable on the drum, positive turning it out"),
-    field(
-        "winch_mode",
-        "1",
-        "mode of the winch in force, in the order of drive.mode: 0 follow to 4 emergency_stop",
-        kind="i8",
-    ),
+    whole("winch_mode", "mode of the winch in force, in the order of drive.mode: 0 follow to 4 emergency_stop"),
     field("motor_pull", "N", "pull of the motor at the drum, positive hauling in; 0 where drive.model is not motor"),
     field("motor_power", "W", "power of the motor on the drum, positive hauling in"),
     field("motor_limited", "1", "share of the tick in which the motor gave all it can"),
@@ -153,12 +153,7 @@ FIELDS = (
     field("brake_set", "1", "brake, 0 open to 1 set"),
     field("brake_slip", "m", "way of the cable against its brake since the start, either way"),
     field("brake_heat", "J", "heat of the brake since the start"),
-    field(
-        "drive_rounds",
-        "1",
-        "times that cable and drum were solved in the tick; 0 where the drum is driven exactly",
-        kind="i8",
-    ),
+    whole("drive_rounds", "times that cable and drum were solved in the tick; 0 where the drum is driven exactly"),
     field("tension_drum_tick_max", "N", "largest tension at the drum in any time step of the tick"),
     field("winch_power_tick_min", "W", "least power of the winch on the cable in any time step of the tick"),
     field(
@@ -187,15 +182,10 @@ FIELDS = (
         "rad",
         "angle of a block that swivels about the line of the inboard cable, to port; without sheave.swivel: 0",
     ),
-    field("contact_stations", "1", "rows of the contact table that are filled", kind="i8"),
+    whole("contact_stations", "rows of the contact table that are filled"),
     field("penetration", "m", "deepest penetration of drum and sheave in any time step of the tick"),
     field("seabed_length", "m", "unstretched length of cable that lies on the seabed"),
-    field(
-        "detachments",
-        "1",
-        "detachments since the start; each lasts until the cable has pressed for contact.reseat_time",
-        kind="i8",
-    ),
+    whole("detachments", "detachments since the start; each lasts until the cable has pressed for contact.reseat_time"),
     field("kinetic_energy", "J", "of cable, bodies, terminations and a drum that a motor turns"),
     field("strain_energy", "J", "axial and bending"),
     field("potential_energy", "J", "of weight less buoyancy"),
@@ -253,13 +243,13 @@ FIELDS = (
     field("vehicle_power", "W", "power of the vehicle on the cable: minus the force times the velocity of the end"),
     field("vehicle_off", "m", "distance from the vehicle's attachment to the end of the cable: above 0 where limited"),
     field("vehicle_age", "s", "simulation time less stamp of the newest pose of the vehicle (negative: ahead)"),
-    field("iterations", "1", "Newton iterations of the tick", kind="i8"),
-    field("substeps", "1", "time steps of the tick", kind="i8"),
+    whole("iterations", "Newton iterations of the tick"),
+    whole("substeps", "time steps of the tick"),
     field("residual", "N", "largest residual left by the last step"),
-    field("motion_source", "1", "Source of the ship motion", kind="i8"),
+    whole("motion_source", "Source of the ship motion"),
     field("motion_age", "s", "simulation time less stamp of the newest motion sample (negative: ahead)"),
     field("command_age", "s", "simulation time less arrival of the winch command carried out; negative: none yet"),
-    field("status", "1", "Flag bits", kind="i8"),
+    whole("status", "Flag bits"),
     field("slam", "N", "force of water entry at the end of the tick, the largest of the bodies; 0: no entry"),
     field("fish_roll", "rad", "roll of the towbody that its attitude sensor shows, port side up"),
     field("fish_pitch", "rad", "pitch that it shows, nose down, as in REP 103"),
