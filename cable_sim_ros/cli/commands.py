@@ -351,10 +351,10 @@ def manual(page, out) -> None:
     problems: what a scene or a plan is refused for or warned of; causes: why messages of motion and commands are
     refused; mapping_keys: keys, words and units of a mapping of a log.
     """
-    from ..runs import cause_manual, field_manual, problem_manual
+    from ..runs import field_manual, problem_manual
 
     own = {"parameters": manual_text, "fields": field_manual.text}
-    own |= {"problems": problem_manual.text, "causes": cause_manual.text}
+    own |= {"problems": problem_manual.text, "causes": problem_manual.causes_text}
     others = extensions.found(extensions.PAGES)
     if page not in own | others:
         names = ", ".join(own | others)

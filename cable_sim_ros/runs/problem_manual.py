@@ -1,14 +1,17 @@
-"""The page of what a scene or a plan is refused for or warned of: the parts of every Problem, as the code has them."""
+"""The pages of what a scene or a plan is refused for or warned of, the parts of every Problem as the code has them, and
+of the causes for which a message of motion or a command is refused, made from what the log says of each."""
 
 from __future__ import annotations
 
 import ast
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from itertools import chain
 from pathlib import Path
 from textwrap import fill
 
+from ..io.messages.fault_hypotheses import DOUBTS, UNUSED
+from ..io.messages.messages import CAUSES
 from ..sim.problem import Limit, without_effect
 from ..terminal import markdown_table
 
@@ -114,3 +117,42 @@ def _shown(node: ast.expr, names: Names) -> str:
 
 def _cell(shown: str) -> str:
     return re.sub(r"…+", "…", shown).replace("<", "&lt;").strip() or "…"
+
+
+CAUSES_TITLE = """# Causes
+
+Made by `cable-sim manual causes --out docs/causes.md` from the code; do not edit. Why messages of
+ship motion, winch, flaps and vehicle are refused, and what to do ([motion](motion.md#causes)).
+"""
+MISFITS = """## Wrong units and axes
+
+A message is refused while the parts of its stream contradict each other. Where the attitudes of
+`odom` and `imu/data` do, that is the odometry.
+"""
+COUNTED = """## Counted, nothing is refused
+"""
+EVENTS = {
+    "imu_gap": "no message of the IMU for `heave.max_gap`: its heave filter begins anew",
+    "gap": "no sample of motion for `ship.max_gap`: it is bridged by a blend",
+    "source_change": "from odometry to the IMU or back, by a blend over `ship.source_blend`",
+    "position_jump": "odometry jumped by more than `motion.max_jump`: its origin is shifted, the ship stays",
+    "heave_diverged": "the displacement of the heave filter went beyond `heave.max_displacement`: it begins anew",
+}
+
+
+def causes_text() -> str:
+    """The page of the causes in Markdown."""
+    messages = [cause for cause, said in CAUSES.items() if said and cause not in DOUBTS]
+    events = [(f"`{cause}`", said) for cause, said in EVENTS.items()]
+    parts = [CAUSES_TITLE, "## Messages\n", _causes_table(messages), MISFITS, _causes_table(DOUBTS), COUNTED]
+    return "\n".join([*parts, markdown_table([("event", "what happened"), *events]) + "\n"])
+
+
+def _causes_table(causes: Iterable[str]) -> str:
+    rows = [(f"`{cause}`", *_parts_of_cause(CAUSES[cause])) for cause in causes]
+    return markdown_table([("cause", "what is wrong", "what to do"), *rows]) + "\n"
+
+
+def _parts_of_cause(said: str) -> list[str]:
+    """What is wrong, and the remedy, without what stands between: that the message is not used."""
+    return re.split(rf":? (?:dropped|(?:odometry is )?{UNUSED})(?:; |$)", said, maxsplit=1)

@@ -13,7 +13,7 @@ from cable_sim_ros.io.messages.fault_hypotheses import UNUSED
 from cable_sim_ros.io.messages.messages import CAUSES
 from cable_sim_ros.physics.parameter import declared
 from cable_sim_ros.physics.tick_output import BODY_COLUMNS, CONTACT_COLUMNS, FIELDS, SHAPE_COLUMNS, STRUM_COLUMNS
-from cable_sim_ros.runs import cause_manual, field_manual, problem_manual
+from cable_sim_ros.runs import field_manual, problem_manual
 from cable_sim_ros.runs.metrics import METRICS
 from cable_sim_ros.runs.summary import SUMMARY
 from cable_sim_ros.sim import flag_rules
@@ -36,7 +36,7 @@ DOCS = Path(__file__).resolve().parents[2] / "docs"
         ("parameters", manual_text),
         ("fields", field_manual.text),
         ("problems", problem_manual.text),
-        ("causes", cause_manual.text),
+        ("causes", problem_manual.causes_text),
         ("mapping_keys", mapping_text),
     ],
 )
@@ -45,8 +45,8 @@ def test_the_manual_is_up_to_date(page, text):
 
 
 def test_every_cause_is_a_refusal_with_a_remedy_or_an_event():
-    assert set(cause_manual.EVENTS) == {cause for cause, text in CAUSES.items() if not text}
-    rows = re.findall(r"^\| `(\w+)` \|(.*) \|", cause_manual.text(), re.M)
+    assert set(problem_manual.EVENTS) == {cause for cause, text in CAUSES.items() if not text}
+    rows = re.findall(r"^\| `(\w+)` \|(.*) \|", problem_manual.causes_text(), re.M)
     assert {cause for cause, _ in rows} == set(CAUSES)
     assert not [said for _, said in rows if "dropped" in said or UNUSED in said]
 
