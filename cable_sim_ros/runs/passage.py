@@ -14,7 +14,7 @@ import numpy as np
 from ..io.scenes.ship_plan import ShipPlan
 from ..physics.ship import Ship
 from ..physics.tick_output import Flag
-from ..sim.tables.attitude import angles_along
+from .mean_track import angles_along
 
 HAUL_OVER = 20.0  # s of the mean of the scope: a compensation is no haul
 TURNED = 20.0  # deg, range of the mean heading over HAUL_OVER from which a run is a turn

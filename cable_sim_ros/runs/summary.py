@@ -26,9 +26,9 @@ from ..io.sources.recorded_tow import Residual
 from ..physics.tick_output import Flag
 from ..sim.checks.deviation_checks import SKIP
 from ..sim.scene import Scene
-from ..sim.tables.attitude import angles_along
 from ..sim.tables.elementary import principal, product
 from ..sim.verdict import Verdict
+from .mean_track import angles_along
 from .passage import HAUL_OVER, HAULED, TURNED, events, haul_of, turned, turns
 from .passage import since_first as since_first
 from .passage import tick_length as tick_length

@@ -22,16 +22,6 @@ def angles_of(x: float, y: float, z: float, w: float) -> Vector:
     )
 
 
-def angles_along(turns: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """The same [n] of each of unit quaternions [n, 4], x y z w."""
-    x, y, z, w = turns.T
-    return (
-        np.arctan2(2.0 * (w * x + y * z), 1.0 - 2.0 * (x * x + y * y)),
-        np.arcsin(np.clip(2.0 * (w * y - z * x), -1.0, 1.0)),
-        np.arctan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z)),
-    )
-
-
 def angle_rates(roll: float, pitch: float, body_rate: Vector) -> Vector:
     """Rates of roll, pitch, yaw from body rates, rad/s; pitch away from +-90 deg."""
     p, q, r = body_rate

@@ -17,10 +17,10 @@ from typing import NamedTuple
 import numpy as np
 
 from ...physics.inputs import make_inputs
+from ...runs.mean_track import angles_along
 from ...runs.stepping import Progress
 from ...sim.inputs import ShipMotion, WinchCommand, push
 from ...sim.scene import Scene
-from ...sim.tables.attitude import angles_along
 from ...sim.tables.current import at_start, flow_of
 from ..ensemble.copies import Band, Ensemble, EnsembleEnded
 from ..ensemble.plan import NOMINAL, Draw, EnsemblePlan, Ranges, fits

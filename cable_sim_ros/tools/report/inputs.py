@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ...sim.tables.attitude import angles_along
+from ...runs.mean_track import angles_along
 from .subject import Section, Subject, Table, Text, counted, number, without_paths
 
 LONG = "period_s", "heading_deg", "notes", "chosen"  # lists, and what the notes of the verdict say
