@@ -11,6 +11,7 @@ import numpy as np
 from ..io.scenes.load import SceneWarning
 from ..sim.checks.deviation_checks import PITCHED_OVER, pitch_against
 from ..sim.scene import Scene
+from ..sim.tables.attitude import angles_of
 from ..sim.tables.current import HEADING_WITHIN, turned_current
 from ..sim.verdict import Reason, check
 
@@ -19,14 +20,9 @@ SPEED_WITHIN = 0.05, 0.1  # of the speed of the scene, m/s, without a word; the 
 DOUBTFUL = 2.0  # times these bounds: a fifth more drag, a tow to one side; another tow than that of the scene
 
 
-def angles_along(turns: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Roll, pitch and yaw [n] of unit quaternions [n, 4], x y z w, of what was run: beside its numbers."""
-    x, y, z, w = turns.T
-    return (
-        np.arctan2(2.0 * (w * x + y * z), 1.0 - 2.0 * (x * x + y * y)),
-        np.arcsin(np.clip(2.0 * (w * y - z * x), -1.0, 1.0)),
-        np.arctan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z)),
-    )
+def angles_along(turns: np.ndarray) -> np.ndarray:
+    """Roll, pitch and yaw [3, n] of unit quaternions [n, 4], x y z w; numpy's own depend on the processor."""
+    return np.array([angles_of(*turn) for turn in np.asarray(turns, float).tolist()]).reshape(-1, 3).T
 
 
 def before(scene: Scene, heading: float | None) -> None:
