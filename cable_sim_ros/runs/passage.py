@@ -14,6 +14,7 @@ import numpy as np
 from ..io.scenes.ship_plan import ShipPlan
 from ..physics.ship import Ship
 from ..physics.tick_output import Flag
+from ..sim.tables.elementary import arctan2
 from .mean_track import angles_along
 
 HAUL_OVER = 20.0  # s of the mean of the scope: a compensation is no haul
@@ -83,7 +84,7 @@ def phase_figures(plan: ShipPlan, ship: Ship, frames: np.recarray, before: float
     time, found = np.round(before + since_first(frames) * 1e-9 + tick_length(frames), 9), []
     aft, port = -frames["tension_vector"][:, 0], frames["tension_vector"][:, 1]
     columns = {"tension": frames["tension"], "body_depth": -frames["body_position"][:, 2], "layback": frames["layback"]}
-    lead = np.degrees(np.arctan2(port, aft))
+    lead = np.degrees(arctan2(port, aft))
     for begin, end, text in plan.phases(float(time[-1]), ship):
         of = (time > begin) & (time <= end)
         if not of.any():

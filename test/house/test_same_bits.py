@@ -28,6 +28,8 @@ BESIDE = {  # no number of a run comes from them: what they are for
     "io/messages/fault_hypotheses.py": "matrices of 0 and 1, to be compared with bounds",
     "io/messages/markers.py": "what RViz draws",
     "io/geodesy.py": "latitude and longitude of a layback",
+    "runs/mean_track.py": "is pitch positive bow down: a correlation against bounds",
+    "runs/verdict.py": "a step of 1, 2 or 5 times a power of ten",
     "tools/logs/inspection/inspect_log.py": "the same",
     "tools/logs/mapping/apply.py": "an import: a run has the numbers of the bag that it made",
     "tools/logs/mapping/lever_arm.py": "the same",
@@ -74,7 +76,7 @@ def test_a_run_takes_nothing_that_is_chosen_by_the_processor():
     used = {}
     for path in (
         path
-        for floor in ("compiler", "physics", "sim", "io", "tools/logs")
+        for floor in ("compiler", "physics", "sim", "io", "runs", "tools/logs")
         for path in sorted((PACKAGE / floor).rglob("*.py"))
     ):
         if names := found(path.read_text("utf-8")):

@@ -29,7 +29,8 @@ def _of(function: Callable[..., float]) -> Callable[..., np.ndarray]:
 
 
 # of arrays or numbers, to an array of their common shape; OverflowError and ValueError where `math` raises them
-exp, log, tanh, power = _of(math.exp), _of(math.log), _of(math.tanh), _of(math.pow)
+exp, log, tanh = _of(math.exp), _of(math.log), _of(math.tanh)
+power, arctan2 = _of(math.pow), _of(math.atan2)
 
 
 def product(a: np.ndarray, b: np.ndarray) -> np.ndarray:
