@@ -21,8 +21,9 @@ DOUBTFUL = 2.0  # times these bounds: a fifth more drag, a tow to one side; anot
 
 
 def angles_along(turns: np.ndarray) -> np.ndarray:
-    """Roll, pitch and yaw [3, n] of unit quaternions [n, 4], x y z w; numpy's own depend on the processor."""
-    return np.array([angles_of(*turn) for turn in np.asarray(turns, float).tolist()]).reshape(-1, 3).T
+    """Roll, pitch and yaw [3, ...] of unit quaternions [..., 4], x y z w; numpy's own depend on the processor."""
+    turns = np.asarray(turns, float)
+    return np.array([angles_of(*turn) for turn in turns.reshape(-1, 4).tolist()]).T.reshape(3, *turns.shape[:-1])
 
 
 def before(scene: Scene, heading: float | None) -> None:
