@@ -90,22 +90,41 @@ def factorise(rows, top, factor):
     return True
 
 
+@inline
+def multiples(factor):
+    """What factorise() left of one block, six times six numbers."""
+    return (
+        first_six(factor, 0),
+        first_six(factor, 1),
+        first_six(factor, 2),
+        first_six(factor, 3),
+        first_six(factor, 4),
+        first_six(factor, 5),
+    )
+
+
+@inline
+def eliminated(f, v):
+    """D_i^-1 times a vector of six, from multiples(); in numbers, each waits for the one before."""
+    f0, f1, f2, f3, f4, f5 = f
+    a, b, c, d, e, g = v
+    b, c, d, e, g, a = b - f0[1] * a, c - f0[2] * a, d - f0[3] * a, e - f0[4] * a, g - f0[5] * a, a * f0[0]
+    a, c, d, e, g, b = a - f1[0] * b, c - f1[2] * b, d - f1[3] * b, e - f1[4] * b, g - f1[5] * b, b * f1[1]
+    a, b, d, e, g, c = a - f2[0] * c, b - f2[1] * c, d - f2[3] * c, e - f2[4] * c, g - f2[5] * c, c * f2[2]
+    a, b, c, e, g, d = a - f3[0] * d, b - f3[1] * d, c - f3[2] * d, e - f3[4] * d, g - f3[5] * d, d * f3[3]
+    a, b, c, d, g, e = a - f4[0] * e, b - f4[1] * e, c - f4[2] * e, d - f4[3] * e, g - f4[5] * e, e * f4[4]
+    return a - f5[0] * g, b - f5[1] * g, c - f5[2] * g, d - f5[3] * g, e - f5[4] * g, g * f5[5]
+
+
 @driver
 def apply(rows, top, factor):
     """D_i^-1 U_i and D_i^-1 r_i from what factorise() left, eight columns at once."""
     if rows.shape[1] != COLUMNS or factor.shape[1] != FACTOR_COLUMNS or top < 0:
         raise ValueError("blocks")
-    f0, f1, f2 = first_six(factor, 0), first_six(factor, 1), first_six(factor, 2)
-    f3, f4, f5 = first_six(factor, 3), first_six(factor, 4), first_six(factor, 5)
+    f = multiples(factor)
     for k in range(6, 14):
-        a, b, c = rows[top, k], rows[top + 1, k], rows[top + 2, k]
-        d, e, g = rows[top + 3, k], rows[top + 4, k], rows[top + 5, k]
-        b, c, d, e, g, a = b - f0[1] * a, c - f0[2] * a, d - f0[3] * a, e - f0[4] * a, g - f0[5] * a, a * f0[0]
-        a, c, d, e, g, b = a - f1[0] * b, c - f1[2] * b, d - f1[3] * b, e - f1[4] * b, g - f1[5] * b, b * f1[1]
-        a, b, d, e, g, c = a - f2[0] * c, b - f2[1] * c, d - f2[3] * c, e - f2[4] * c, g - f2[5] * c, c * f2[2]
-        a, b, c, e, g, d = a - f3[0] * d, b - f3[1] * d, c - f3[2] * d, e - f3[4] * d, g - f3[5] * d, d * f3[3]
-        a, b, c, d, g, e = a - f4[0] * e, b - f4[1] * e, c - f4[2] * e, d - f4[3] * e, g - f4[5] * e, e * f4[4]
-        a, b, c, d, e, g = a - f5[0] * g, b - f5[1] * g, c - f5[2] * g, d - f5[3] * g, e - f5[4] * g, g * f5[5]
+        v = (rows[top, k], rows[top + 1, k], rows[top + 2, k], rows[top + 3, k], rows[top + 4, k], rows[top + 5, k])
+        a, b, c, d, e, g = eliminated(f, v)
         rows[top, k], rows[top + 1, k], rows[top + 2, k] = a, b, c
         rows[top + 3, k], rows[top + 4, k], rows[top + 5, k] = d, e, g
 
@@ -194,6 +213,13 @@ def substitute(band, x):
             x[i, r] = s
 
 
+@inline
+def in_order(factor):
+    """Was a block eliminated without an exchange?"""
+    at = (factor[0, SWAP], factor[1, SWAP], factor[2, SWAP], factor[3, SWAP], factor[4, SWAP], factor[5, SWAP])
+    return at == (0.0, 1.0, 2.0, 3.0, 4.0, 5.0)
+
+
 @driver
 def solve_again(band, lower, factor, x):
     """Solve for a new right-hand side in column RHS with what solve() left in band, lower and factor."""
@@ -204,6 +230,10 @@ def solve_again(band, lower, factor, x):
                 for c in range(6):
                     s -= lower[i, r, c] * x[i - 1, c]
             x[i, r] = s
+        if in_order(factor[i]):
+            v = eliminated(multiples(factor[i]), first_six(x, i))
+            x[i, 0], x[i, 1], x[i, 2], x[i, 3], x[i, 4], x[i, 5] = v
+            continue
         for k in range(6):
             p = int(factor[i, k, SWAP])
             s, x[i, p] = x[i, p], x[i, k]

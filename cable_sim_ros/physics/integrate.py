@@ -14,6 +14,7 @@ from ..compiler.jit import NO, YES, driver, inline, link, opaque
 from .attitude import copy_attitudes
 from .block_tridiagonal import solve, solve_again
 from .cable_assembly import mean_at
+from .kept_tangent import keep_tangent, look_round, solve_by_kept
 from .line import link_residual, residual
 from .mean_flow import begin_mean, follow, link_mean_flow, mean_fraction
 from .parameter import Block, quantity
@@ -26,7 +27,26 @@ from .rigid_body import (
     head_bodies,
     rest_attitudes,
 )
-from .state import AT_REST, FLOW, GAIN, MEAN, NOW, STEP, A, Change, Q, V, X, checkpoint, forget_tangent
+from .state import (
+    AT_REST,
+    FLOW,
+    GAIN,
+    GAIN_2,
+    GAIN_3,
+    GAIN_4,
+    MEAN,
+    NODE_ROWS,
+    NOW,
+    SLOTS,
+    STEP,
+    A,
+    Change,
+    Q,
+    V,
+    X,
+    checkpoint,
+    forget_tangent,
+)
 from .towbody import face_flow
 from .wake_oscillator import no_wake_load
 from .water_kinematics import STILL, link_stir
@@ -35,6 +55,7 @@ from .wind import link_wind, wash
 # a step halved so often takes a correction that does not make the residual less back by halves: from which one on, how
 # often, and how much less it is to be. Longer steps are better halved first: that resolves what makes them hard
 SEARCHED, PATIENCE, BACKTRACKS, FALL = 5, 8, 4, 0.9
+BETTER = 0.8  # of the squares of what a shorter series errs, below which a longer one foresees the next step
 KEPT_SERVES, LONGEST_WAIT = 2, 8  # corrections with a tangent of a step before, and 2^8 steps without after misses
 
 
@@ -94,23 +115,90 @@ def copy(a, b):
             b[i, j] = a[i, j]
 
 
-@driver
-def trend(state, h):
-    """Share (0 or 1) of the last gain in acceleration that the next step begins with; row GAIN takes the new gain.
+# loops over one row of numbers each: with few rows in one, so that they become loops of machine vectors
 
-    1 where the acceleration of the step before, had it gone on to change like that, would have been the better guess.
+
+@driver
+def zero(row):
+    for i in range(row.shape[0]):
+        row[i] = 0.0
+
+
+@driver
+def subtract(a, b, out):
+    """out = a - b"""
+    for i in range(out.shape[0]):
+        out[i] = a[i] - b[i]
+
+
+@driver
+def difference(new, kept):
+    """kept = new and new = new - kept: the next backward difference."""
+    for i in range(new.shape[0]):
+        new[i], kept[i] = new[i] - kept[i], new[i]
+
+
+@driver
+def add(row, s, x):
+    """row += s x"""
+    for i in range(row.shape[0]):
+        row[i] += s * x[i]
+
+
+@driver
+def add_two(row, s, x, t, y):
+    """row += s x + t y"""
+    for i in range(row.shape[0]):
+        row[i] += s * x[i] + t * y[i]
+
+
+@driver
+def leave_held(row, held):
+    """Zero what is held."""
+    for i in range(row.shape[0]):
+        row[i] *= 1.0 - held[i]
+
+
+@driver
+def trend(line, state, h):
+    """Number of backward differences, 0 to 4, with which the next step foresees its acceleration: Newton's series.
+
+    That which would have foreseen best at the end of the step before how the cable stretches, its stiffest way; a
+    longer series where it errs less by far: after a jump all err alike. Rows GAIN to GAIN_4 take the new differences:
+    what the series that end before them erred by.
     """
-    old, a, gain, health = state.nodes[STEP, A], state.nodes[NOW, A], state.nodes[NOW, GAIN], state.memory[NOW].health
-    alike, size = 0.0, 0.0
-    for n in range(old.shape[0]):
-        for k in range(6):
-            new = a[n, k] - old[n, k]
-            if k < 3:
-                alike += new * gain[n, k]
-                size += gain[n, k] * gain[n, k]
-            gain[n, k] = new
+    g, health = state.nodes[NOW, Q, :, 3:], state.memory[NOW].health
+    one, two = state.nodes[NOW, GAIN], state.nodes[NOW, GAIN_2]
+    three, four, five = state.nodes[NOW, GAIN_3], state.nodes[NOW, GAIN_4], state.work.step
+    rows, new = state.nodes.reshape(SLOTS, NODE_ROWS, five.size), five.reshape(five.size)
+    subtract(rows[NOW, A], rows[STEP, A], new)
+    for row in range(GAIN, GAIN_4 + 1):
+        difference(new, rows[NOW, row])
+    err_0, err_1, err_2, err_3, err_4 = 0.0, 0.0, 0.0, 0.0, 0.0
+    for n in range(1, g.shape[0]):
+        s0, s1, s2, s3, s4 = 0.0, 0.0, 0.0, 0.0, 0.0
+        for k in range(3):
+            s0 += g[n, k] * (one[n, k] - one[n - 1, k])
+            s1 += g[n, k] * (two[n, k] - two[n - 1, k])
+            s2 += g[n, k] * (three[n, k] - three[n - 1, k])
+            s3 += g[n, k] * (four[n, k] - four[n - 1, k])
+            s4 += g[n, k] * (five[n, k] - five[n - 1, k])
+        err_0 += s0 * s0
+        err_1 += s1 * s1
+        err_2 += s2 * s2
+        err_3 += s3 * s3
+        err_4 += s4 * s4
     same, health.last_step = health.last_step == h, h
-    return 1.0 if same and alike > 0.5 * size else 0.0
+    terms = 0
+    if err_1 < BETTER * err_0:
+        terms, err_0 = 1, err_1
+    if err_2 < BETTER * err_0:
+        terms, err_0 = 2, err_2
+    if err_3 < BETTER * err_0:
+        terms, err_0 = 3, err_3
+    if err_4 < BETTER * err_0:
+        terms = 4
+    return terms if same else 0
 
 
 @driver
@@ -130,41 +218,43 @@ def _predict(line, state, h) -> None:
     """Begin a step: keep the present in slot STEP, extrapolate with an acceleration that stays or goes on changing.
 
     In a step of another length, so after a halving, it stays (see trend): one that goes on changing may foresee stiff
-    cable as pushing, where the tangent is next to singular.
+    cable as pushing, where the tangent is next to singular. So it does where it is held: no balance would call a series
+    back that runs away from its own round-off.
     """
     rule = coefficients(h, line.settings[0].rho_inf)
     am, af, beta, gamma, _, _ = rule
     before = state.memory[NOW].health.last_step
-    fraction, ratio = trend(state, h), 1.0
+    terms, ratio = trend(line, state, h), 1.0
     if line.settings[0].step_tension > 0.0 and before > 0.0 and before != h:
         ratio = h / before
         stretch_lag(state, ratio)
     checkpoint(state, STEP)
     begin_mean(line.settings[0], state, h)
     if state.attitude.shape[1] > 0:
-        foresee_attitudes(state, h, ratio, fraction, rule)
-    q, v, a, gain = state.nodes[NOW, Q], state.nodes[NOW, V], state.nodes[NOW, A], state.nodes[NOW, GAIN]
-    old_v, old_a, old_x = state.nodes[STEP, V], state.nodes[STEP, A], state.nodes[STEP, X]
-    for n in range(q.shape[0]):
-        for k in range(6):
-            rise, x = fraction * gain[n, k], old_x[n, k]
-            new = (old_a[n, k] + (1.0 - af) * rise - am * x) / (1.0 - am)
-            q[n, k] += h * old_v[n, k] + h * h * ((0.5 - beta) * x + beta * new)
-            v[n, k] += h * ((1.0 - gamma) * x + gamma * new)
-            a[n, k] += rise
+        foresee_attitudes(state, h, ratio, float(min(terms, 1)), rule)
+    rows, rise = state.nodes.reshape(SLOTS, NODE_ROWS, line.held.size), state.work.step.reshape(line.held.size)
+    v, a, x, share = rows[STEP, V], rows[STEP, A], rows[STEP, X], 1.0 / (1.0 - am)
+    zero(rise)
+    for row in range(GAIN, GAIN + terms):
+        add(rise, 1.0, rows[NOW, row])
+    leave_held(rise, line.held.reshape(line.held.size))
+    at = h * h * beta * share
+    add_two(rows[NOW, Q], h, v, at * (1.0 - af), rise)
+    add_two(rows[NOW, Q], h * h * (0.5 - beta) - am * at, x, at, a)
+    at = h * gamma * share
+    add_two(rows[NOW, V], h * (1.0 - gamma) - am * at, x, at, a)
+    add(rows[NOW, V], at * (1.0 - af), rise)
+    add(rows[NOW, A], 1.0, rise)
 
 
 @driver
 def correct(state, change, part):
     """Add this part of the solution in the work space to the nodes."""
-    x = state.work.step
-    q, v, a = state.nodes[NOW, Q], state.nodes[NOW, V], state.nodes[NOW, A]
-    for n in range(x.shape[0]):
-        for k in range(6):
-            d = part * x[n, k]
-            q[n, k] += d
-            v[n, k] += change.velocity * d
-            a[n, k] += change.acceleration * d
+    x = state.work.step.reshape(state.work.step.size)
+    rows = state.nodes.reshape(SLOTS, NODE_ROWS, x.size)
+    add(rows[NOW, Q], part, x)
+    add(rows[NOW, V], part * change.velocity, x)
+    add(rows[NOW, A], part * change.acceleration, x)
     if state.attitude.shape[1] > 0:
         correct_attitudes(state, change, part)
 
@@ -176,9 +266,10 @@ def correct_by_kept(line, state, change, r):
 
     A second time only where that would meet the tolerance by as much as the first gained: a new tangent costs as much.
     """
-    work, plan, health, tolerance = state.work, state.plan[0], state.memory[NOW].health, line.settings[0].tolerance
+    plan, health, tolerance = state.plan[0], state.memory[NOW].health, line.settings[0].tolerance
+    look_round(state)
     for used in range(1, KEPT_SERVES + 1):
-        solve_again(work.band, work.lower, work.factor, work.step)
+        solve_by_kept(line, state)
         correct(state, change, 1.0)
         before, r = r, residual(line, state, change, NO)
         if r <= tolerance:
@@ -233,7 +324,9 @@ def _newton(line, state, change) -> int:
                 return i - spent
             if not r < 1e200 or not solve(work.band, work.lower, work.factor, x):
                 return -1
-            plan.factored, plan.kept = 1, change.acceleration if keeps else 0.0
+            plan.factored = 1
+            if keeps:
+                keep_tangent(state, change)
             if enough == 0 and tangents > 0 and r * r <= tolerance * before:
                 enough = tangents
             before = r
@@ -288,14 +381,16 @@ def conclude(line, state, h):
     am, af, _, _, _, _ = rule
     if state.attitude.shape[1] > 0:
         conclude_attitudes(state, rule)
-    fraction = mean_fraction(line.settings[0], state.memory[NOW].known, h)
-    a, x, mean = state.nodes[NOW, A], state.nodes[NOW, X], state.nodes[NOW, MEAN]
-    old_a, old_x = state.nodes[STEP, A], state.nodes[STEP, X]
-    for n in range(x.shape[0]):
-        for k in range(6):
-            x[n, k] = ((1.0 - af) * a[n, k] + af * old_a[n, k] - am * old_x[n, k]) / (1.0 - am)
-            mean[n, k] = mean_at(state.nodes, n, k, fraction)
+    rows, share = state.nodes.reshape(SLOTS, NODE_ROWS, line.held.size), 1.0 / (1.0 - am)
+    x = rows[NOW, X]
+    zero(x)
+    add_two(x, (1.0 - af) * share, rows[NOW, A], af * share, rows[STEP, A])
+    add(x, -am * share, rows[STEP, X])
     if line.settings[0].amplified != 0:
+        fraction, mean = mean_fraction(line.settings[0], state.memory[NOW].known, h), state.nodes[NOW, MEAN]
+        for n in range(mean.shape[0]):
+            for k in range(6):
+                mean[n, k] = mean_at(state.nodes, n, k, fraction)
         follow(line, state)
 
 

@@ -31,12 +31,12 @@ NOW, STEP, TICK = np.arange(3)  # slots: the present, the beginning of the step,
 SLOTS = 3
 
 # rows of State.nodes, six numbers a node: position and gradient, their rates, accelerations, auxiliary
-# accelerations, their gain in the step before, the running mean of the material's rates, of a body how the water flows
-# past it (see towbody.py), how the element that begins at the node strums (columns: viv_amplification.py), the wake it
-# sheds (see wake_oscillator.py), and arc length with its first and second rate (columns 0 to 2) and the kind of the
-# element that begins there (column hermite.LINK)
-Q, V, A, X, GAIN, MEAN, FLOW, STRUM, WAKE, ARC = np.arange(10)
-NODE_ROWS = 10
+# accelerations, first to fourth backward difference of the accelerations (GAIN: what they gained in the step before),
+# the running mean of the material's rates, of a body how the water flows past it (see towbody.py), how the element that
+# begins at the node strums (columns: viv_amplification.py), the wake it sheds (see wake_oscillator.py), and arc length
+# with its first and second rate (columns 0 to 2) and the kind of the element that begins there (column hermite.LINK)
+NODE_ROWS = 13
+Q, V, A, X, GAIN, GAIN_2, GAIN_3, GAIN_4, MEAN, FLOW, STRUM, WAKE, ARC = np.arange(NODE_ROWS)
 
 HEALTH = np.dtype(
     [
@@ -212,8 +212,8 @@ PLAN = np.dtype(
         ("used", "i8"),
         ("factored", "i8"),
         ("taken", "i8"),  # 1: the piece that was begun last has been taken
-        # of the tangent that the work space keeps, factorised, for later steps: its change of acceleration, 1/s^2 (0:
-        # there is none), steps until it is tried again, and how often in turn it was of no use
+        # of the tangent that the work space keeps, see kept_tangent.py: its change of acceleration, 1/s^2 (0: there is
+        # none), steps until it is tried again, and how often in turn it was of no use
         ("kept", "f8"),
         ("wait", "i8"),
         ("missed", "i8"),

@@ -17,7 +17,7 @@ from .contact_detection import DEEP, THROUGH, detect_contact, link_contact_detec
 from .contact_surface import GROOVE
 from .integrate import link_solver, predict
 from .ringing import damped
-from .state import GAIN, NOW, STEP, Q, restore
+from .state import GAIN, GAIN_4, NOW, STEP, Q, restore
 from .step_error import error_ratio, link_error, longest_step
 from .wake_oscillator import advance_wake
 from .wind import wash
@@ -102,10 +102,7 @@ def halve(line, state):
     """Take the step back; the next will be half as long. False where it has been halved often enough."""
     plan = state.plan[0]
     restore(state, STEP)
-    gain = state.nodes[NOW, GAIN]
-    for n in range(gain.shape[0]):  # of no use for a step of another length
-        for k in range(6):
-            gain[n, k] = 0.0
+    state.nodes[NOW, GAIN : GAIN_4 + 1] = 0.0  # of no use for a step of another length
     plan.taken = 0
     plan.level += 1
     plan.fraction *= 0.5

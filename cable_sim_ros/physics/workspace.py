@@ -55,14 +55,19 @@ LANE_TABLES = np.dtype(
 )
 
 
+TURN_COLUMNS = 4  # see kept_tangent.py
+
+
 class Work(NamedTuple):
-    """Scratch of the assembly and the solver; nothing in it outlives a step."""
+    """Scratch of the assembly and the solver; nothing in it outlives a step but the tangent that is kept."""
 
     lanes: np.ndarray  # LANE_TABLES [1]
     band: np.ndarray  # [nodes, 6, COLUMNS]
     lower: np.ndarray  # [nodes, 6, 6]
     factor: np.ndarray  # [nodes, 6, FACTOR_COLUMNS] of the solve
     step: np.ndarray  # [nodes, 6] solution
+    facing: np.ndarray  # [nodes, 3] gradients where the tangent was kept, see kept_tangent.py
+    turn: np.ndarray  # [nodes, TURN_COLUMNS] since
     bins: np.ndarray  # [BINS] length of cable up to a speed
     # water beyond the linear current, see sea.py, of the step in hand
     stream: np.ndarray  # [groups, 4, STREAM_ROWS, LANES] at the Gauss points; no groups: there is none
@@ -86,6 +91,8 @@ def make_work(nodes: int, waves: int = 0, streams: bool = False) -> Work:
         lower=z((nodes, 6, 6)),
         factor=z((nodes, 6, FACTOR_COLUMNS)),
         step=z((nodes, 6)),
+        facing=z((nodes, 3)),
+        turn=z((nodes, TURN_COLUMNS)),
         bins=z(BINS),
         stream=z((-(-(nodes - 1) // LANES) if streams else 0, 4, STREAM_ROWS, LANES)),
         around=z((nodes, NODE_COLUMNS)),

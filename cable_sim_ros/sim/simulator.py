@@ -284,9 +284,9 @@ class Simulator:
         return saved
 
     def _tangent(self) -> dict[str, np.ndarray]:
-        """The tangent that is kept for later steps, factorised: what `solve_again` needs of it."""
+        """The tangent that is kept for later steps: what `solve_by_kept` needs of it."""
         work = self.state.work
-        return {"next": work.band[:, :, 6:RHS], "lower": work.lower, "factor": work.factor}
+        return {"next": work.band[:, :, 6:RHS], "lower": work.lower, "factor": work.factor, "facing": work.facing}
 
     def restore(self, saved: dict[str, np.ndarray]) -> None:
         """Take back a snapshot() of a simulator of the same scene."""

@@ -75,7 +75,7 @@ ARRAYS = (  # of a snapshot
     *(f"step_{name}" for name in CARRIED),
     "delayed",
     "plan",
-    *(f"tangent_{name}" for name in ("next", "lower", "factor")),
+    *(f"tangent_{name}" for name in ("next", "lower", "factor", "facing")),
     *(f"sensors_{name}" for name in Sensors._fields),
     *(f"frame_{name}" for name in Output._fields),
     *RINGS,
