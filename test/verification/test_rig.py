@@ -65,7 +65,7 @@ def test_a_step_that_newton_does_not_solve_is_halved_where_allowed():
 
 
 def test_what_is_held_stays_where_it_is():
-    """The steps foresee by differences, which would carry the round-off of its first acceleration away, by 4e-7 m here."""
+    """Steps foresee by differences, which would carry the round-off of its first acceleration away, by 4e-7 m."""
     rig = rod(gravity=9.81)
     rig.run(3.0, 0.005, every=600, rules=HALVED)
     assert np.abs(rig.state.q[0, :3]).max() < 1e-12
