@@ -27,6 +27,7 @@ from .rigid_body import (
     head_bodies,
     rest_attitudes,
 )
+from .rows import add, add_two, difference, leave_held, subtract, zero
 from .state import (
     AT_REST,
     FLOW,
@@ -113,50 +114,6 @@ def copy(a, b):
     for i in range(a.shape[0]):
         for j in range(a.shape[1]):
             b[i, j] = a[i, j]
-
-
-# loops over one row of numbers each: with few rows in one, so that they become loops of machine vectors
-
-
-@driver
-def zero(row):
-    for i in range(row.shape[0]):
-        row[i] = 0.0
-
-
-@driver
-def subtract(a, b, out):
-    """out = a - b"""
-    for i in range(out.shape[0]):
-        out[i] = a[i] - b[i]
-
-
-@driver
-def difference(new, kept):
-    """kept = new and new = new - kept: the next backward difference."""
-    for i in range(new.shape[0]):
-        new[i], kept[i] = new[i] - kept[i], new[i]
-
-
-@driver
-def add(row, s, x):
-    """row += s x"""
-    for i in range(row.shape[0]):
-        row[i] += s * x[i]
-
-
-@driver
-def add_two(row, s, x, t, y):
-    """row += s x + t y"""
-    for i in range(row.shape[0]):
-        row[i] += s * x[i] + t * y[i]
-
-
-@driver
-def leave_held(row, held):
-    """Zero what is held."""
-    for i in range(row.shape[0]):
-        row[i] *= 1.0 - held[i]
 
 
 @driver
