@@ -160,7 +160,10 @@ def moving_rows(found: dict[tuple[str, str], tuple[float, ...]]) -> list[Compari
     for motion in dict.fromkeys(motion for motion, _ in found):
         for law in [law for law in LAWS if law != "hold" and (motion, law) in found]:
             for k, what in ((1, "deviation of the tension"), (2, "ellipsoid volume"), (5, "deviation of the contact")):
-                ours = 100.0 * (1.0 - found[motion, law][k] / found[motion, "hold"][k])
+                held = found[motion, "hold"][k]
+                if not held > 0.0:  # a run of a few seconds has no deviation yet to take from
+                    continue
+                ours = 100.0 * (1.0 - found[motion, law][k] / held)
                 of, from_ = HIS[law][k], HIS["hold"][k]
                 his = None if of is None or from_ is None else 100.0 * (1.0 - of / from_)
                 name = f"{motion}, {LAWS[law]}: less {what}"
