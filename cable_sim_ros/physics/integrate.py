@@ -146,15 +146,10 @@ def trend(line, state, h):
         err_3 += s3 * s3
         err_4 += s4 * s4
     same, health.last_step = health.last_step == h, h
-    terms = 0
-    if err_1 < BETTER * err_0:
-        terms, err_0 = 1, err_1
-    if err_2 < BETTER * err_0:
-        terms, err_0 = 2, err_2
-    if err_3 < BETTER * err_0:
-        terms, err_0 = 3, err_3
-    if err_4 < BETTER * err_0:
-        terms = 4
+    errors, terms = (err_0, err_1, err_2, err_3, err_4), 0
+    for k in range(1, 5):
+        if errors[k] < BETTER * errors[terms]:
+            terms = k
     return terms if same else 0
 
 
