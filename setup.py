@@ -106,14 +106,14 @@ COMMANDS = {  # what extensions.py finds; a package of its own adds to the same 
     "plan": "plan.command",
     "report": "report.command",
     "sensitivity": "sweeps.analyses",
-    "span": "spans.span_command",
+    "span": "spans.command",
     "sweep": "sweeps.command",
     "table": "sweeps.table",
     "telegrams": "telegrams.command",
     "towbody": "towbody.command",
     "tows": "tows.command",
     "view": "view.command",
-    "viv": "spans.viv_command",
+    "viv": "spans.command",
 }
 OF_A_CHECKOUT = {  # extensions.py offers them where verification/ is there: in no wheel
     **dict.fromkeys(("bench", "case", "stress", "validate"), "verification.commands"),
