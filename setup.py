@@ -126,7 +126,7 @@ EXTENSIONS = {
     ],
     "cable_sim.node_parts": [
         f"fix = {NAME}.tools.layback.node_part:TowbodyFix",
-        f"telegrams = {NAME}.tools.telegrams.node_part:TelegramPart",
+        f"telegrams = {NAME}.tools.telegrams.sender:Sender",
     ],
     "cable_sim.pages": [f"mapping_keys = {NAME}.tools.logs.imports.mapping_manual:text"],
     "cable_sim.run_parts": [f"report = {NAME}.tools.report.write", f"scores = {NAME}.tools.compare.command"],
