@@ -106,14 +106,14 @@ COMMANDS = {  # what extensions.py finds; a package of its own adds to the same 
     "plan": "plan.command",
     "report": "report.command",
     "sensitivity": "sweeps.analyses",
-    "span": "spans.span_command",
+    "span": "spans.command",
     "sweep": "sweeps.command",
     "table": "sweeps.table",
     "telegrams": "telegrams.command",
     "towbody": "towbody.command",
     "tows": "tows.command",
     "view": "view.command",
-    "viv": "spans.viv_command",
+    "viv": "spans.command",
 }
 OF_A_CHECKOUT = {  # extensions.py offers them where verification/ is there: in no wheel
     **dict.fromkeys(("bench", "case", "stress", "validate"), "verification.commands"),
@@ -126,7 +126,7 @@ EXTENSIONS = {
     ],
     "cable_sim.node_parts": [
         f"fix = {NAME}.tools.layback.node_part:TowbodyFix",
-        f"telegrams = {NAME}.tools.telegrams.node_part:TelegramPart",
+        f"telegrams = {NAME}.tools.telegrams.sender:Sender",
     ],
     "cable_sim.pages": [f"mapping_keys = {NAME}.tools.logs.imports.mapping_manual:text"],
     "cable_sim.run_parts": [f"report = {NAME}.tools.report.write", f"scores = {NAME}.tools.compare.command"],

@@ -27,7 +27,7 @@ from ..errors import CableSimError
 from ..io.messages.channels import Context, Encoder
 from ..io.messages.markers import TOPIC as MARKERS
 from ..io.messages.messages import CAUSES, COMMANDED, COMMANDS, JOINT_COMMAND, KINDS, VEHICLES, Event, stamp_of
-from ..io.recordings.recording_place import name_problem, state_problem
+from ..io.recordings.recording_place import NAMED, name_problem
 from ..limits import GARBAGE
 from ..sim.checks.friction_checks import slow
 from ..sim.flag_rules import FAILED
@@ -347,9 +347,7 @@ class CableSimNode(LifecycleNode):
             self.settings.scene,
         )
         for parameter in parameters:  # of live ones: rclpy refuses the others, which it was told are read-only
-            if parameter.name == "recording.path" and (text := name_problem(parameter.name, parameter.value)):
-                return SetParametersResult(successful=False, reason=text)
-            if parameter.name == "state_file" and (text := state_problem(parameter.value)):
+            if parameter.name in NAMED and (text := name_problem(parameter.name, parameter.value)):
                 return SetParametersResult(successful=False, reason=text)
             if parameter.name == "lockstep.rate" and (text := rate_problem(parameter.value)):
                 return SetParametersResult(successful=False, reason=text)

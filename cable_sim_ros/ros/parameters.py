@@ -14,7 +14,7 @@ from types import UnionType
 from typing import Any, NamedTuple, Union, get_args, get_origin
 
 from ..errors import CableSimError
-from ..io.recordings.recording_place import name_problem, root_problem, state_problem
+from ..io.recordings.recording_place import name_problem, root_problem
 from ..io.scenes.fault_plan import FaultError, load_faults, timed
 from ..io.scenes.live_changes import CONSEQUENCE, SECOND, ChangeError, Timetable, fit, refuse_unacting, tick_of
 from ..io.scenes.load import SceneError, SceneWarning, load_scene, override
@@ -173,12 +173,12 @@ def settle(overrides: dict[str, Any]) -> Settings:
     recording = node.recording
     problem = (
         name_problem("recording.path", recording.path, "started")
-        or state_problem(node.state_file, "started")
+        or name_problem("state_file", node.state_file, "started")
         or rate_problem(node.lockstep.rate, "started")
         or problem_of_parts(node, scene)
     )
     if recording.enabled and not problem:
-        problem = root_problem("recording.root", recording.root, round(recording.least_free * 1e6), "started")
+        problem = root_problem(recording.root, round(recording.least_free * 1e6), "started")
     if problem:
         raise ParameterError(problem)
     return Settings(

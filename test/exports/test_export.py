@@ -195,7 +195,7 @@ def test_what_is_there_is_replaced_when_asked_and_whole(folder, tmp_path, monkey
         path.write_text("half")
         raise OSError(errno.ENOSPC, "No space left on device")
 
-    monkeypatch.setitem(formats.WRITERS, "csv", (full, None))
+    monkeypatch.setitem(formats.WRITERS, "csv", full)
     done = call(folder, "--out", target, "--force")
     assert done.exit_code == 2 and "cannot be written (No space left on device)" in done.stderr
     assert target.read_text() == "mine" and list(tmp_path.iterdir()) == [target]

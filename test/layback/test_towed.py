@@ -165,11 +165,11 @@ def test_of_a_recording_with_the_winch_at_work_copies_follow_it(tmp_path):
 
 def test_a_live_fix_takes_steady_tows_copies_or_nothing():
     pytest.importorskip("rclpy")
-    from cable_sim_ros.tools.layback.fixes import Fixes, Spread
+    from cable_sim_ros.tools.layback.fixes import Fixes
 
     part = Fixes.__new__(Fixes)
     part.node = SimpleNamespace(settings=SimpleNamespace(scene=load_scene("side_scan")))
-    part.table = SimpleNamespace(of=lambda *_: Spread(1.0, 2.0, 3.0))
+    part.table = SimpleNamespace(of=lambda *_: (1.0, 2.0, 3.0))
     part._copies, part._ready, part._past, part.source = (0, np.eye(6)), False, [], "none"
     frame = {"scope": 100.0, "body_position": np.array([0.0, -50.0, -9.0]), "sheave_position": np.zeros(3), "tick": 0}
     told = []

@@ -6,6 +6,7 @@ import math
 import re
 import socket
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -46,7 +47,7 @@ def row(k, **values):
 
 
 def sender_of(scene, log=lambda *_: None, **blocks):
-    return Sender(Telegrams(**blocks), scene, log)
+    return Sender(SimpleNamespace(settings=SimpleNamespace(scene=scene), log=log), Telegrams(**blocks))
 
 
 def test_telegrams_go_out_at_their_rates_of_simulation_time(scene, receivers):

@@ -188,7 +188,7 @@ def _made(path: Path) -> str:
 def _as_nobody(path: Path) -> str:
     if os.getuid() == 0:
         os.setuid(65534)  # the superuser may write anywhere
-    return f"{_made(path)}; {root_problem('recording.root', str(path.parent), 0)}"
+    return f"{_made(path)}; {root_problem(str(path.parent), 0)}"
 
 
 @stress("three times the rate that the disk takes", "accepted = written + dropped exactly; what is to be kept is kept")

@@ -94,13 +94,9 @@ HEALTH_PLACES = [
 ]
 
 
-class FrameNumbers(SimpleNamespace):
-    """Fields of a tick output as attributes: int, float, or tuple of floats; ``numbers``: all of them in order of
-    NAMES."""
-
-
-def numbers_of(frame: np.void) -> FrameNumbers:
-    """Unpack one tick output (record of dtype TICK_OUTPUT).
+def numbers_of(frame: np.void) -> SimpleNamespace:
+    """Fields of one tick output (record of dtype TICK_OUTPUT) as attributes: int, float, or tuple of floats;
+    ``numbers``: all of them in order of NAMES.
 
     ValueError names the first field that is not finite: such a frame must not be published or recorded.
     """
@@ -112,9 +108,7 @@ def numbers_of(frame: np.void) -> FrameNumbers:
                     f"frame field '{name}' is {number} at time {numbers[0]} ns: nothing of this tick is "
                     f"published; the tick must roll back and set NOT_FINITE instead"
                 )
-    result = FrameNumbers(**{name: numbers[place] for name, place in PLACES})
-    result.numbers = numbers
-    return result
+    return SimpleNamespace(**{name: numbers[place] for name, place in PLACES}, numbers=numbers)
 
 
 def _xyz(vector) -> tuple[float, float, float]:

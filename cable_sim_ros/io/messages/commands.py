@@ -115,7 +115,7 @@ class CommandIngest:
 
     def _take_flaps(self, data: bytes, data_now: int | None) -> str:
         row = np.full(MAX_WINGS, nan)
-        for name, angle in decode_flaps(data).angles.items():
+        for name, angle in decode_flaps(data).items():
             if name not in self.columns:
                 raise Refused("flap_name")
             row[self.columns[name]] = angle

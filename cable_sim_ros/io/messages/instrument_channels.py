@@ -138,30 +138,23 @@ def read_fish_attitude(m) -> dict:
     return dict(zip(("fish_roll", "fish_pitch", "fish_heading"), angles_of(q.x, q.y, q.z, q.w)))
 
 
-def _channel(
+def _row(
     device: int, topic: str, msgtype: str, write: Callable | None, read: Callable, template: Callable | None = None
-) -> Channel:
-    name = f"instrument_{DEVICES[device]}"
-    return Channel(name, topic, msgtype, write, read, template=template, new=1 << device)
+) -> tuple[Channel, Callable[[Scene], bool]]:
+    """The channel of an instrument, on a topic of instruments/, and which scenes have it."""
+    name, topic = DEVICES[device], f"instruments/{topic}"
+    channel = Channel(f"instrument_{name}", topic, msgtype, write, read, template=template, new=1 << device)
+    return channel, lambda scene: getattr(scene.instruments, name).on
 
 
-def _aboard(device: int) -> Callable[[Scene], bool]:
-    return lambda scene: getattr(scene.instruments, DEVICES[device]).on
-
-
-_ENCODER, _METERING = _joint("encoder_payout", "encoder_rate"), _joint("metering_payout", "metering_rate")
-_DEPTH = _height("depth_reading", "odom", -1.0)  # of the towbody below the mean water surface
-_ALTITUDE = _height("altitude_reading", "towbody_link", 1.0)  # of the towbody above the seabed
-INSTRUMENTS = tuple(  # and which scenes have it
-    (_channel(device, topic, msgtype, *functions), _aboard(device))
-    for device, topic, msgtype, functions in (
-        (MRU, "instruments/mru", "nav_msgs/msg/Odometry", (mru, read_mru)),
-        (ENCODER, "instruments/encoder", "sensor_msgs/msg/JointState", _ENCODER),
-        (METERING, "instruments/metering_sheave", "sensor_msgs/msg/JointState", _METERING),
-        (LOAD_PIN, "instruments/load_pin", "geometry_msgs/msg/WrenchStamped", (load_pin, read_load_pin)),
-        (USBL, "instruments/usbl", "geometry_msgs/msg/PointStamped", (usbl, read_usbl)),
-        (DEPTH, "instruments/depth", "geometry_msgs/msg/PointStamped", _DEPTH),
-        (FISH, "instruments/fish_attitude", "sensor_msgs/msg/Imu", (fish_attitude, read_fish_attitude)),
-        (ALTIMETER, "instruments/altimeter", "geometry_msgs/msg/PointStamped", _ALTITUDE),
-    )
+INSTRUMENTS = (
+    _row(MRU, "mru", "nav_msgs/msg/Odometry", mru, read_mru),
+    _row(ENCODER, "encoder", "sensor_msgs/msg/JointState", *_joint("encoder_payout", "encoder_rate")),
+    _row(METERING, "metering_sheave", "sensor_msgs/msg/JointState", *_joint("metering_payout", "metering_rate")),
+    _row(LOAD_PIN, "load_pin", "geometry_msgs/msg/WrenchStamped", load_pin, read_load_pin),
+    _row(USBL, "usbl", "geometry_msgs/msg/PointStamped", usbl, read_usbl),
+    # of the towbody, below the mean water surface and above the seabed
+    _row(DEPTH, "depth", "geometry_msgs/msg/PointStamped", *_height("depth_reading", "odom", -1.0)),
+    _row(FISH, "fish_attitude", "sensor_msgs/msg/Imu", fish_attitude, read_fish_attitude),
+    _row(ALTIMETER, "altimeter", "geometry_msgs/msg/PointStamped", *_height("altitude_reading", "towbody_link", 1.0)),
 )

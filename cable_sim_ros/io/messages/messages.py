@@ -119,11 +119,6 @@ class Command(NamedTuple):
         return isnan(self.payout) and isnan(self.rate)
 
 
-class JointAngles(NamedTuple):
-    stamp: int  # ns; 0: none
-    angles: dict[str, float]  # rad, by the name of the joint; NaN: not commanded
-
-
 _STAMP = {order: Struct(order + "iI") for order in "<>"}
 _HEADER = {order: Struct(order + "iII") for order in "<>"}  # sec, nanosec, length of frame_id
 _LENGTH = {order: Struct(order + "I") for order in "<>"}
@@ -355,8 +350,9 @@ def decode_command(data: bytes) -> Command:
     return Command(stamp_of(data) or 0, payout, rate)
 
 
-def decode_flaps(data: bytes) -> JointAngles:
-    """Checked angles of flaps, a sensor_msgs/JointState; Refused if it cannot be used. Only its position is read."""
+def decode_flaps(data: bytes) -> dict[str, float]:
+    """Checked angles of flaps [rad] by the name of the joint, NaN: not commanded; of a sensor_msgs/JointState, of which
+    only the position is read. Refused if it cannot be used."""
     parts = _Joints(data)
     names, position = [name.decode(errors="replace") for name in parts.names], parts.doubles()
     if len(set(names)) < len(names):
@@ -368,7 +364,7 @@ def decode_flaps(data: bytes) -> JointAngles:
             raise Refused("not_finite")
         if abs(angle) > MAX_FLAP:
             raise Refused("out_of_range")
-    return JointAngles(stamp_of(data) or 0, dict(zip(names, position or (nan,) * len(names), strict=True)))
+    return dict(zip(names, position or (nan,) * len(names), strict=True))
 
 
 def decode_joint_command(data: bytes) -> Command:

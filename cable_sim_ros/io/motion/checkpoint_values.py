@@ -33,11 +33,7 @@ Three = tuple[Real, Real, Real]
 Reals = tuple[Real, ...]
 
 
-class _Same:
-    """Of the settings: as the object has it."""
-
-
-SAME = _Same()
+SAME = object()  # of the settings: as the object has it
 
 
 def _rows(shape: tuple[int, ...], minimum: int = 1, maximum: int = 1, absent: bool = False) -> Callable[[Any], bool]:

@@ -309,19 +309,12 @@ class Segment:
         """Heads of the rings at the start."""
         return heads_of(self.rings)
 
-    @property
-    def newest(self) -> int | None:
-        """Stamp of the newest sample so far, ns."""
-        return self._newest("motion", self.base[0], self.motion)
-
-    @property
-    def newest_vehicle(self) -> int | None:
-        """The same of the vehicle."""
-        return self._newest("vehicle", self.base[2], self.vehicle)
-
-    def _newest(self, ring: str, head: int, samples: list[Sample]) -> int | None:
-        before = int(self.rings[f"inputs_{ring}_time"][(head - 1) % MOTION_ROWS]) if head else None
-        return int(samples[-1][0]) if samples else before
+    def newest(self, ring: str) -> int | None:
+        """Stamp of the newest sample so far of the motion or the vehicle, ns."""
+        if samples := getattr(self, ring):
+            return int(samples[-1][0])
+        head = int(self.rings[f"inputs_{ring}_head"][0])
+        return int(self.rings[f"inputs_{ring}_time"][(head - 1) % MOTION_ROWS]) if head else None
 
     def number(self, stamp: np.ndarray, period: int) -> np.ndarray:
         """Ticks of the program's count by their stamps in this segment [ns], -1: none; period: of a tick [ns]."""
@@ -432,8 +425,9 @@ def _end(before: list[Segment], tick: int) -> None:
 
 def _take(entry: Entry, segment: Segment) -> None:
     """Take in an entry that is no start. Raises ValueError, and has taken nothing then."""
-    for newest, samples in ((segment.newest, entry.motion), (segment.newest_vehicle, entry.vehicle)):
-        for sample in samples:
+    for ring in ("motion", "vehicle"):
+        newest = segment.newest(ring)
+        for sample in getattr(entry, ring):
             if newest is not None and sample[0] <= newest:
                 raise ValueError(f"the stamp of a sample, {sample[0]} ns, does not advance past {newest} ns")
             newest = sample[0]

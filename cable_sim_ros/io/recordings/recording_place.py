@@ -12,28 +12,24 @@ from .recorder import too_full
 
 MAX_NAME = 64  # characters
 NAME = re.compile(rf"[A-Za-z0-9_-]{{1,{MAX_NAME}}}")
+NAMED = {"recording.path": ("a recording", "recorded"), "state_file": ("a state file", "saved or restored")}
 
 
-def name_problem(key: str, value: str, done: str = "recorded") -> str:
-    """ "" or why a value is no name of a recording; empty: the default name; done: what was not done, for the text."""
-    return "" if not value else _name_problem(key, value, "a recording", done)
+def name_problem(key: str, value: str, done: str = "") -> str:
+    """ "" or why a value of a parameter of NAMED is no name; recording.path may be empty: the default name.
 
-
-def state_problem(value: str, done: str = "saved or restored") -> str:
-    """ "" or why a value of `state_file` is no name of a file; done: as of `name_problem`."""
-    return _name_problem("state_file", value, "a state file", done)
-
-
-def _name_problem(key: str, value: str, what: str, done: str) -> str:
-    if NAME.fullmatch(value):
+    done: what was not done, for the text, where it is not that of NAMED.
+    """
+    if NAME.fullmatch(value) or (key == "recording.path" and not value):
         return ""
+    what, usual = NAMED[key]
     return (
         f"parameter '{key}' = {shown(value)} is not a name for {what}: 1 to {MAX_NAME} of A-Z a-z 0-9 _ - are "
-        f"allowed, no path; nothing was {done}. Give a name, and its folder as recording.root"
+        f"allowed, no path; nothing was {done or usual}. Give a name, and its folder as recording.root"
     )
 
 
-def root_problem(key: str, root: str, least_free: int, done: str = "recorded") -> str:
+def root_problem(root: str, least_free: int, done: str = "recorded") -> str:
     """ "" or why no recording can be made under a root, now; least_free: bytes that must be left on its disk.
 
     done: what was not done, for the text.
@@ -51,9 +47,8 @@ def root_problem(key: str, root: str, least_free: int, done: str = "recorded") -
             why = too_full(place, least_free)
     except (OSError, ValueError) as error:  # ValueError: a NUL in it
         why = str(error.strerror if isinstance(error, OSError) else error)
-    if not why:
-        return ""
-    return f"parameter '{key}' = {shown(root)}: {why}; nothing was {done}. Give a folder that can be written to"
+    given = f"parameter 'recording.root' = {shown(root)}"
+    return f"{given}: {why}; nothing was {done}. Give a folder that can be written to" if why else ""
 
 
 class Names:

@@ -85,7 +85,9 @@ def read_table(
     Raises MotionError; warns of gaps with MotionWarning.
     """
     path = Path(path)
-    names, given, lines, data = _read(path)
+    names, below = head_of(path, f"{TIME},heave_m")
+    given = _given(path, names)
+    lines, data = numbers_of(path, names, below)
     time = even(data[:, names.index(TIME)])
     parts = _stretches(path, lines, time, ship)
     values = np.full((2, 6, len(time)), np.nan)  # value and rate, NaN: not given
@@ -175,13 +177,6 @@ def _by_plan(tow: RecordedTow, ship: Ship, plan: ShipPlan | None) -> RecordedTow
     if plan is not None:
         tow.heading, tow.ship_plan = radians(ship.heading_deg), str(plan)
     return tow
-
-
-def _read(path: Path) -> tuple[list[str], dict[tuple[int, bool], str], list[int], np.ndarray]:
-    """Names of the columns, what they give, line numbers of the rows, finite numbers [rows, columns]."""
-    names, below = head_of(path, f"{TIME},heave_m")
-    given = _given(path, names)
-    return names, given, *numbers_of(path, names, below)
 
 
 def _given(path: Path, names: Sequence[str]) -> dict[tuple[int, bool], str]:

@@ -97,7 +97,7 @@ class RecordingControl:
             return f"no recording: the disk has not taken all of {self.path} yet; try again"
         block = self.settings.node.recording
         least_free = round(block.least_free * MEGABYTE)
-        problem = name_problem("recording.path", self.wanted) or root_problem("recording.root", block.root, least_free)
+        problem = name_problem("recording.path", self.wanted) or root_problem(block.root, least_free)
         if problem:
             return f"no recording: {problem}"
         path = self.names.next(self.wanted)
@@ -203,7 +203,7 @@ class SimulationControl:
     def save(self) -> tuple[bool, str]:
         """The tow into `state_file` under recording.root."""
         block = self.node.settings.node.recording
-        problem = root_problem("recording.root", block.root, round(block.least_free * MEGABYTE), "saved")
+        problem = root_problem(block.root, round(block.least_free * MEGABYTE), "saved")
         return (False, problem) if problem else self.node.session.save(self.state_file)
 
     def restore(self) -> tuple[bool, str]:

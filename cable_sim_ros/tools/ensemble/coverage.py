@@ -11,7 +11,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from scipy import stats
@@ -49,14 +49,6 @@ def plot(
         axes[0].legend(loc="center left", bbox_to_anchor=(1.01, 0.5), frameon=False)
         axes[-1].set_xlabel("time [s]")
     return path
-
-
-class Coverage(NamedTuple):
-    """Of one figure: share of time and twins inside, and its 95 % interval."""
-
-    share: float
-    low: float
-    high: float
 
 
 def outside_of(words: tuple[str, ...]) -> dict[str, float]:
@@ -130,11 +122,11 @@ def covered(
 
 
 def _told(shares: list[np.ndarray]) -> dict[str, Any]:
-    """Mean over the ensembles [FIGURES] and its interval by Student's t."""
+    """Of each figure: share of time and twins inside, mean over the ensembles, and its 95 % interval by Student's t."""
     rows, groups = np.array(shares), len(shares)
     mean = rows.mean(axis=0)
     half = stats.t.ppf(0.975, groups - 1) * rows.std(axis=0, ddof=1) / np.sqrt(groups)
     return {
-        name: Coverage(float(m), float(max(m - h, 0.0)), float(min(m + h, 1.0)))._asdict()
+        name: {"share": float(m), "low": float(max(m - h, 0.0)), "high": float(min(m + h, 1.0))}
         for name, m, h in zip(FIGURES, mean, half, strict=True)
     }

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from functools import partial
 from importlib import import_module
 from pathlib import Path
@@ -47,28 +47,42 @@ ROWS = 65536  # of a CSV file or a group of Parquet at a time
 NEEDS = {"nc": ("xarray", "h5netcdf"), "parquet": ("pyarrow",)}
 
 
-def write_csv(content: Content, path: Path) -> None:
-    """Comment lines with #, one header line `name [unit]`, then numbers that read back to the same bits."""
-    columns = [column for field in content.fields for column in field.columns()]
+def write_csv(content: Content, path: Path, table: Table | None = None) -> None:
+    """Comment lines with #, one header line `name [unit]`, then numbers that read back to the same bits.
+
+    table: in place of the ticks, in long form: a row for each point of each instant.
+    """
     notes = [f"{key}: {line}" for key, text in content.provenance.items() for line in text.splitlines() or [""]]
-    _csv(path, columns, notes)
+    if table is not None:
+        of = f"of the recording {content.provenance['recording']}, scene {content.provenance['scene']}"
+        notes = [f"{table.name}: {TABLE_MEANING[table.name]}", of]
+    columns = _columns(content, table)
+    with open_file(path, "w", encoding="utf-8", newline="\n") as file:
+        for note in notes:
+            file.write(f"# {note}\n")
+        file.writelines(f"# column {name} [{unit}]: {meaning}\n" for name, unit, _, meaning in columns)
+        file.write(",".join(f"{name} [{unit}]" for name, unit, _, _ in columns) + "\n")
+        for begin in range(0, len(columns[0][2]), ROWS):
+            parts = [map(repr, values[begin : begin + ROWS].tolist()) for _, _, values, _ in columns]
+            file.writelines(",".join(row) + "\n" for row in zip(*parts))
 
 
-def write_csv_table(content: Content, table: Table, path: Path) -> None:
-    """A table in long form: a row for each point of each instant."""
-    of = f"of the recording {content.provenance['recording']}, scene {content.provenance['scene']}"
-    _csv(path, list(_long(table)), [f"{table.name}: {TABLE_MEANING[table.name]}", of])
-
-
-def write_parquet(content: Content, path: Path) -> None:
-    """One column a number, with unit and meaning in its metadata, provenance in that of the file."""
-    columns = [column for field in content.fields for column in field.columns()]
-    _parquet(path, columns, content.provenance)
-
-
-def write_parquet_table(content: Content, table: Table, path: Path) -> None:
-    """A table in long form, as in CSV."""
-    _parquet(path, list(_long(table)), content.provenance | {"table": TABLE_MEANING[table.name]})
+def write_parquet(content: Content, path: Path, table: Table | None = None) -> None:
+    """One column a number, with unit and meaning in its metadata, provenance in that of the file; table: as in CSV."""
+    columns, said = _columns(content, table), content.provenance
+    said = said if table is None else said | {"table": TABLE_MEANING[table.name]}
+    arrow, parquet = need("pyarrow", "parquet"), need("pyarrow.parquet", "parquet")
+    schema = arrow.schema(
+        [
+            arrow.field(name, arrow.from_numpy_dtype(values.dtype), False, {"unit": unit, "meaning": meaning})
+            for name, unit, values, meaning in columns
+        ],
+        said,
+    )
+    with parquet.ParquetWriter(path, schema) as writer:
+        for begin in range(0, max(len(columns[0][2]), 1), ROWS):
+            parts = [np.ascontiguousarray(values[begin : begin + ROWS]) for _, _, values, _ in columns]
+            writer.write_table(arrow.Table.from_arrays([arrow.array(part) for part in parts], schema=schema))
 
 
 def write_netcdf(content: Content, path: Path) -> None:
@@ -126,12 +140,13 @@ def write_matlab(content: Content, path: Path) -> None:
         savemat(file, groups, long_field_names=True, oned_as="column")
 
 
-WRITERS: dict[str, tuple[Callable[[Content, Path], None], Callable[[Content, Table, Path], None] | None]] = {
-    "csv": (write_csv, write_csv_table),
-    "nc": (write_netcdf, None),  # None: the tables go into the same file
-    "parquet": (write_parquet, write_parquet_table),
-    "mat": (write_matlab, None),
+WRITERS: dict[str, Callable[..., None]] = {
+    "csv": write_csv,
+    "nc": write_netcdf,
+    "parquet": write_parquet,
+    "mat": write_matlab,
 }
+APART = ("csv", "parquet")  # a table has a file of its own
 
 
 def need(module: str, form: str) -> Any:
@@ -141,38 +156,16 @@ def need(module: str, form: str) -> Any:
         return import_module(module)
 
 
-def _csv(path: Path, columns: list[tuple[str, str, np.ndarray, str]], notes: Iterable[str]) -> None:
-    with open_file(path, "w", encoding="utf-8", newline="\n") as file:
-        for note in notes:
-            file.write(f"# {note}\n")
-        file.writelines(f"# column {name} [{unit}]: {meaning}\n" for name, unit, _, meaning in columns)
-        file.write(",".join(f"{name} [{unit}]" for name, unit, _, _ in columns) + "\n")
-        for begin in range(0, len(columns[0][2]), ROWS):
-            parts = [map(repr, values[begin : begin + ROWS].tolist()) for _, _, values, _ in columns]
-            file.writelines(",".join(row) + "\n" for row in zip(*parts))
-
-
-def _parquet(path: Path, columns: list[tuple[str, str, np.ndarray, str]], said: dict[str, str]) -> None:
-    arrow, parquet = need("pyarrow", "parquet"), need("pyarrow.parquet", "parquet")
-    schema = arrow.schema(
-        [
-            arrow.field(name, arrow.from_numpy_dtype(values.dtype), False, {"unit": unit, "meaning": meaning})
-            for name, unit, values, meaning in columns
-        ],
-        said,
-    )
-    with parquet.ParquetWriter(path, schema) as writer:
-        for begin in range(0, max(len(columns[0][2]), 1), ROWS):
-            parts = [np.ascontiguousarray(values[begin : begin + ROWS]) for _, _, values, _ in columns]
-            writer.write_table(arrow.Table.from_arrays([arrow.array(part) for part in parts], schema=schema))
-
-
-def _long(table: Table) -> Iterable[tuple[str, str, np.ndarray, str]]:
+def _columns(content: Content, table: Table | None) -> list[tuple[str, str, np.ndarray, str]]:
+    """Name, unit, values and meaning of each column of the ticks, or of a table in long form."""
+    if table is None:
+        return [column for field in content.fields for column in field.columns()]
     times, points = table.long()
-    yield "time", "ns", times, "simulation time"
-    yield "point", "1", points, "number of the row within its instant"
-    for k, (name, unit) in enumerate(table.columns):
-        yield name, unit, table.rows[:, k], MEANING[name]
+    return [
+        ("time", "ns", times, "simulation time"),
+        ("point", "1", points, "number of the row within its instant"),
+        *((name, unit, table.rows[:, k], MEANING[name]) for k, (name, unit) in enumerate(table.columns)),
+    ]
 
 
 def _cf(name: str, unit: str, meaning: str) -> dict[str, Any]:
@@ -234,15 +227,14 @@ def export(
     for module in NEEDS.get(form, ()):
         need(module, form)
     tables = list(dict.fromkeys(tables))
-    write, write_table = WRITERS[form]
-    beside = {name: out.with_name(f"{out.stem}.{name}{out.suffix}") for name in tables} if write_table else {}
+    write = WRITERS[form]
+    beside = {name: out.with_name(f"{out.stem}.{name}{out.suffix}") for name in tables if form in APART}
     for path in (out, *beside.values()):
         _free(path, force)
     content = gather(run, fields, every, tables)
     _whole(out, partial(write, content))
-    if write_table:
-        for table in content.tables:
-            _whole(beside[table.name], partial(write_table, content, table))
+    for table in content.tables if beside else ():
+        _whole(beside[table.name], partial(write, content, table=table))
     columns = sum(len(field.axes) or 1 for field in content.fields)
     return Exported((out, *beside.values()), content.ticks, columns, content.provenance["verdict"])
 

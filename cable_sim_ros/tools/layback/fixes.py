@@ -11,7 +11,7 @@ import time
 from collections import deque
 from functools import partial
 from math import hypot, radians, remainder
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -41,14 +41,6 @@ LEAST_SPEED, LEAST_CABLE = 0.5, 10.0  # m/s, m: of which shares are taken at lea
 TURNED = radians(15.0)  # of the heading, from which a current of the world makes another tow
 
 
-class Spread(NamedTuple):
-    """Standard deviations [m] of a towbody along its layback, across it, and of its depth."""
-
-    along: float
-    across: float
-    depth: float
-
-
 class BandTable:
     """The interval of a tow's place for many cables and speeds of a scene at its heading, made once."""
 
@@ -70,16 +62,17 @@ class BandTable:
                     continue
                 self._rows[i, k] = np.array([band.along, band.across, band.depth]) / COVERAGE
 
-    def of(self, cable: float, speed: float, heading: float) -> Spread | None:
-        """Of a cable out [m], a speed [m/s] and a heading [rad]; None where nothing is known of it."""
+    def of(self, cable: float, speed: float, heading: float) -> tuple[float, ...] | None:
+        """Standard deviations [m] along the layback, across it and of the depth, at a cable out [m], a speed [m/s] and
+        a heading [rad]; None where nothing is known of it."""
         inside = self.cables[0] <= cable <= self.cables[-1] and self.speeds[0] <= speed <= self.speeds[-1]
         if not inside or (self.flows and abs(remainder(heading - self.heading, 2.0 * np.pi)) > TURNED):
             return None
-        found = [
+        found = tuple(
             float(np.interp(cable, self.cables, [np.interp(speed, self.speeds, row) for row in self._rows[:, :, k]]))
             for k in range(3)
-        ]
-        return Spread(*found) if np.isfinite(found).all() else None
+        )
+        return found if np.isfinite(found).all() else None
 
 
 class Fixes:
@@ -201,8 +194,8 @@ class Fixes:
         east, north = (frame["body_position"] - frame["sheave_position"])[:2].tolist()
         size = hypot(east, north) or 1.0
         c, s = east / size, north / size
-        along, across = spread.along**2, spread.across**2
-        made = np.diag([0.0, 0.0, spread.depth**2, 0.0, 0.0, math.atan2(spread.across, size) ** 2])
+        along, across, deep = (deviation**2 for deviation in spread)
+        made = np.diag([0.0, 0.0, deep, 0.0, 0.0, math.atan2(spread[1], size) ** 2])
         made[0, 0], made[1, 1] = along * c * c + across * s * s, along * s * s + across * c * c
         made[0, 1] = made[1, 0] = (along - across) * c * s
         return made

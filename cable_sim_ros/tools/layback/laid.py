@@ -61,14 +61,13 @@ class Place(NamedTuple):
 
 
 class Band(NamedTuple):
-    """Half-widths of the 95 % intervals [m]: of the layback, the place along and across its mean direction, the depth;
-    covariance: of east and north [m^2], of one standard deviation."""
+    """Half-widths of the 95 % intervals [m]: of the layback, the place along and across its mean direction, the
+    depth."""
 
     layback: float
     along: float
     across: float
     depth: float
-    covariance: tuple[float, float, float]  # east east, east north, north north
 
 
 COVERAGE = 1.96  # standard deviations of a 95 % interval
@@ -138,18 +137,12 @@ def _combined(middle: Place, ends: list[tuple[Place, Place]], ahead: tuple[float
     size = middle.layback
     way = (middle.east / size, middle.north / size) if size > STILL else (-ahead[0], -ahead[1])
     total = [0.0] * 4
-    spread = np.zeros((2, 2))
     for high, low in ends:
         east, north = 0.5 * (high.east - low.east), 0.5 * (high.north - low.north)
         along, across = east * way[0] + north * way[1], -east * way[1] + north * way[0]
         parts = (0.5 * (high.layback - low.layback), along, across, 0.5 * (high.depth - low.depth))
         total = [a + b * b for a, b in zip(total, parts, strict=True)]
-        spread += np.outer((east, north), (east, north))
-    covariance = spread / COVERAGE**2
-    layback, along, across, depth = map(sqrt, total)
-    return Band(
-        layback, along, across, depth, (float(covariance[0, 0]), float(covariance[0, 1]), float(covariance[1, 1]))
-    )
+    return Band(*map(sqrt, total))
 
 
 class Samples(NamedTuple):
@@ -299,7 +292,7 @@ def static_along(
             continue
         c, s = np.cos(course[k]), np.sin(course[k])
         row = (place.east * c + place.north * s, place.north * c - place.east * s, place.depth + one.height[k])
-        rows.append([part / one.cable[k] for part in (*row, *band[:4])])
+        rows.append([part / one.cable[k] for part in (*row, *band)])
     table = np.array(rows)
     # shares of the cable out change less than lengths
     at = np.column_stack([np.interp(one.seconds, one.seconds[chosen], table[:, k]) for k in range(7)])

@@ -48,12 +48,10 @@ def simulate(case: Case) -> dict[str, Any]:
             finally:  # also of a run that failed for it
                 _unchanged(case)
             row |= found
-        except FileChanged as error:
+        except (FileChanged, MemoryError, OSError) as error:
             row |= {"error": f"{type(error).__name__}: {error}", AGAIN: True}
         except (CableSimError, ArithmeticError) as error:
             row["error"] = f"{type(error).__name__}: {error}"
-        except (MemoryError, OSError) as error:
-            row |= {"error": f"{type(error).__name__}: {error}", AGAIN: True}
     row["warnings"] = "; ".join(
         dict.fromkeys(str(one.message) for one in warned if issubclass(one.category, UserWarning))
     )

@@ -1,18 +1,22 @@
-"""Sends telegrams over UDP to this host, when tick outputs come, on a grid of simulation time. No rclpy here."""
+"""Telegrams as a part of the node, `telegrams.*`: sent over UDP to this host, when tick outputs come, on a grid of
+simulation time. No rclpy here.
+"""
 
 from __future__ import annotations
 
 import socket
 import time
-from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from ...ros.parts import OK, WARN, NodePart, Status
 from ...sim.scene import Scene
-from .blocks import Telegrams, address_of, asked, form_of
+from .blocks import Telegrams, address_of, asked, form_of, telegram_problem
 from .fields import TelegramError, Withheld
 from .sources import FORMATS, Reader, due
+
+if TYPE_CHECKING:
+    from ...ros.node import CableSimNode
 
 RECENT = 1.05  # s that a telegram withheld is a warning
 
@@ -67,8 +71,11 @@ class Link:
 class Sender(NodePart):
     """The telegrams that are on; `tick` in the thread that has the tick outputs, the rest in any."""
 
-    def __init__(self, block: Telegrams, scene: Scene, log: Callable[[str, str], None]) -> None:
-        """log(level, text): hears where each telegram goes. Raises TelegramError where a port cannot be used."""
+    block, doc = Telegrams, "telegrams of the instruments over UDP"
+
+    def __init__(self, node: CableSimNode, block: Telegrams) -> None:
+        """The log of the node hears where each telegram goes. Raises TelegramError where a port cannot be used."""
+        scene = node.settings.scene
         self.links: list[Link] = []
         self._address, self._tick = block.address, round(1e9 * scene.solver.tick)
         self._before: Any = None
@@ -81,7 +88,17 @@ class Sender(NodePart):
                 self._refuse(name, part.port, f"{others} other socket{'s' * (others > 1)} of this host sends to it")
         for link in self.links:
             target = f"{block.address} port {link.port}"
-            log("info", f"telegrams {link.name} to {target}, {link.rate:g} Hz: {link.reader.said}")
+            node.log("info", f"telegrams {link.name} to {target}, {link.rate:g} Hz: {link.reader.said}")
+
+    @staticmethod
+    def asked(block: Telegrams) -> bool:
+        """Has one of them a port?"""
+        return bool(asked(block))
+
+    @staticmethod
+    def problem(block: Telegrams, scene: Scene) -> str:
+        """As telegram_problem."""
+        return telegram_problem(block, scene.solver.tick)
 
     def _refuse(self, name: str, port: int, why: str) -> None:
         self.close()
