@@ -66,14 +66,8 @@ def falling_chain(case: Case, level: Level) -> Values:
         )
     gravity, n = case.gravity, 128 if level.realtime else level.mesh(64)
     weight = mass * gravity * length
-    cable = uniform(
-        length,
-        n,
-        mass,
-        case.number("EA_N", INEXTENSIBLE * weight),
-        bending_stiffness=case.number("EI_N_m2", LIMBER * weight * length**2),
-        compression_share=FOLDING,
-    )
+    ea, ei = case.number("EA_N", INEXTENSIBLE * weight), case.number("EI_N_m2", LIMBER * weight * length**2)
+    cable = uniform(length, n, mass, ea, bending_stiffness=ei, compression_share=FOLDING)
     rig = Rig(cable, held={0: "r", n: "r"}, tension=weight, gravity=gravity)
     rig.place(*hanging_shape(rig.arc, apart, 0.0))
     rig.state.q[-1, :3] = (apart, 0.0, 0.0)
