@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from cable_sim_ros.physics.contact_surface import END_LOAD, stiffness, surface_row
-from cable_sim_ros.sim.rig.rig import Rig, load_of
+from cable_sim_ros.sim.rig.rig import Rig, cable_of, load_of
 
 PENETRATION = 1e-4  # of the radius, under the line load T/R: does not show
 MOVING = 1e-3  # the same where cable runs on: a fifth of the shipped one; stiffer contact only chatters more
@@ -72,6 +72,17 @@ def drum(
     k = stiffness(tension / END_LOAD, radius, sine, flanks, penetration * radius)
     throat = None if half_angle is None else 2.0 * half_angle
     return surface_row((0.0, 0.0, 0.0), radius, throat, depth, 0.0, k, damping)
+
+
+def laid(
+    parts: list[tuple[float, float]], mass: float, ea: float, radius: float, tension: float, give: float, **more
+) -> Rig:
+    """A rope without bending stiffness and its sheave; parts: length and longest element [m]; mass [kg/m], EA [N].
+
+    give: penetration of drum(); more: of Rig.
+    """
+    cable = cable_of(pieces(*parts), mass_per_length=mass, axial_stiffness=ea)
+    return Rig(cable, tension=tension, surfaces=[drum(radius, tension, penetration=give)], **more)
 
 
 def pulls(*forces: tuple[int, tuple[float, float, float] | np.ndarray]) -> list[np.ndarray]:

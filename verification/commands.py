@@ -29,9 +29,8 @@ from cable_sim_ros.files import finite, write_text
 from cable_sim_ros.limits import LONGEST_RUN
 from cable_sim_ros.terminal import print_table, say
 
-from .answer import with_table
 from .experiments import EXPERIMENTS
-from .stress.command import stress
+from .stress.command import stress, with_table
 
 __all__ = ["bench", "case", "stress", "validate"]
 

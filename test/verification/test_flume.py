@@ -6,9 +6,7 @@ The experiment on computed drag factors: what it prints is near what it is compa
 import numpy as np
 import pytest
 
-from verification.experiments import MISSED, OPEN, Comparison, Result, turbulence, verdict_of, viv_tow
-from verification.experiments.flume import CASES, CHOSEN, case_rows, trace, winch_motion
-from verification.experiments.flume_line import EI, bent, damping_per_c, golden, off, photograph, stiffness_of
+from verification.experiments import MISSED, OPEN, Comparison, Result, flume, turbulence, verdict_of, viv_tow
 from verification.experiments.table import markdown
 
 
@@ -41,42 +39,42 @@ def test_validate_repeats_the_turbulent_flume(validated, monkeypatch):
 
 
 def test_golden_section_finds_the_least_cost():
-    assert golden(lambda x: (x - 1.7) ** 2, 1.0, 2.0, 1e-4) == pytest.approx(1.7, abs=1e-4)
-    assert golden(lambda x: x, 1.0, 2.0, 1e-4) == pytest.approx(1.0, abs=1e-3)
+    assert flume.golden(lambda x: (x - 1.7) ** 2, 1.0, 2.0, 1e-4) == pytest.approx(1.7, abs=1e-4)
+    assert flume.golden(lambda x: x, 1.0, 2.0, 1e-4) == pytest.approx(1.0, abs=1e-3)
 
 
 def test_distance_is_that_to_the_nearest_place_of_the_line():
     line = np.array([(0.0, 0.0), (1.0, 0.0), (1.0, -1.0)])
-    assert off(np.array([(0.5, 0.1), (1.2, -0.5), (1.0, -1.3)]), line) == pytest.approx(0.01 + 0.04 + 0.09)
+    assert flume.off(np.array([(0.5, 0.1), (1.2, -0.5), (1.0, -1.3)]), line) == pytest.approx(0.01 + 0.04 + 0.09)
 
 
 def test_bend_test_gives_back_the_stiffness_of_its_points():
-    tip = bent(EI)[-1]
+    tip = flume.bent(flume.EI)[-1]
     assert 1e3 * tip == pytest.approx([20.648, -37.617], rel=2e-4)  # an independent code at 20 elements
-    assert stiffness_of(photograph(1.3 * EI, 0, 0.0)) == pytest.approx(1.3 * EI, rel=2e-3)
+    assert flume.stiffness_of(flume.photograph(1.3 * flume.EI, 0, 0.0)) == pytest.approx(1.3 * flume.EI, rel=2e-3)
 
 
 def test_first_mode_is_damped_as_the_thesis_says_and_not_by_an_objective_law():
     """omega / 2 T of a light pendulum is 119; the line's own weight and its clamp leave 112.7."""
-    of_55, ours = damping_per_c()
+    of_55, ours = flume.damping_per_c()
     assert of_55 == pytest.approx(112.72, rel=1e-3) and 0.0 < ours < 1e-3
 
 
 def test_winch_motion_is_that_of_the_record_smaller_and_faster():
-    t, curve = winch_motion(CHOSEN)
-    half, curve_half = winch_motion(CHOSEN._replace(smaller=200.0, faster=10.0))
+    t, curve = flume.winch_motion(flume.CHOSEN)
+    half, curve_half = flume.winch_motion(flume.CHOSEN._replace(smaller=200.0, faster=10.0))
     assert half[-1] == pytest.approx(0.5 * t[-1]) and np.abs(curve(t).mean(axis=0)).max() < 1e-12
     assert curve_half(half) == pytest.approx(0.5 * curve(t), abs=1e-12)
     assert 5e-3 < curve(t)[:, 2].std() < 3e-2
 
 
 def test_compensation_shrinks_the_path_and_rows_judge_it():
-    found = {name: [trace(name, 5.0)] for name in ("uncompensated", "simplified")}
+    found = {name: [flume.trace(name, 5.0)] for name in ("uncompensated", "simplified")}
     assert found["simplified"][0].volume < 0.7 * found["uncompensated"][0].volume
     assert 0.05 < found["simplified"][0].track < 2.0 and found["uncompensated"][0].track == 0.0
-    rows = {row.name: row for row in case_rows(found)}
+    rows = {row.name: row for row in flume.case_rows(found)}
     volume = rows["simplified: ellipsoid volume"]
-    assert (volume.measured, volume.simulated) == (CASES["simplified"][1][0], CASES["simplified"][2][0])
+    assert (volume.measured, volume.simulated) == (flume.CASES["simplified"][1][0], flume.CASES["simplified"][2][0])
     assert volume.allowed == pytest.approx(36.55 - 26.68)
     less = rows["simplified: volume less than uncompensated"]
     assert less.ours > 30.0 and less.measured == pytest.approx(80.0, abs=0.1)

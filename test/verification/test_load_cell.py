@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from verification.load_cell import LoadCell, LoadCellError, Moved, fit, judge
+from verification.experiments.load_cell import LoadCell, LoadCellError, Moved, fit, judge
 
 TRUTH = LoadCell(zero=170.0, mass=-180.0, forward=-28.0, port=8.0, lag=0.2)
 

@@ -6,7 +6,7 @@ import pytest
 from verification.benchmarks.bench import PEER_SCENES
 from verification.ours import CLEAR, leaving_tension
 from verification.peers import CANNOT, CODES, RUNS, Setting, even, installed
-from verification.peers.stream import Stream
+from verification.peers.in_exudyn import Stream
 from verification.scenes import errors, reference
 
 P = reference("P5").params

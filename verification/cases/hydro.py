@@ -29,27 +29,16 @@ UNEVEN = 0.381966  # of the length in the first section: no boundary of elements
 )
 def through_the_surface(case: Case, level: Level) -> Values:
     """Reactions at each depth of immersion the outputs name."""
-    length, gravity, n = case.number("length_m"), case.gravity, level.mesh(8)
-    weight = case.number("mass_per_length_kg_m") * gravity * length
+    length, diameter, mass = case.numbers("length_m diameter_m mass_per_length_kg_m")
+    density, cd, current = case.numbers("fluid_density Cd current_m_s")
+    gravity, n, law = case.gravity, level.mesh(8), crossflow(cd)
+    weight = mass * gravity * length
 
     def rig_at(wet: float, speed: float, held: dict) -> Rig:
-        sections = [
-            {"length": part * length, "elements": n // 2, **crossflow(case.number("Cd"))}
-            for part in (UNEVEN, 1.0 - UNEVEN)
-        ]
-        cable = cable_of(
-            sections,
-            diameter=case.number("diameter_m"),
-            mass_per_length=case.number("mass_per_length_kg_m"),
-            axial_stiffness=weight / STRAIN,
-        )
-        rig = Rig(
-            cable,
-            held=held,
-            tension=weight,
-            gravity=gravity,
-            water=Water(density=case.number("fluid_density"), current=(speed, 0.0)),
-        )
+        sections = [{"length": part * length, "elements": n // 2, **law} for part in (UNEVEN, 1.0 - UNEVEN)]
+        cable = cable_of(sections, diameter=diameter, mass_per_length=mass, axial_stiffness=weight / STRAIN)
+        water = Water(density=density, current=(speed, 0.0))
+        rig = Rig(cable, held=held, tension=weight, gravity=gravity, water=water)
         rig.straight((0.0, 0.0, length - wet), (0.0, 0.0, -1.0))
         rig.settle()
         return rig
@@ -61,7 +50,7 @@ def through_the_surface(case: Case, level: Level) -> Values:
         rf"horizontal reaction at the top, ({NUMBER}) m under water(?:, current ({NUMBER}) m/s)?"
         r".*"
     ):
-        speed = float(m[2]) if m[2] else case.number("current_m_s")
+        speed = float(m[2]) if m[2] else current
         rig = rig_at(float(m[1]), speed, {i: "rg" for i in range(n + 1)})
         of[name] = abs(float(rig.state.reaction[:, 0].sum()))
     return Values(of, n, 0.0)
@@ -108,19 +97,12 @@ def fall(case: Case, rig: Rig, node: int, step: float) -> dict[str, float]:
 )
 def sinking_cable(case: Case, level: Level) -> Values:
     """A level free cable that sinks broadside."""
-    length, n, gravity = case.number("length_m"), level.mesh(4), case.gravity
-    mass = case.number("mass_per_length_kg_m")
+    length, diameter, mass = case.numbers("length_m diameter_m mass_per_length_kg_m")
+    density, cn, ca = case.numbers("fluid_density Cn Ca")
+    n, gravity = level.mesh(4), case.gravity
     weight = mass * gravity * length
-    cable = uniform(
-        length,
-        n,
-        mass,
-        weight / STRAIN,
-        crossflow(case.number("Cn")),
-        diameter=case.number("diameter_m"),
-        added_mass_coefficient=case.number("Ca"),
-    )
-    rig = Rig(cable, held={}, tension=weight, gravity=gravity, water=Water(density=case.number("fluid_density")))
+    cable = uniform(length, n, mass, weight / STRAIN, crossflow(cn), diameter=diameter, added_mass_coefficient=ca)
+    rig = Rig(cable, held={}, tension=weight, gravity=gravity, water=Water(density=density))
     rig.straight((0.0, 0.0, -DEEP), (1.0, 0.0, 0.0))
     step = level.step(0.01)
     of = fall(case, rig, n // 2, step)
@@ -128,32 +110,24 @@ def sinking_cable(case: Case, level: Level) -> Values:
     return Values(of, n, step, [f"height differs by {sag:.1g} m along the cable at the end"])
 
 
-def sphere_of(case: Case, gravity: float) -> Towbody:
+def sphere_of(case: Case) -> Towbody:
     """The sphere of a case as the product's body."""
     radius, density = case.number("sphere_radius_m"), case.number("fluid_density")
     displaced = 4.0 / 3.0 * pi * radius**3 * density
     mass, area = case.number("mass_kg"), pi * radius**2 * case.number("Cd", 0.0)
     return Towbody(
         mass=mass,
-        net_weight=(mass - displaced) * gravity,
+        net_weight=(mass - displaced) * case.gravity,
         added_mass=(case.number("Ca", 0.0) * displaced,) * 3,
         drag_area=(area,) * 3,
     )
 
 
-def thread(
-    case: Case, length: float, held: dict, stiffness: float, tension: float, gravity: float, body: Towbody, node: int
-) -> Rig:
+def thread(case: Case, length: float, held: dict, stiffness: float, tension: float, body: Towbody) -> Rig:
     """A body on one element without water's load, of the least mass the product takes: the solver wants a line."""
     cable = cable_of([{"length": length, "elements": 1, "drag_law": DragLaw.OFF}], axial_stiffness=stiffness, **THREAD)
-    rig = Rig(
-        cable,
-        held=held,
-        tension=tension,
-        gravity=gravity,
-        bodies={node: body},
-        water=Water(density=case.number("fluid_density")),
-    )
+    water = Water(density=case.number("fluid_density"))
+    rig = Rig(cable, held=held, tension=tension, gravity=case.gravity, bodies={1: body}, water=water)
     rig.change_elements({BUOYANCY: 0.0})
     return rig
 
@@ -165,10 +139,9 @@ def thread(
 )
 def sinking_sphere(case: Case, level: Level) -> Values:
     """A sphere let go in still water."""
-    gravity = case.gravity
-    sphere = sphere_of(case, gravity)
-    net = max(abs(sphere.net_weight), 1e-3 * sphere.mass * gravity)
-    rig = thread(case, 0.01, {0: "g", 1: "g"}, max(net, 1.0), net, gravity, sphere, 1)
+    sphere = sphere_of(case)
+    net = max(abs(sphere.net_weight), 1e-3 * sphere.mass * case.gravity)
+    rig = thread(case, 0.01, {0: "g", 1: "g"}, max(net, 1.0), net, sphere)
     rig.straight((0.0, 0.0, -DEEP), (0.0, 0.0, -1.0))
     step = level.step(0.01)
     return Values(fall(case, rig, 1, step), 1, step)
@@ -182,11 +155,10 @@ def sinking_sphere(case: Case, level: Level) -> Values:
 )
 def submerged_pendulum(case: Case, level: Level) -> Values:
     """Small swing of a submerged sphere."""
-    gravity, length = case.gravity, case.number("line_length_m")
-    sphere, top = sphere_of(case, gravity), np.array((0.0, 0.0, -DEEP))
+    sphere, top = sphere_of(case), np.array((0.0, 0.0, -DEEP))
     if sphere.net_weight <= 0.0:
         raise RigError("the sphere floats up; this family hangs it")
-    rig = thread(case, length, {0: "r"}, sphere.net_weight / STRAIN, sphere.net_weight, gravity, sphere, 1)
+    rig = thread(case, case.number("line_length_m"), {0: "r"}, sphere.net_weight / STRAIN, sphere.net_weight, sphere)
     rig.straight(top, (0.0, 0.0, -1.0))
     rig.settle()
     tension = float(np.linalg.norm(rig.state.reaction[0, :3]))
@@ -210,8 +182,5 @@ def submerged_pendulum(case: Case, level: Level) -> Values:
     else:
         raise RigError("the sphere does not swing through the vertical")
     frequency = pi * (len(zeros) - 1) / (zeros[-1] - zeros[0])
-    return Values(
-        {"angular frequency": float(frequency), "period": float(2.0 * pi / frequency), "static line tension": tension},
-        1,
-        step,
-    )
+    of = {"angular frequency": float(frequency), "period": float(2.0 * pi / frequency), "static line tension": tension}
+    return Values(of, 1, step)

@@ -97,19 +97,11 @@ def jumper(case: Case, level: Level) -> Values:
     """A jumper whose upper end sways."""
     fixed, moved = vector(case, "end_fixed_m"), vector(case, "end_moved_m")
     gravity, length, n = case.gravity, case.number("unstretched_length_m"), level.mesh(16)
-    density, diameter, mass = (case.number(k) for k in ("fluid_density", "diameter_m", "mass_per_length_kg_m"))
+    density, diameter, mass, ea, ei = case.numbers("fluid_density diameter_m mass_per_length_kg_m EA_N EI_N_m2")
     wet = abs(mass - 0.25 * pi * diameter**2 * density) * gravity * length
     law = crossflow(case.number("Cd_normal"), pi * case.number("Cd_axial", 0.0))  # along: on the circumference
-    cable = uniform(
-        length,
-        n,
-        mass,
-        case.number("EA_N"),
-        law,
-        diameter=diameter,
-        bending_stiffness=case.number("EI_N_m2"),
-        added_mass_coefficient=case.number("Ca_normal", 0.0),
-    )
+    ca = case.number("Ca_normal", 0.0)
+    cable = uniform(length, n, mass, ea, law, diameter=diameter, bending_stiffness=ei, added_mass_coefficient=ca)
     rig = Rig(cable, held={0: "r", n: "r"}, tension=wet, gravity=gravity, water=Water(density=density))
     start, tangent = sagging(rig.arc, fixed, moved)
     start[0], start[-1] = fixed, moved

@@ -134,25 +134,15 @@ def hanging_chain(case: Case, level: Level) -> Values:
 )
 def submerged_cable(case: Case, level: Level) -> Values:
     """Natural frequencies of a cable and body hanging in still water."""
-    length, mass, gravity = case.number("length_m"), case.number("mass_per_length_kg_m"), case.gravity
-    weight, added, n = case.number("body_wet_weight_N"), case.number("body_transverse_added_mass_kg"), level.mesh(24)
+    length, mass, diameter, ca = case.numbers("length_m mass_per_length_kg_m diameter_m Ca_normal")
+    weight, heavy, added = case.numbers("body_wet_weight_N body_mass_kg body_transverse_added_mass_kg")
+    gravity, n = case.gravity, level.mesh(24)
     working = mass * gravity * length + weight
-    cable = uniform(
-        length,
-        n,
-        mass,
-        case.number("EA_N", 1e5 * working),
-        diameter=case.number("diameter_m"),
-        added_mass_coefficient=case.number("Ca_normal"),
-    )
-    rig = Rig(
-        cable,
-        held={0: "r"},
-        tension=working,
-        gravity=gravity,
-        water=Water(density=case.number("fluid_density")),
-        bodies={n: Towbody(mass=case.number("body_mass_kg"), net_weight=weight, added_mass=(added, added, 0.0))},
-    )
+    ea = case.number("EA_N", 1e5 * working)
+    cable = uniform(length, n, mass, ea, diameter=diameter, added_mass_coefficient=ca)
+    water = Water(density=case.number("fluid_density"))
+    body = Towbody(mass=heavy, net_weight=weight, added_mass=(added, added, 0.0))
+    rig = Rig(cable, held={0: "r"}, tension=working, gravity=gravity, water=water, bodies={n: body})
     rig.straight((0.0, 0.0, -10.0 - 0.1 * length), (0.0, 0.0, -1.0))
     rig.settle()
     notes = [] if case.number("Cd", 0.0) == 0.0 else ["drag is left out: it changes no frequency of small motion"]
@@ -224,18 +214,13 @@ def _spin(case: Case, n: int, turn: float, step: float) -> Values:
     _, m, _ = system(rig)
     v, tip, tension = state.v.ravel(), state.q[-1], run.tension.mean(axis=0)
     around = float((tip[0] * state.v[-1, 1] - tip[1] * state.v[-1, 0]) / (tip[:3] @ tip[:3]))
-    return Values(
-        {
-            "tension at the hub": float(np.linalg.norm(run.reaction[:, 0, :3], axis=1).mean()),
-            "tension at mid length": tension_along(rig, tension, 0.5 * length),
-            "tension at the tip": tension_along(rig, tension, length),
-            "kinetic energy (constant)": float(0.5 * v @ m @ v),
-        }
-        | {name: around for name, _ in asked},
-        n,
-        step,
-        [],
-    )
+    of = {
+        "tension at the hub": float(np.linalg.norm(run.reaction[:, 0, :3], axis=1).mean()),
+        "tension at mid length": tension_along(rig, tension, 0.5 * length),
+        "tension at the tip": tension_along(rig, tension, length),
+        "kinetic energy (constant)": float(0.5 * v @ m @ v),
+    }
+    return Values(of | {name: around for name, _ in asked}, n, step, [])
 
 
 ANGULAR = re.compile(r"([-+.\deE]+) rad/s \* x along \+y")
@@ -249,12 +234,11 @@ SWING_STEPS = 50  # of a real-time run over sqrt(L/g), at least
 )
 def pendulum(case: Case, level: Level) -> Values:
     """Positions of tip and middle at the times asked for."""
-    length, n = case.number("length_m"), level.mesh(8)
+    length, mass, ea, ei = case.numbers("length_m mass_per_length_kg_m EA_N EI_N_m2")
+    gravity, n = case.gravity, level.mesh(8)
     asked = case.asked(r"(tip|middle) ([xyz]) at ([\d.eE+-]+) s")
     times = sorted({float(m[3]) for _, m in asked})
-    mass, ea = case.number("mass_per_length_kg_m"), case.number("EA_N")
-    gravity = case.gravity
-    cable = uniform(length, n, mass, ea, bending_stiffness=case.number("EI_N_m2"), compression_share=1.0)
+    cable = uniform(length, n, mass, ea, bending_stiffness=ei, compression_share=1.0)
     rig = Rig(cable, held={0: "r"}, tension=mass * length * gravity, gravity=gravity)
     rig.straight((0.0, 0.0, 0.0), (1.0, 0.0, 0.0))
     spin = np.zeros((rig.nodes, 3))

@@ -7,9 +7,9 @@ from math import cos, pi, radians, sin, sqrt
 import numpy as np
 from scipy.signal import butter, sosfiltfilt
 
-from cable_sim_ros.sim.rig.rig import Rig, RigError, cable_of
+from cable_sim_ros.sim.rig.rig import Rig, RigError
 
-from ..bend import MOVING, Bend, Walk, distributed, drum, pieces, pulls
+from ..bend import MOVING, Bend, Walk, distributed, laid, pulls
 from ..contact_points import contact_points
 from .family import Case, Level, Values, family
 
@@ -69,16 +69,9 @@ def atwood(case: Case, level: Level) -> Values:
     coarse = COARSE // 2 << level.k
     parts = [(before, before / coarse), (total - before - after, size), (after, after / coarse)]
     bodies = {n: m for n, m in ((0, light), (-1, heavy)) if m > 0.0}
-    cable = cable_of(pieces(*(p for p in parts if p[0] > 1e-6)), mass_per_length=mass, axial_stiffness=ea)
     tension = gravity * max(light + mass * left, heavy + mass * right)
-    rig = Rig(
-        cable,
-        held={0: "r"},
-        tension=tension,
-        gravity=gravity,
-        bodies=bodies,
-        surfaces=[drum(radius, tension, penetration=MOVING)],
-    )
+    rope = [part for part in parts if part[0] > 1e-6]
+    rig = laid(rope, mass, ea, radius, tension, MOVING, held={0: "r"}, gravity=gravity, bodies=bodies)
     settle_moving(rig, bend, first, mass, bodies)
     rig.hold({})
     rig.balance()
@@ -112,9 +105,8 @@ def atwood(case: Case, level: Level) -> Values:
         "tension at light-side tangent": 3,
         "vertical contact force": 4,
     }
-    return Values(
-        {name: float(seen[float(m[2])][column[m[1]]]) for name, m in asked}, rig.nodes - 1, step, walk.note(step)
-    )
+    of = {name: float(seen[float(m[2])][column[m[1]]]) for name, m in asked}
+    return Values(of, rig.nodes - 1, step, walk.note(step))
 
 
 @family(
@@ -132,17 +124,8 @@ def lift_off(case: Case, level: Level) -> Values:
     bend = Bend(radius, -0.5 * pi, wrap - 0.5 * pi, free)
     size, tail = (0.5 if level.realtime else 2.0) * FINE * radius / level.mesh(1), 2.0 * radius
     tension = mass * free * (gravity + pull)
-    cable = cable_of(
-        pieces((free + bend.contact + tail, size)), mass_per_length=mass, axial_stiffness=tension / STRETCH
-    )
-    rig = Rig(
-        cable,
-        held={-1: "r"},
-        tension=tension,
-        gravity=gravity,
-        loads=pulls((0, (0.0, 0.0, 0.0))),
-        surfaces=[drum(radius, tension, penetration=MOVING)],
-    )
+    rope, loads = [(free + bend.contact + tail, size)], pulls((0, (0.0, 0.0, 0.0)))
+    rig = laid(rope, mass, tension / STRETCH, radius, tension, MOVING, held={-1: "r"}, gravity=gravity, loads=loads)
     settle_moving(rig, bend, pull, mass, {})
     end, along = rig.state.q[-1, :3].copy(), bend.nodes(rig.arc)[1][-1]
     rig.state.a[-1, :3] = pull * along
@@ -235,25 +218,15 @@ def wrapping(case: Case, level: Level) -> Values:
     radius, length = case.number("radius_to_centreline_m"), case.number("rope_length_from_top_of_pulley_m")
     mass, gravity = case.number("mass_kg"), case.gravity
     start = radians(case.number("initial_angle_from_vertical_deg"))
-    rope = case.number("rope_mass_per_length_kg_m", 1e-3 * mass / length)
+    linear = case.number("rope_mass_per_length_kg_m", 1e-3 * mass / length)
     wrap = 0.5 * pi - start
     maximum = min(0.5 * pi + 1.3 * abs(start) + 0.3, 2.0 * pi)
     fine = min(radius * maximum + radius, 0.9 * length)
     size = FINE * radius / level.mesh(1)
-    cable = cable_of(
-        pieces((fine, size), (length - fine, 4.0 * size)),
-        mass_per_length=rope,
-        axial_stiffness=case.number("EA_N", mass * gravity / STRETCH),
-    )
-    weight = mass * gravity
-    rig = Rig(
-        cable,
-        held={0: "xy"},  # along the rope; across it the pulley bears it
-        tension=weight,
-        gravity=gravity,
-        bodies={-1: mass},
-        surfaces=[drum(radius, weight, penetration=MOVING)],
-    )
+    weight, rope = mass * gravity, [(fine, size), (length - fine, 4.0 * size)]
+    ea = case.number("EA_N", weight / STRETCH)
+    # held along the rope; across it the pulley bears it
+    rig = laid(rope, linear, ea, radius, weight, MOVING, held={0: "xy"}, gravity=gravity, bodies={-1: mass})
     bend = Bend(radius, 0.0, wrap, 0.0)
     rig.place(*bend.nodes(rig.arc))
     along = np.array((sin(start), 0.0, -cos(start)))

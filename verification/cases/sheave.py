@@ -8,7 +8,7 @@ import numpy as np
 
 from cable_sim_ros.sim.rig.rig import Rig, cable_of
 
-from ..bend import MOVING, Bend, Walk, drum, far_pulls, harden, pieces
+from ..bend import MOVING, PENETRATION, Bend, Walk, drum, far_pulls, harden, laid, pieces
 from ..contact_points import ContactPoints, contact_points
 from .family import Case, Level, Values, family
 
@@ -132,17 +132,11 @@ def heavy_static(case: Case, level: Level) -> Values:
     heavy = gravity * max(
         mass * left + case.number("end_mass_left_kg", 0.0), mass * right + case.number("end_mass_right_kg")
     )
-    cable = cable_of(pieces(*(p for p in parts if p[0] > 0.0)), mass_per_length=mass, axial_stiffness=heavy / STRETCH)
     ends = {0: case.number("end_mass_left_kg", 0.0), -1: case.number("end_mass_right_kg")}
     light = 0 if mass * left + ends[0] < mass * right + ends[-1] else -1  # held there the rope stays taut
-    rig = Rig(
-        cable,
-        held={light: "r"},
-        tension=heavy,
-        gravity=gravity,
-        bodies={n: m for n, m in ends.items() if m > 0.0},
-        surfaces=[drum(radius, heavy)],
-    )
+    rope, bodies = [part for part in parts if part[0] > 0.0], {n: m for n, m in ends.items() if m > 0.0}
+    how = {"held": {light: "r"}, "gravity": gravity, "bodies": bodies}
+    rig = laid(rope, mass, heavy / STRETCH, radius, heavy, PENETRATION, **how)
     rig.place(*bend.nodes(rig.arc))
     rig.settle()
     table = contact_points(rig)
@@ -156,12 +150,8 @@ def heavy_static(case: Case, level: Level) -> Values:
     of["total vertical contact force"] = float(table.resultant[2])
     hold = -float(rig.state.reaction[light, 2])
     which = "left" if light == 0 else "right"
-    return Values(
-        of,
-        rig.nodes - 1,
-        0.0,
-        [f"the hand that holds the {which} end pulls down with {hold:.3g} N (0: the rope is balanced)"],
-    )
+    note = f"the hand that holds the {which} end pulls down with {hold:.3g} N (0: the rope is balanced)"
+    return Values(of, rig.nodes - 1, 0.0, [note])
 
 
 @family(

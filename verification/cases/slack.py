@@ -50,6 +50,16 @@ def fall_step(level: Level, fall: float, coarsest: int) -> float:
     return level.tick / max(int(np.ceil(level.tick * FALL_STEPS / fall)), 1)
 
 
+def hung_chain(length: float, apart: float, n: int, mass: float, gravity: float, ea: float, ei: float) -> Rig:
+    """A chain at rest between two level points."""
+    cable = uniform(length, n, mass, ea, bending_stiffness=ei, compression_share=FOLDING)
+    rig = Rig(cable, held={0: "r", n: "r"}, tension=mass * gravity * length, gravity=gravity)
+    rig.place(*hanging_shape(rig.arc, apart, 0.0))
+    rig.state.q[-1, :3] = (apart, 0.0, 0.0)
+    rig.settle()
+    return rig
+
+
 @family(
     "chain let go",
     "length_m end_separation_m mass_per_length_kg_m",
@@ -66,18 +76,8 @@ def falling_chain(case: Case, level: Level) -> Values:
         )
     gravity, n = case.gravity, 128 if level.realtime else level.mesh(64)
     weight = mass * gravity * length
-    cable = uniform(
-        length,
-        n,
-        mass,
-        case.number("EA_N", INEXTENSIBLE * weight),
-        bending_stiffness=case.number("EI_N_m2", LIMBER * weight * length**2),
-        compression_share=FOLDING,
-    )
-    rig = Rig(cable, held={0: "r", n: "r"}, tension=weight, gravity=gravity)
-    rig.place(*hanging_shape(rig.arc, apart, 0.0))
-    rig.state.q[-1, :3] = (apart, 0.0, 0.0)
-    rig.settle()
+    ea, ei = case.number("EA_N", INEXTENSIBLE * weight), case.number("EI_N_m2", LIMBER * weight * length**2)
+    rig = hung_chain(length, apart, n, mass, gravity, ea, ei)
     rig.release(n)
     drops = {
         name: (m[1], float(m[2]))

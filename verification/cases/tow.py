@@ -23,27 +23,19 @@ class Tow:
 
     def __init__(self, case: Case, level: Level, speed: float, law: dict, mass: float, added: float, ca: float):
         gravity, weight = case.gravity, case.number("body_wet_weight_N")
-        density, length = case.number("fluid_density"), case.number("cable_length_m")
-        wet, diameter, area = (case.number(k) for k in ("wet_weight_N_m", "diameter_m", "body_drag_area_CdA_m2"))
+        density, length, wet, diameter = case.numbers("fluid_density cable_length_m wet_weight_N_m diameter_m")
+        area, linear = case.numbers("body_drag_area_CdA_m2 mass_per_length_kg_m")
         drag = 0.5 * density * area * speed**2
         per_length = max(0.5 * density * diameter * law["drag_coefficient"] * speed**2, abs(wet))
         self.end = np.array((drag, 0.0, -weight)) if weight or drag else np.array((0.0, 0.0, -1.0))
         working = hypot(weight, drag) + abs(wet) * length
+        sections = graded(length, level.mesh(16), 2.0 * hypot(weight, drag) / per_length, **law)
+        ea, water = working / STRAIN, Water(density=density, current=(speed, 0.0))
         cable = cable_of(
-            graded(length, level.mesh(16), 2.0 * hypot(weight, drag) / per_length, **law),
-            diameter=diameter,
-            mass_per_length=case.number("mass_per_length_kg_m"),
-            axial_stiffness=working / STRAIN,
-            added_mass_coefficient=ca,
+            sections, diameter=diameter, mass_per_length=linear, axial_stiffness=ea, added_mass_coefficient=ca
         )
-        self.rig = Rig(
-            cable,
-            held={0: "r"},
-            tension=working,
-            gravity=gravity,
-            water=Water(density=density, current=(speed, 0.0)),
-            bodies={-1: Towbody(mass=mass, net_weight=weight, added_mass=(added,) * 3, drag_area=(area,) * 3)},
-        )
+        body = Towbody(mass=mass, net_weight=weight, added_mass=(added,) * 3, drag_area=(area,) * 3)
+        self.rig = Rig(cable, held={0: "r"}, tension=working, gravity=gravity, water=water, bodies={-1: body})
         self.notes = weigh(self.rig, wet)
         self.rig.straight((0.0, 0.0, -DEEP), self.end)
 
@@ -59,13 +51,8 @@ def critical_angle(case: Case, speed: float, law: dict) -> float:
     """
     density, wet = case.number("fluid_density"), case.number("wet_weight_N_m")
     cable = uniform(1.0, 1, case.number("mass_per_length_kg_m"), 1e3, law, diameter=case.number("diameter_m"))
-    rig = Rig(
-        cable,
-        held={0: "rg", 1: "rg"},
-        tension=1.0,
-        gravity=case.gravity,
-        water=Water(density=density, current=(speed, 0.0)),
-    )
+    water = Water(density=density, current=(speed, 0.0))
+    rig = Rig(cable, held={0: "rg", 1: "rg"}, tension=1.0, gravity=case.gravity, water=water)
     weigh(rig, wet)
     down = 1.0 if wet >= 0.0 else -1.0
 
@@ -144,16 +131,9 @@ def turn_metrics(rig: Rig) -> np.ndarray:
 )
 def circle_tow(case: Case, level: Level) -> Values:
     """A cable and body towed in a circle."""
-    speed, radius = case.number("ship_speed_m_s"), case.number("ship_turn_radius_m")
-    tow = Tow(
-        case,
-        level,
-        speed,
-        crossflow(case.number("Cn"), case.number("Ct", 0.0)),
-        case.number("body_mass_kg"),
-        case.number("body_added_mass_kg", 0.0),
-        case.number("Ca_normal", 0.0),
-    )
+    speed, radius, mass, cn = case.numbers("ship_speed_m_s ship_turn_radius_m body_mass_kg Cn")
+    ct, added, ca = (case.number(key, 0.0) for key in ("Ct", "body_added_mass_kg", "Ca_normal"))
+    tow = Tow(case, level, speed, crossflow(cn, ct), mass, added, ca)
     rig = tow.rig
     rig.settle()
     # from the stream to still water: the straight tow of the settled shape along +y begins the turn

@@ -106,13 +106,8 @@ def emergency_stop(case: Case, level: Level) -> Values:
 def _emergency_stop(case: Case, level: Level, step: float) -> Values:
     speed, unit, n = case.number("payout_speed_m_s"), transit_time(case), level.mesh(32)
     pull = case.number("constant_force_on_end_mass_N", 0.0)
-    rig = bar(
-        case,
-        n,
-        max(abs(pull), 1e-3 * case.number("EA_N")),
-        bodies={n: case.number("end_mass_kg")},
-        loads=[load_of(n, (pull, 0.0, 0.0))],
-    )
+    taut, loads = max(abs(pull), 1e-3 * case.number("EA_N")), [load_of(n, (pull, 0.0, 0.0))]
+    rig = bar(case, n, taut, bodies={n: case.number("end_mass_kg")}, loads=loads)
     rig.settle()
     still = -float(rig.state.reaction[0, 0])
     turn = 0.5 * np.pi * np.minimum(rig.arc / (FRONT * rig.arc[-1]), 1.0)

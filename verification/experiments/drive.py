@@ -22,7 +22,7 @@ from cable_sim_ros.sim.scene import Scene
 
 from ..shipped import quiet, scene_with, started
 from . import Comparison, Result
-from .drum import BODY, EA, GRAVITY, MU, WEIGHT, WRAP, amplitude_at, closed, hanging, impedance, stepped, swing_of
+from .drum import BODY, EA, GRAVITY, MU, WEIGHT, WRAP, amplitude_at, closed, hanging, stepped, swing_of
 
 TICK, FINE, FINEST = 0.01, 0.00125, 0.0003125  # s
 NUDGE = 0.004  # of the tension, that a free drum is pulled more with: the cable is as good as linear
@@ -269,7 +269,7 @@ def emergency_rows(phases: int = PHASES) -> list[Comparison]:
     at = round(begin / tick)
     rate, tension = float(twin.payout_rate[at]), float(twin.tension_drum[at])
     strain = tension / EA
-    wave = impedance() * rate * (1.0 + strain)
+    wave = sqrt(EA * MU) * rate * (1.0 + strain)
     slips = tension + 0.5 * wave
     scene = deep(drive__brake_pull=slips / 0.8)
     weak = heaved(scene, 2.0 * begin, changes=[(begin, "drive.mode", "emergency_stop")]).tension_drum[at:]

@@ -134,11 +134,6 @@ def stepped(frequency: float, tick: float) -> Swing:
     return Swing(float(np.angle(swing)) / h, -log(abs(swing)) / h, 1.0)
 
 
-def impedance() -> float:
-    """Z = sqrt(EA mu) [N s/m]: a change of speed at the end of a long cable by v changes its tension by Z v."""
-    return sqrt(EA * MU)
-
-
 def amplitude_at(series: np.ndarray, time: np.ndarray, period: float) -> float:
     """Amplitude of the swing of this period [s] in a series, beside a constant and a drift."""
     w = 2.0 * pi / period

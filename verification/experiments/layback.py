@@ -65,8 +65,8 @@ def tows() -> dict[str, Scene]:
     return {"200 m at 4 kn": shallow, "1000 m at 3 kn": deep}
 
 
-def log_of(situation: str, cable: float, speed: float) -> tuple[TowLog, float]:
-    """The log of a situation, and the seconds after which its event begins."""
+def log_of(situation: str, cable: float, speed: float) -> TowLog:
+    """The log of a situation whose event begins after BEFORE."""
     pass_by = cable / speed
     event = {"turn": 0.5 * pi * RADIUS * pass_by, "speed": 60.0, "winch": HAULED * cable / HAUL}.get(situation, 0.0)
     t = np.arange(0.0, BEFORE + event + AFTER * pass_by, STEP)
@@ -82,7 +82,7 @@ def log_of(situation: str, cable: float, speed: float) -> tuple[TowLog, float]:
         fast *= cos(yaw[0])
     elif situation == "winch":
         out *= 1.0 - HAULED * gone
-    return log_along(situation, t, fast, yaw, course, out), BEFORE
+    return log_along(situation, t, fast, yaw, course, out)
 
 
 def log_along(
@@ -107,11 +107,11 @@ def study(tow: str, scene: Scene, situation: str) -> Studied:
     table = table_of(scene)
     if situation == "cross":
         scene = override(scene, {"water.current": [0.0, CROSS]})
-    log, begin = log_of(situation, scene.winch.scope, scene.ship.tow_speed)
+    log = log_of(situation, scene.winch.scope, scene.ship.tow_speed)
     true = simulated(log, scene, log.cable)
     samples = samples_of(true.run.frames[true.first :].view(np.recarray), STEP)
     one = laid(scene, samples, DRAG_ALONE, table=table)
-    after = samples.seconds >= begin
+    after = samples.seconds >= BEFORE
     ways = {name: _apart(places - samples.fish, after) for name, places in one.places.items()}
     if situation == "cross":
         pointed = laid(scene, samples, Ranges(drag=0.0, speed=0.0, current=0.0, current_turn_deg=0.0), by_heading=True)

@@ -19,7 +19,7 @@ from cable_sim_ros.physics.state import STRUT
 from cable_sim_ros.plots.run import BLUE, FAINT, ORANGE, canvas
 from cable_sim_ros.sim.rig.rig import Rig, cable_of
 
-from ..bend import drum
+from ..bend import Bend, drum
 from . import Comparison, Result, unjudged
 
 RADIUS, DIAMETER, DENSITY, MODULUS, SECOND_MOMENT, DAMPING = 0.0462, 0.00884, 0.059, 2.0e9, 4.0e-14, 1e-3
@@ -103,11 +103,7 @@ def build(number: int, choice: Choice) -> Rig:
     strut, fraction = rigid_load(load, mass, inertia, gravity_centre, choice.stiffness), gravity_centre / inertia
     surface, solver = drum(radius, pull, choice.contact_damping, choice.penetration), Solver(rho_inf=choice.rho_inf)
     rig = loaded(sections, ea, ei, pull, surface, strut, solver=solver, mass_damping=choice.loss)
-    s = rig.arc - choice.lead
-    psi = np.clip(s / radius, 0.0, angle)
-    g = np.column_stack((np.cos(psi), 0.0 * s, -np.sin(psi)))
-    r = radius * np.column_stack((np.sin(psi), 0.0 * s, np.cos(psi)))
-    r += (np.minimum(s, 0.0) + np.maximum(s - radius * angle, 0.0))[:, None] * g
+    r, g = Bend(radius, 0.0, angle, choice.lead).nodes(rig.arc)
     # stretched by the pull of the first instant: the part of the weight along the rope
     first = pull * sin(angle)
     rig.place(r, g * (1.0 + first / ea))

@@ -127,10 +127,6 @@ def _run(tow: Tow, scene: Scene, mesh: FeedMesh, seconds: float) -> tuple[np.nda
     return frames["tension"], frames["body_position"], done.problem
 
 
-def _with_step(scene: Scene, step: float) -> Scene:
-    return scene.model_copy(update={"solver": scene.solver.model_copy(update={"tick": step, "tension_error": None})})
-
-
 def measure(tow: Tow, seconds: float = SECONDS, small_step: float = SMALL_STEP) -> Got:
     """Promise and result of one tow; seconds 0: statics alone (zeros for the rest)."""
     hold = tow.scene.setpoint.model_copy(update={"algorithm": SetpointLaw.HOLD})
@@ -145,11 +141,11 @@ def measure(tow: Tow, seconds: float = SECONDS, small_step: float = SMALL_STEP) 
     apart = float(np.linalg.norm(rest[0].body_position - rest[1].body_position))
     errors, fraction, problem = [(0.0, 0.0, 0.0)] * 2, 0.0, ""
     if seconds > 0.0:
-        reference = _run(tow, _with_step(scene, small_step), fine, seconds)
+        reference = _run(tow, stepped(scene, "fixed", small_step), fine, seconds)
         late = slice(round(SKIP / SECONDS * seconds / EVERY), len(reference[0]))
         pull, problem, errors = reference[0][late], reference[2], []
         fraction = float(pull.std() / pull.mean())
-        for one in (_with_step(scene, STEP), stepped(scene, "chosen", EVERY)):
+        for one in (stepped(scene, "fixed", STEP), stepped(scene, "chosen", EVERY)):
             tension, place, ended = _run(tow, one, plan.mesh, seconds)
             problem = problem or ended
             count = min(len(tension), len(reference[0]))

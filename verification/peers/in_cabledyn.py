@@ -17,7 +17,7 @@ import numpy as np
 from ..ours import DEEP, Ours, ramped_heave
 from ..scenes import reference
 from .common import Setting, silent
-from .in_moordyn import TOP, body_volume, cable_row
+from .in_moordyn import OUTPUTS, POINTS, RULE, TOP, body_volume, types
 
 BODY = 0.5  # m, length of the section that is the towbody
 TAIL, TAIL_STRAIN, TAIL_PULL = 100.0, 0.05, 0.1  # m; its strain and pull [N] when the towbody hangs still
@@ -27,42 +27,33 @@ TOLERANCE = 1e-4  # of Newton
 
 def _deck(setting: Setting) -> str:
     p = reference("P5").params
-    rule, across = "-" * 20, sqrt(4.0 * body_volume(p) / BODY / pi)
+    across = sqrt(4.0 * body_volume(p) / BODY / pi)
     x, z = reference("P5").history[0, 1:3]
     cable = "\n".join(f"1 cable {fraction * p['L']} {n}" for fraction, n in setting.mesh)
-    return f"""P5
-{rule} LINE TYPES {rule}
-TypeName Diam Mass/m EA BA/-zeta EI Cd Ca CdAx CaAx
-(name) (m) (kg/m) (N) (N-s/-) (N-m^2) (-) (-) (-) (-)
-{cable_row(p)}
+    return f"""{types(p)}
 body {across} {p["M"] / BODY} {10.0 * p["EA"]} -0.05 0 1e-9 0.0 1e-9 0.0
 tail 1e-4 1e-4 {TAIL_PULL / TAIL_STRAIN} 0 0 1e-9 0.0 1e-9 0.0
-{rule} POINTS {rule}
-ID Attachment X Y Z Mass Volume CdA Ca
-(#) (-) (m) (m) (m) (kg) (m^3) (m^2) (-)
+{POINTS}
 1 Coupled 0 0 {TOP} 0 0 0 0
 2 Fixed {x} 0 {TOP + z - BODY - (1.0 + TAIL_STRAIN) * TAIL} 0 0 0 0
-{rule} LINES {rule}
+{RULE} LINES {RULE}
 ID AttachA AttachB Outputs
 (#) (#) (#) (-)
 1 1 2 -
-{rule} SECTIONS {rule}
+{RULE} SECTIONS {RULE}
 LineID LineType Length NumSegs
 (#) (name) (m) (#)
 {cable}
 1 body {BODY} 1
 1 tail {TAIL} 1
-{rule} OPTIONS {rule}
+{RULE} OPTIONS {RULE}
 {setting.dt} dtM
 {SETTLE + p["T"]} TMax
 {p["g"]} g
 {p["rho"]} rhoW
 uniform {p["U"]} 0 0 current
 dynamic_solver {TOLERANCE} 1e-8 30 12
-{rule} OUTPUTS {rule}
-FairTen1
-{rule} need this line {rule}
-"""
+{OUTPUTS}"""
 
 
 def cabledyn_towed(setting: Setting) -> Ours:

@@ -17,11 +17,23 @@ from .common import Setting, silent
 
 SPIN_UP, GATHER = 1000.0, 20.0  # s of straight tow before the heave; of them getting up to speed
 TOP = -50.0  # m, depth of the tow point
+RULE = "-" * 20
+POINTS = f"""{RULE} POINTS {RULE}
+ID Attachment X Y Z Mass Volume CdA Ca
+(#) (-) (m) (m) (m) (kg) (m^3) (m^2) (-)"""
+OUTPUTS = f"""{RULE} OUTPUTS {RULE}
+FairTen1
+{RULE} need this line {RULE}
+"""
 
 
-def cable_row(p: dict) -> str:
-    """The cable as a row of LINE TYPES."""
-    return f"cable {p['d']} {p['mu']} {p['EA']} -0.05 0 {p['Cdn']} 0.0 {p['Cdt']} 0.0"
+def types(p: dict) -> str:
+    """A deck from its first line to the cable among the types of line."""
+    return f"""P5
+{RULE} LINE TYPES {RULE}
+TypeName Diam Mass/m EA BA/-zeta EI Cd Ca CdAx CaAx
+(name) (m) (kg/m) (N) (N-s/-) (N-m^2) (-) (-) (-) (-)
+cable {p["d"]} {p["mu"]} {p["EA"]} -0.05 0 {p["Cdn"]} 0.0 {p["Cdt"]} 0.0"""
 
 
 def body_volume(p: dict) -> float:
@@ -32,22 +44,15 @@ def body_volume(p: dict) -> float:
 def _deck(setting: Setting) -> str:
     """P5: one line, body as a free point, tow point driven from outside."""
     p = reference("P5").params
-    rule = "-" * 20
-    return f"""P5
-{rule} LINE TYPES {rule}
-TypeName Diam Mass/m EA BA/-zeta EI Cd Ca CdAx CaAx
-(name) (m) (kg/m) (N) (N-s/-) (N-m^2) (-) (-) (-) (-)
-{cable_row(p)}
-{rule} POINTS {rule}
-ID Attachment X Y Z Mass Volume CdA Ca
-(#) (-) (m) (m) (m) (kg) (m^3) (m^2) (-)
+    return f"""{types(p)}
+{POINTS}
 1 Free {0.92 * p["L"]} 0 {TOP - 0.36 * p["L"]} {p["M"]} {body_volume(p)} 0 0
 2 Coupled 0 0 {TOP} 0 0 0 0
-{rule} LINES {rule}
+{RULE} LINES {RULE}
 ID LineType AttachA AttachB UnstrLen NumSegs Outputs
 (#) (name) (#) (#) (m) (-) (-)
 1 cable 1 2 {p["L"]} {setting.elements} -
-{rule} OPTIONS {rule}
+{RULE} OPTIONS {RULE}
 {setting.inner} dtM
 {p["g"]} g
 {p["rho"]} rhoW
@@ -56,10 +61,7 @@ ID LineType AttachA AttachB UnstrLen NumSegs Outputs
 0.5 TmaxIC
 0.01 threshIC
 0 writeLog
-{rule} OUTPUTS {rule}
-FairTen1
-{rule} need this line {rule}
-"""
+{OUTPUTS}"""
 
 
 def _tow_path(dt: float, start: float, duration: float, heave: bool) -> np.ndarray:

@@ -1,21 +1,35 @@
-"""``cable-sim stress``, and what it shares with ``cable-sim soak``: the command, and verdicts as tables."""
+"""``cable-sim stress``, and what it shares with others: figures with a table beside them, verdicts as tables."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import click
 
 from cable_sim_ros.cli.options import Answer, answers, folder_option, progress_bar, ready
 from cable_sim_ros.errors import CODE_FAILED, CODE_OK
+from cable_sim_ros.files import write_text
 from cable_sim_ros.terminal import markdown_table, print_table, say
 
-from ..answer import with_table
 from . import STRESS
 from .verdict import Tests, Verdict, as_text
 
 WORD = {True: "pass", False: "MISS", None: "not measurable"}
 METRICS = ("id", "figure", "measured", "limit", "verdict")
+
+
+def with_table(
+    name: str, figures: Any, text: str, out: Path | None, tell: Callable[[], None] | None = None, code: int = CODE_OK
+) -> Answer:
+    """An Answer with ``name``.json and ``name``.md in its folder; tell None: the Markdown itself is printed."""
+    tell = tell or (lambda: say(text, lines=True))
+    if out is None:
+        return Answer(figures, tell, code=code)
+    table = out / f"{name}.md"
+    write_text(table, text + "\n")
+    return Answer(figures, tell, out / f"{name}.json", [("table", table)], code=code)
 
 
 def command_of(name: str, tests: Tests, metavar: str, about: str) -> click.Command:

@@ -11,8 +11,7 @@ from cable_sim_ros.sim.rig.rig import FOLDING, WHIPPING, Rig
 from ..cables import uniform
 from ..cases import Fidelity, run_case
 from ..cases.family import Case, Output
-from ..cases.slack import bowed
-from ..cases.statics import hanging_shape
+from ..cases.slack import INEXTENSIBLE, LIMBER, bowed, hung_chain
 from .verdict import MIN, WITHIN, Found, Metric, relative, stress
 
 GRAVITY = 9.81
@@ -66,20 +65,9 @@ def min_along(rig: Rig, step: float, seconds: float) -> float:
 
 def min_of_chain(elements: int, step: float) -> float:
     """Least element tension of the falling chain until it hangs below its support, over T0 at that support."""
-    p = CHAIN
-    length, weight = p["length_m"], p["mass_per_length_kg_m"] * GRAVITY * p["length_m"]
-    cable = uniform(
-        length,
-        elements,
-        p["mass_per_length_kg_m"],
-        1e4 * weight,
-        bending_stiffness=5e-8 * weight * length**2,
-        compression_share=FOLDING,
-    )
-    rig = Rig(cable, held={0: "r", elements: "r"}, tension=weight)
-    rig.place(*hanging_shape(rig.arc, p["end_separation_m"], 0.0))
-    rig.state.q[-1, :3] = (p["end_separation_m"], 0.0, 0.0)
-    rig.settle()
+    length, apart, mass = CHAIN["length_m"], CHAIN["end_separation_m"], CHAIN["mass_per_length_kg_m"]
+    weight = mass * GRAVITY * length
+    rig = hung_chain(length, apart, elements, mass, GRAVITY, INEXTENSIBLE * weight, LIMBER * weight * length**2)
     top = float(np.linalg.norm(rig.state.reaction[0, :3]))
     rig.release(elements)
     return min_along(rig, step, 0.4) / top

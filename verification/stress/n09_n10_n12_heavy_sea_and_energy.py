@@ -129,8 +129,9 @@ def _trace(scene, sea: dict, seconds: float, settle: float) -> dict:
     }
 
 
-def bare(tick: float) -> Simulator:
-    """A bare, undamped cable that hangs from the drum, pinned there far above the water; its surfaces do not press."""
+def swinging(tick: float) -> Simulator:
+    """A bare, undamped cable pulled aside by 30 degrees, pinned at the drum far above the water; its surfaces do not
+    press."""
     sim = Simulator(
         scene_from_dict(
             {
@@ -152,12 +153,6 @@ def bare(tick: float) -> Simulator:
     )
     sim.state.surfaces["stiffness"][:] = 0.0
     sim.start()
-    return sim
-
-
-def swinging(tick: float) -> Simulator:
-    """The same pulled aside by 30 degrees."""
-    sim = bare(tick)
     down = np.array((-0.5, 0.0, -np.sqrt(0.75)))
     sim.state.q[:, :3] = sim.state.q[0, :3] + sim.state.arc[:, None] * down
     sim.state.q[:, 3:] = down

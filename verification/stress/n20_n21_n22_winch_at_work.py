@@ -165,11 +165,16 @@ def jointed(name: str, scope: float) -> Scene:
     )
 
 
-def against(sim: Simulator, direct: Simulator) -> tuple[float, float]:
-    """Tension [N] and place of the body from the sheave [m] against a direct start."""
-    a, b = sim.frame, direct.frame
+def against(
+    name: str, sim: Simulator, start: Simulator, what: str = "a direct start", newton: float = 0.5, metre: float = 0.015
+) -> list[Metric]:
+    """Tension [N] and place of the body from the sheave [m] against a start, and what they may be off."""
+    a, b = sim.frame, start.frame
     place = (a.body_position - a.sheave_position) - (b.body_position - b.sheave_position)
-    return abs(float(a.tension - b.tension)), float(np.linalg.norm(place))
+    return [
+        Metric(f"{name}, tension against {what}", abs(float(a.tension - b.tension)), "N", newton),
+        Metric(f"{name}, body against {what}", float(np.linalg.norm(place)), "m", metre),
+    ]
 
 
 @stress(
@@ -196,14 +201,11 @@ def joint(quick: bool) -> Found:
                 change = np.abs(np.diff(moving.tension[near]))
                 steps.append(float(change.max() - np.median(change)))
                 work += turned_over(np.concatenate((moving, rest)).view(np.recarray))
-                newton, metres = against(sim, started(jointed(name, scope)))
-                way = "hauled in" if rate < 0.0 else "paid out again"
-                # hauled in, the direct start has a mesh of its own: what both are promised to err by
-                allowed = (scene.accuracy.tension * sim.frame.tension, 2.0 * PLACE) if rate < 0.0 else (0.5, 0.015)
-                metrics += [
-                    Metric(f"{name}, {way}, tension against a direct start", newton, "N", float(allowed[0])),
-                    Metric(f"{name}, {way}, body against a direct start", metres, "m", allowed[1]),
-                ]
+                way, allowed = "paid out again", {}
+                if rate < 0.0:  # the direct start has a mesh of its own: what both are promised to err by
+                    newton = float(scene.accuracy.tension * sim.frame.tension)
+                    way, allowed = "hauled in", {"newton": newton, "metre": 2.0 * PLACE}
+                metrics += against(f"{name}, {way}", sim, started(jointed(name, scope)), **allowed)
         except SolverError as error:
             metrics.append(holds(f"{name}, ran to its end", False))
             notes.append(f"{name}: {error}")

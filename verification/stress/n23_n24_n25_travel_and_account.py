@@ -85,12 +85,8 @@ def reversing(quick: bool) -> Found:
         tension = np.concatenate(account.tension)
         if waves is None:
             account.look(reel(sim, 0.0, 60.0 if quick else 1800.0))
-            newton, metres = against(sim, direct(values | PATIENT, float(sim.frame.payout), scene))
-            metrics += [
-                Metric(f"{name}, settled, tension against a direct start", newton, "N", 0.5),
-                Metric(f"{name}, settled, body against a direct start", metres, "m", 0.015),
-                Metric(f"{name}, cable lost", abs(float(sim.frame.payout) - begin), "m", 1e-3),
-            ]
+            metrics += against(f"{name}, settled", sim, direct(values | PATIENT, float(sim.frame.payout), scene))
+            metrics.append(Metric(f"{name}, cable lost", abs(float(sim.frame.payout) - begin), "m", 1e-3))
         notes.append(f"{name}: {tension.min():.0f} to {tension.max():.0f} N")
     return Found(metrics, notes)
 
@@ -144,11 +140,7 @@ def last_metre(quick: bool) -> Found:
             *account.metrics(name, 1e-3),
         ]
         if not sea:
-            newton, metres = against(sim, started(scene))
-            metrics += [
-                Metric(f"{name}, paid out again, tension against the start", newton, "N", 0.5),
-                Metric(f"{name}, paid out again, body against the start", metres, "m", 0.015),
-            ]
+            metrics += against(f"{name}, paid out again", sim, started(scene), "the start")
         notes.append(f"{name}: {way:.1f} m hauled in, {sim.nodes - 1} elements")
     return Found(metrics, notes)
 

@@ -97,10 +97,6 @@ def plain_numpy() -> dict[str, str]:
     return {"NPY_DISABLE_CPU_FEATURES": " ".join(name for name in __cpu_dispatch__ if __cpu_features__.get(name))}
 
 
-def different(here: dict[str, str], there: dict[str, str]) -> list[str]:
-    return [name for name in here if here[name] != there.get(name)]
-
-
 @stress(
     "kernels for AVX2 and AVX-512, numpy and BLAS of the oldest processor, each in a process of its own",
     "every tick output and figure to the bit",
@@ -113,7 +109,8 @@ def processors(quick: bool) -> Found:
     here, notes, metrics = digests(quick), [], []
 
     def compared(name: str, environment: dict[str, str], judged: bool = True) -> None:
-        wrong = different(here, elsewhere(environment, quick))
+        there = elsewhere(environment, quick)
+        wrong = [name for name in here if here[name] != there.get(name)]
         metrics.append(Metric(f"differ, {name}", len(wrong), f"of {len(here)}", 0 if judged else None))
         if wrong:
             notes.append(f"{name}: {', '.join(wrong)}")
