@@ -219,9 +219,9 @@ def correct_by_kept(line, state, change, r):
     A second time only where that would meet the tolerance by as much as the first gained: a new tangent costs as much.
     """
     plan, health, tolerance = state.plan[0], state.memory[NOW].health, line.settings[0].tolerance
-    look_round(state)
+    follow = look_round(state)
     for used in range(1, KEPT_SERVES + 1):
-        solve_by_kept(line, state)
+        solve_by_kept(line, state, follow)
         correct(state, change, 1.0)
         before, r = r, residual(line, state, change, NO)
         if r <= tolerance:

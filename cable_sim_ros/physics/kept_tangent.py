@@ -13,6 +13,7 @@ from .state import NOW, Q
 from .vec import add, cross, dot, row3, scale
 
 COSINE = 3  # columns of Work.turn: sine times axis, 1/(1 + cosine)
+SLIGHT = 1e-7  # square of a sine; times EA/T it is less than what drag changes in a tangent from step to step
 
 
 @driver
@@ -29,15 +30,18 @@ def keep_tangent(state, change):
 def look_round(state):
     """How every node has turned since the tangent was kept, about the axis across where it pointed and points.
 
-    By more than a right angle it is not followed: then the tangent does not serve.
+    By more than a right angle it is not followed: then the tangent does not serve. Returns whether any has by more
+    than slightly.
     """
-    q, facing, turn = state.nodes[NOW, Q], state.work.facing, state.work.turn
+    q, facing, turn, most = state.nodes[NOW, Q], state.work.facing, state.work.turn, 0.0
     for n in range(q.shape[0]):
         was, now = row3(facing, n), (q[n, 3], q[n, 4], q[n, 5])
         per_square = 2.0 / (dot(was, was) + dot(now, now))  # stretch goes into the second order
         sine = scale(per_square, cross(was, now))
         turn[n, 0], turn[n, 1], turn[n, 2] = sine
         turn[n, COSINE] = 1.0 / (1.0 + max(per_square * dot(was, now), 0.0))
+        most = max(most, dot(sine, sine))
+    return most > SLIGHT
 
 
 @inline
@@ -63,10 +67,12 @@ def turn_vectors(line, turn, sense, table, column):
 
 
 @driver
-def solve_by_kept(line, state):
-    """Solve for the residual in the work space with the tangent that is kept; after look_round()."""
+def solve_by_kept(line, state, follow):
+    """Solve for the residual in the work space with the tangent that is kept; follow: turned as look_round() found."""
     work = state.work
     x = work.step.reshape(work.step.shape[0], 6, 1)
-    turn_vectors(line, work.turn, -1.0, work.band, RHS)
+    if follow:
+        turn_vectors(line, work.turn, -1.0, work.band, RHS)
     solve_again(work.band, work.lower, work.factor, work.step)
-    turn_vectors(line, work.turn, 1.0, x, 0)
+    if follow:
+        turn_vectors(line, work.turn, 1.0, x, 0)
