@@ -27,7 +27,6 @@ from .rigid_body import (
     head_bodies,
     rest_attitudes,
 )
-from .rows import add, add_two, difference, leave_held, subtract, zero
 from .state import (
     AT_REST,
     FLOW,
@@ -116,6 +115,51 @@ def copy(a, b):
             b[i, j] = a[i, j]
 
 
+# loops over rows of as many numbers: few rows in each, so that they become loops of machine vectors
+
+
+@driver
+def zero(row):
+    """row = 0"""
+    for i in range(row.shape[0]):
+        row[i] = 0.0
+
+
+@driver
+def subtract(a, b, out):
+    """out = a - b"""
+    for i in range(out.shape[0]):
+        out[i] = a[i] - b[i]
+
+
+@driver
+def difference(new, kept):
+    """kept = new and new = new - kept: the next backward difference."""
+    for i in range(new.shape[0]):
+        new[i], kept[i] = new[i] - kept[i], new[i]
+
+
+@driver
+def add(row, s, x):
+    """row += s x"""
+    for i in range(row.shape[0]):
+        row[i] += s * x[i]
+
+
+@driver
+def add_two(row, s, x, t, y):
+    """row += s x + t y"""
+    for i in range(row.shape[0]):
+        row[i] += s * x[i] + t * y[i]
+
+
+@driver
+def leave_held(row, held):
+    """row = 0 where held is 1"""
+    for i in range(row.shape[0]):
+        row[i] *= 1.0 - held[i]
+
+
 @driver
 def trend(line, state, h):
     """Number of backward differences, 0 to 4, with which the next step foresees its acceleration: Newton's series.
@@ -190,12 +234,11 @@ def _predict(line, state, h) -> None:
     for row in range(GAIN, GAIN + terms):
         add(rise, 1.0, rows[NOW, row])
     leave_held(rise, line.held.reshape(line.held.size))
-    at = h * h * beta * share
-    add_two(rows[NOW, Q], h, v, at * (1.0 - af), rise)
-    add_two(rows[NOW, Q], h * h * (0.5 - beta) - am * at, x, at, a)
-    at = h * gamma * share
-    add_two(rows[NOW, V], h * (1.0 - gamma) - am * at, x, at, a)
-    add(rows[NOW, V], at * (1.0 - af), rise)
+    of_q, of_v = h * h * beta * share, h * gamma * share  # what the auxiliary acceleration at the end weighs in both
+    add_two(rows[NOW, Q], h, v, of_q * (1.0 - af), rise)
+    add_two(rows[NOW, Q], h * h * (0.5 - beta) - am * of_q, x, of_q, a)
+    add_two(rows[NOW, V], h * (1.0 - gamma) - am * of_v, x, of_v, a)
+    add(rows[NOW, V], of_v * (1.0 - af), rise)
     add(rows[NOW, A], 1.0, rise)
 
 
