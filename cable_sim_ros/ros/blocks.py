@@ -60,6 +60,9 @@ class LockstepParameters(Block):
         "simulation time from one command to the next; given, each is waited for from the first tick on; none: as "
         "they come",
     )
+    flap_period: float | None = quantity(
+        None, "s", 1e-4, 60.0, "the same of flap commands, of which the first answers the first tick output"
+    )
     chain_delay: float = quantity(
         0.0,
         "s",

@@ -69,9 +69,15 @@ class Lockstep:
         self.held = ""  # why nothing may run, or ""
         self.steps_left = self.steps = 0
         self.gate = MotionGate(settings.silent_after, delay, kinds)
-        given = None if settings.command_period is None else round(settings.command_period * SECOND)
-        self.commands = Cadence(settings.silent_after, given, True, round(settings.chain_delay * SECOND))
-        self.flaps = Cadence(settings.silent_after, None, True, round(settings.chain_delay * SECOND))
+        self.commands, self.flaps = (
+            Cadence(
+                settings.silent_after,
+                None if period is None else round(period * SECOND),
+                True,
+                round(settings.chain_delay * SECOND),
+            )
+            for period in (settings.command_period, settings.flap_period)
+        )
         self.late = self.early = self.unstamped = 0
         self.phase = Phase.BETWEEN
         self._waited = 0

@@ -111,6 +111,7 @@ class SteppedSession(Session):
             return False
         loop.step()
         self.publish_ticks()
+        self.steps.flaps.expect(self.steps.clock - self.steps.flaps.delay)
         if loop.halted:
             self._halted()
         return True

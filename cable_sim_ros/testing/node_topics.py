@@ -81,6 +81,7 @@ class Link:
     """Hears one node and speaks to it. TowError for parameters that it could not use."""
 
     _patience = 0.0  # s, lockstep.wait as it was given
+    _by_outputs = False  # does its controller answer tick outputs, each waited for by the node itself?
 
     def __init__(
         self,
@@ -98,6 +99,8 @@ class Link:
         self.processes = processes  # of the test
         self.domain, self.lockstep, self.scene = domain, lockstep, settings.scene
         self._patience = self._wait = settings.node.lockstep.wait
+        given, delay = settings.node.lockstep, settings.node.input_delay
+        self._by_outputs = bool(given.command_period or given.flap_period) and given.chain_delay >= delay
         self._given = not lockstep or "lockstep.wait" in parameters
         self._names = [row.name for row in settings.rows] + list(FOREIGN)
         self._looked = 0.0  # s, at who else is there
@@ -288,7 +291,7 @@ class Link:
         the standing clock is then always in time for the first step. One that came later has no motion to answer before
         the clock moves, at most a clock to command by: SPEAK."""
         deadline = time.monotonic() + (max(SPEAK, self._patience) if self._fed else SPEAK)
-        while self._awaited and not self.spoken.wait(0.01) and time.monotonic() < deadline:
+        while self._awaited and not (self._by_outputs or self.spoken.wait(0.01)) and time.monotonic() < deadline:
             check()
         self._awaited = False
 
@@ -325,7 +328,7 @@ class Link:
         """It publishes them: let it, the node and our motion learn of each other."""
         self.chain.came(name, within, check)
         self._controlled = self._awaited = True
-        self._fed, self._unpaced = False, SPEAK
+        self._fed, self._unpaced = False, 0.0 if self._by_outputs else SPEAK
 
     def set(self, name: str, value: Any) -> None:
         """Set a parameter; TowError where there is none of that name, or with the node's reason where it refuses."""

@@ -1,7 +1,7 @@
 """Holds the towbody at a depth by the flap of its wing: python3 keep_depth.py 110 (metres below the mean surface).
 
-For the scene depressor. Every fifth pose is answered, 20 a second, under a stamp that hangs on the pose alone; so two
-runs in lockstep are the same to the bit. The winch stands.
+For the scene depressor. Each pose is answered under its stamp, by no clock: so two runs in lockstep are the same to the
+bit. The winch stands.
 """
 
 import math
@@ -16,7 +16,7 @@ from sensor_msgs.msg import JointState
 
 KP, KI, KD = 0.1, 0.008, 0.5  # rad/m, rad/(m s), rad s/m
 LARGEST = math.radians(15.0)
-PERIOD, DELAY = 50_000_000, 30_000_000  # ns; input_delay of the node: /clock is so far ahead of the pose
+PERIOD = 0.01  # s, from one tick to the next
 
 
 class KeepDepth(Node):
@@ -28,15 +28,13 @@ class KeepDepth(Node):
 
     def on_pose(self, pose):
         stamp = pose.header.stamp.sec * 1_000_000_000 + pose.header.stamp.nanosec
-        if stamp % PERIOD:
-            return
-        h, error = PERIOD * 1e-9, self.wanted + pose.pose.position.z  # positive: too high
+        h, error = PERIOD, self.wanted + pose.pose.position.z  # positive: too high
         sinks = 0.0 if self.before is None else (self.before - error) / h
         self.before = error
         angle = -KP * error - self.sum + KD * sinks  # trailing edge up: less lift, deeper
         if abs(angle) < LARGEST:  # no wind-up at the end of the range
             self.sum += KI * error * h
-        self.send(stamp + DELAY, {"depressor": max(-LARGEST, min(LARGEST, angle))})
+        self.send(stamp, {"depressor": max(-LARGEST, min(LARGEST, angle))})
 
     def send(self, stamp, angles):
         message = JointState(name=list(angles), position=list(angles.values()))

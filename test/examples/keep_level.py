@@ -1,7 +1,7 @@
 """Keeps roll and pitch of the towbody at zero by two flaps of its tail: python3 keep_level.py
 
-For the scene side_scan_fish: both flaps together turn it in pitch, one against the other in roll. Every fifth odometry
-is answered, 20 a second, under a stamp that hangs on it alone.
+For the scene side_scan_fish: both flaps together turn it in pitch, one against the other in roll. Each odometry
+is answered under its stamp.
 """
 
 import math
@@ -15,7 +15,7 @@ from sensor_msgs.msg import JointState
 
 ROLL, PITCH = (4.0, 2.0, 0.5), (2.0, 0.2, 1.0)  # gains of angle, integral and rate: 1, 1/s, s
 LARGEST = math.radians(20.0)
-PERIOD, DELAY = 50_000_000, 30_000_000  # ns; input_delay of the node: /clock is so far ahead of the pose
+PERIOD = 0.01  # s, from one tick to the next
 
 
 class KeepLevel(Node):
@@ -27,19 +27,17 @@ class KeepLevel(Node):
 
     def on_odometry(self, odometry):
         stamp = odometry.header.stamp.sec * 1_000_000_000 + odometry.header.stamp.nanosec
-        if stamp % PERIOD:
-            return
         q, rate = odometry.pose.pose.orientation, odometry.twist.twist.angular  # axes of the body: x ahead, y to port
         roll = math.atan2(2 * (q.w * q.x + q.y * q.z), 1 - 2 * (q.x**2 + q.y**2))  # port side up
         pitch = math.asin(max(-1.0, min(1.0, 2 * (q.w * q.y - q.z * q.x))))  # nose down
         both, apart = self.angle(PITCH, -pitch, -rate.y), self.angle(ROLL, roll, rate.x)
-        self.send(stamp + DELAY, {"tail_port": both - apart, "tail_starboard": both + apart})
+        self.send(stamp, {"tail_port": both - apart, "tail_starboard": both + apart})
 
     def angle(self, gains, error, slope):
         kp, ki, kd = gains
         angle = kp * error + self.sums[gains] + kd * slope
         if abs(angle) < LARGEST:  # no wind-up at the end of the range
-            self.sums[gains] += ki * error * PERIOD * 1e-9
+            self.sums[gains] += ki * error * PERIOD
         return max(-LARGEST, min(LARGEST, angle))
 
     def send(self, stamp, angles):

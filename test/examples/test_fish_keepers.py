@@ -12,7 +12,12 @@ LISTING = {"towbody.centre_of_gravity": [-0.02, 0.006, -0.13]}  # 6 mm to port
 
 def kept(tow_sim, scene, script, *arguments, seconds, **parameters):
     """Tick outputs of so many seconds of waves with the keeper, and the node."""
-    parameters = {"setpoint.algorithm": "hold"} | parameters
+    parameters = {
+        "setpoint.algorithm": "hold",
+        "lockstep.flap_period": 0.01,  # s: each tick output is answered
+        "lockstep.chain_delay": 0.03,  # s: input_delay, under the stamp of the pose
+        "lockstep.wait": 20.0,  # s of wall time, however busy the machine is
+    } | parameters
     sim = tow_sim(scene, mode="lockstep", parameters=parameters)
     sim.run([sys.executable, HERE / script, *arguments], name=script, within=600.0)
     sim.feed(heave=(0.5, 8.0), duration=seconds + 2.0)

@@ -18,6 +18,7 @@ PARAMETERS = {
     "instruments.encoder.resolution": 0.002,
     "lockstep.command_period": 0.02,  # s: a reading each tick
     "lockstep.chain_delay": 0.03,  # s: input_delay
+    "lockstep.wait": 20.0,  # s of wall time, however busy the machine is
 }
 
 

@@ -345,6 +345,31 @@ def test_until_the_first_tick_the_clock_goes_at_real_time_where_steps_are_asked_
     run.close()
 
 
+def test_flaps_that_are_announced_are_waited_for_from_the_first_tick_output_on(monkeypatch):
+    """They answer it where the clock is said again: only to one that waits. The silence after the fifth is bounded."""
+    announced = {"flap_period": 0.02, "chain_delay": 0.03, "rate": 0.0, "wait": 0.5}
+    run = Run(monkeypatch, scene="side_scan_fish", **{f"lockstep.{key}": value for key, value in announced.items()})
+    for _, kind, data in ship():
+        run.give(kind, data)
+    answered = []
+
+    def keeper(clock: int) -> None:
+        if run.frames and clock == run.said_before and len(answered) < 5 and run.frames[-1]["time"] not in answered:
+            answered.append(int(run.frames[-1]["time"]))
+            data = command(answered[-1], position=[0.1], names=["tail_port"])
+            assert run.session.command(data, -1, "flaps") == ""
+        run.said_before = clock
+
+    run.at_clock, run.said_before = keeper, 0
+    frames = run.until(6)
+    steps = run.session.steps
+    assert answered == list(frames.time[:5]) and (steps.late, steps.flaps.missed, steps.commands.missed) == (0, 0, 0)
+    wall = run.wall
+    run.until(20)
+    assert steps.flaps.missed == 5 and steps.flaps.silent and run.wall - wall < 6 * S
+    run.close()
+
+
 def test_no_tick_is_no_tick(monkeypatch):
     run = poured(monkeypatch)
     run.until(3)
