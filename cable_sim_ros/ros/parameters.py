@@ -20,6 +20,7 @@ from ..io.scenes.live_changes import CONSEQUENCE, SECOND, ChangeError, Timetable
 from ..io.scenes.load import SceneError, SceneWarning, load_scene, override
 from ..physics.parameter import Block
 from ..sim.scene import Scene
+from ..sim.tables.rigid_tables import flaps_of
 from .blocks import NodeBlock
 from .lockstep import rate_problem
 from .parts import problem_of_parts
@@ -175,6 +176,7 @@ def settle(overrides: dict[str, Any]) -> Settings:
         name_problem("recording.path", recording.path, "started")
         or name_problem("state_file", node.state_file, "started")
         or rate_problem(node.lockstep.rate, "started")
+        or _flaps_problem(node.lockstep.flap_period, scene)
         or problem_of_parts(node, scene)
     )
     if recording.enabled and not problem:
@@ -187,6 +189,16 @@ def settle(overrides: dict[str, Any]) -> Settings:
         rows(node) + rows(scene),
         [str(item.message) for item in caught if issubclass(item.category, SceneWarning)],
         _faults(node.faults_file, scene),
+    )
+
+
+def _flaps_problem(period: float | None, scene: Scene) -> str:
+    """What is wrong with commands of flaps that are announced, or ""."""
+    if period is None or flaps_of(scene):
+        return ""
+    return (
+        f"parameter 'lockstep.flap_period' = {period:g} s: the scene has no flaps, and every step would wait for their "
+        f"commands; nothing was started. Leave it out, or give a wing of the scene a flap_share"
     )
 
 

@@ -44,6 +44,7 @@ class SteppedSession(Session):
         self.rate = math.nan  # simulated over wall time, achieved
         self._rates: deque[tuple[int, int]] = deque()
         self.spoken = False  # has any motion come?
+        self._missed = 0  # commands, when it was last said
         # clock, bytes, kind of the newest command of winch and flaps before the motion
         self._early: dict[bool, tuple[int, bytes, str]] = {}
         self._recorded = self._ahead = 0  # ns: newest time in a recording, which is so far ahead of the clock
@@ -300,7 +301,24 @@ class SteppedSession(Session):
         then, before = self._rates[0]
         self.rate = (self.steps.steps - before) * self.period / (now - then) if now > then else math.nan
         self.pace.factor = self.rate
+        self._say_missed()
         self._say_waiting()
+
+    def _say_missed(self) -> None:
+        """At the first command that a step has waited for in vain, and at ten times as many."""
+        steps, node = self.steps, self.node.lockstep
+        missed = steps.commands.missed + steps.flaps.missed
+        if missed >= max(1, 10 * self._missed):
+            self._missed = missed
+            winch = steps.commands.missed >= steps.flaps.missed
+            who, key = ("winch", "command_period") if winch else ("flap", "flap_period")
+            period = getattr(node, key)
+            ask = "" if period is None else f" is lockstep.{key} = {period:g} s that of the controller, and its first?"
+            self.log(
+                "warn",
+                f"no {who} command came for the step of /clock {steps.clock / SECOND:.3f} s within lockstep.wait = "
+                f"{node.wait:g} s of wall time; missed so far: {missed};{ask or ' the last one acts'}",
+            )
 
 
 def session_of(settings: Settings, log: Callable[[str, str], None]) -> Session:

@@ -81,7 +81,7 @@ class Link:
     """Hears one node and speaks to it. TowError for parameters that it could not use."""
 
     _patience = 0.0  # s, lockstep.wait as it was given
-    _by_outputs = False  # does its controller answer tick outputs, each waited for by the node itself?
+    _by_outputs = False
 
     def __init__(
         self,
@@ -100,7 +100,8 @@ class Link:
         self.domain, self.lockstep, self.scene = domain, lockstep, settings.scene
         self._patience = self._wait = settings.node.lockstep.wait
         given, delay = settings.node.lockstep, settings.node.input_delay
-        self._by_outputs = bool(given.command_period or given.flap_period) and given.chain_delay >= delay
+        answers = given.chain_delay >= delay if given.command_period else bool(given.flap_period)
+        self._by_outputs = answers  # does the controller answer outputs, each waited for by the node itself?
         self._given = not lockstep or "lockstep.wait" in parameters
         self._names = [row.name for row in settings.rows] + list(FOREIGN)
         self._looked = 0.0  # s, at who else is there

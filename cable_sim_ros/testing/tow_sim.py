@@ -27,7 +27,19 @@ from ..errors import TowError
 from ..ros import watchdog
 from ..ros.child import MARK, Process, failure, opened
 from ..sim.flag_rules import DOUBTFUL, OK
-from .arguments import COMMAND, SENT_AGAIN, agree, as_text, number, process_of, scene_text, too_late, unmet, with_motion
+from .arguments import (
+    COMMAND,
+    COMMANDS,
+    SENT_AGAIN,
+    agree,
+    as_text,
+    number,
+    process_of,
+    scene_text,
+    too_late,
+    unmet,
+    with_motion,
+)
 from .domain import reserve
 
 SHARED = Path("/dev/shm")
@@ -243,7 +255,8 @@ class Tow:
         self.processes.append(process)
         self._closing.append(process.stop)
         if within:
-            what = f"ready: {name} has no publisher of {' or '.join(topics)}"
+            named = COMMANDS if set(topics) <= set(COMMANDS) else topics
+            what = f"ready: {name} has no publisher of {' or '.join(named)}"
             self._await(lambda: not link.chain.missing(), within, what)
             link.came(name, within, self.check)
             self._segments |= mapped(process.pid)

@@ -1,7 +1,7 @@
 """Holds the towbody at a depth by the flap of its wing: python3 keep_depth.py 110 (metres below the mean surface).
 
-For the scene depressor. Each pose is answered under its stamp, by no clock: so two runs in lockstep are the same to the
-bit. The winch stands.
+For the scene depressor. Each pose is answered, under a stamp that hangs on it alone: so two runs in lockstep are the
+same to the bit. The winch stands.
 """
 
 import math
@@ -16,7 +16,7 @@ from sensor_msgs.msg import JointState
 
 KP, KI, KD = 0.1, 0.008, 0.5  # rad/m, rad/(m s), rad s/m
 LARGEST = math.radians(15.0)
-PERIOD = 0.01  # s, from one tick to the next
+PERIOD, DELAY = 0.01, 30_000_000  # s, from one tick to the next; ns, input_delay: /clock is so far ahead of a tick
 
 
 class KeepDepth(Node):
@@ -34,7 +34,7 @@ class KeepDepth(Node):
         angle = -KP * error - self.sum + KD * sinks  # trailing edge up: less lift, deeper
         if abs(angle) < LARGEST:  # no wind-up at the end of the range
             self.sum += KI * error * h
-        self.send(stamp, {"depressor": max(-LARGEST, min(LARGEST, angle))})
+        self.send(stamp + DELAY, {"depressor": max(-LARGEST, min(LARGEST, angle))})
 
     def send(self, stamp, angles):
         message = JointState(name=list(angles), position=list(angles.values()))

@@ -1,7 +1,7 @@
 """Keeps roll and pitch of the towbody at zero by two flaps of its tail: python3 keep_level.py
 
 For the scene side_scan_fish: both flaps together turn it in pitch, one against the other in roll. Each odometry
-is answered under its stamp.
+is answered, under a stamp that hangs on it alone.
 """
 
 import math
@@ -15,7 +15,7 @@ from sensor_msgs.msg import JointState
 
 ROLL, PITCH = (4.0, 2.0, 0.5), (2.0, 0.2, 1.0)  # gains of angle, integral and rate: 1, 1/s, s
 LARGEST = math.radians(20.0)
-PERIOD = 0.01  # s, from one tick to the next
+PERIOD, DELAY = 0.01, 30_000_000  # s, from one tick to the next; ns, input_delay: /clock is so far ahead of a tick
 
 
 class KeepLevel(Node):
@@ -31,7 +31,7 @@ class KeepLevel(Node):
         roll = math.atan2(2 * (q.w * q.x + q.y * q.z), 1 - 2 * (q.x**2 + q.y**2))  # port side up
         pitch = math.asin(max(-1.0, min(1.0, 2 * (q.w * q.y - q.z * q.x))))  # nose down
         both, apart = self.angle(PITCH, -pitch, -rate.y), self.angle(ROLL, roll, rate.x)
-        self.send(stamp, {"tail_port": both - apart, "tail_starboard": both + apart})
+        self.send(stamp + DELAY, {"tail_port": both - apart, "tail_starboard": both + apart})
 
     def angle(self, gains, error, slope):
         kp, ki, kd = gains

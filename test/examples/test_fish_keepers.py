@@ -15,7 +15,6 @@ def kept(tow_sim, scene, script, *arguments, seconds, **parameters):
     parameters = {
         "setpoint.algorithm": "hold",
         "lockstep.flap_period": 0.01,  # s: each tick output is answered
-        "lockstep.chain_delay": 0.03,  # s: input_delay, under the stamp of the pose
         "lockstep.wait": 20.0,  # s of wall time, however busy the machine is
     } | parameters
     sim = tow_sim(scene, mode="lockstep", parameters=parameters)

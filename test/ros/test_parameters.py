@@ -41,6 +41,7 @@ WRONG = [  # overrides, parts of the text beside the first key
     ({"state_file": "../x"}, ["../x", "no path; nothing was started"]),
     ({"solver.tension_error": 0.005}, ["0.005", "one step a tick; nothing was started", "cable-sim run"]),
     ({"time_mode": "stepped"}, ["stepped", "realtime, lockstep"]),
+    ({"lockstep.flap_period": 0.02}, ["0.02 s", "no flaps", "nothing was started", "flap_share"]),
     ({"lockstep.rate": 0.05}, ["0.05", "nothing was started", "0.1 to 1000"]),
     ({"lockstep.wait": -1.0}, ["-1 s", "from 0 s to 600 s"]),
     ({"faults_file": "/none.yaml"}, ["parameter 'faults_file'", "/none.yaml", "cannot be read"]),

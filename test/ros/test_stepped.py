@@ -367,6 +367,10 @@ def test_flaps_that_are_announced_are_waited_for_from_the_first_tick_output_on(m
     wall = run.wall
     run.until(20)
     assert steps.flaps.missed == 5 and steps.flaps.silent and run.wall - wall < 6 * S
+    assert "of the flaps is silent" in lockstep_status(run.session).message
+    run.session.poll()
+    run.session.poll()
+    assert sum("no flap command came for the step of /clock" in text for text in run.said) == 1
     run.close()
 
 

@@ -79,8 +79,10 @@ def lockstep_status(session: SteppedSession) -> Status:
     if silent:
         text = f"no {' and no '.join(silent)} any more: no step waits for it until it speaks"
         return Status("lockstep", WARN, text, values)
-    if steps.commands.in_row or steps.flaps.in_row or any(cadence.in_row for cadence in steps.gate.cadence.values()):
-        return Status("lockstep", WARN, f"{_doing(session)}; the newest that was due did not come", values)
+    senders = {"winch command": steps.commands, "flap command": steps.flaps} | steps.gate.cadence
+    if late := [name for name, cadence in senders.items() if cadence.in_row]:
+        text = f"{_doing(session)}; the newest {' and the newest '.join(late)} that was due did not come"
+        return Status("lockstep", WARN, text, values)
     return Status("lockstep", OK, _doing(session), values)
 
 
