@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import io
 import ipaddress
+import math
 import socket
 import threading
 import time
@@ -15,6 +16,7 @@ from html import escape
 from http import HTTPStatus
 from typing import Any
 from urllib.parse import urlsplit
+from weakref import WeakKeyDictionary
 
 import numpy as np
 
@@ -105,6 +107,7 @@ def guarded(host: str) -> Iterator[Callable[[], bool]]:
 
 
 SLIM, WIDE = 0.5, 2.5  # width over height of a window's picture, as far as the camera follows it
+RESHAPED = 0.02  # of the aspect of a window, from which on its camera is placed anew
 WINDOW = 60.0  # s, of the strip charts
 CHARTS = 2.0  # Hz, of strip charts and figures
 NAMES = {name: name.capitalize() for name in CAMERAS}
@@ -211,7 +214,8 @@ class Page:
         )
         self.legend = gui.add_html("")
         self.put_legend()
-        self.server.on_client_connect(lambda client: self.look(self.camera, client))
+        self.looked: WeakKeyDictionary[Any, tuple[float, np.ndarray]] = WeakKeyDictionary()  # aspect, eye of a window
+        self.server.on_client_connect(self._opened)
 
     @staticmethod
     def legend_of(stage: Stage) -> str:
@@ -256,6 +260,16 @@ class Page:
 
     # ---- what a viewer does
 
+    def _opened(self, client: Any) -> None:
+        client.camera.on_update(lambda _: self._shaped(client))
+        self.look(self.camera, client)
+
+    def _shaped(self, client: Any) -> None:
+        """Look anew where a window is of another shape, as when its panel has been laid out, and nobody has moved."""
+        aspect, eye = self.looked.get(client, (math.nan, np.zeros(3)))
+        if abs(client.camera.aspect / aspect - 1.0) > RESHAPED and np.allclose(client.camera.position, eye, rtol=1e-3):
+            self.look(self.camera, client)
+
     def look(self, name: str, client: Any = None) -> None:
         """Take the camera to what it is named after; without a client every window's."""
         moment = self.stage.moment
@@ -273,6 +287,7 @@ class Page:
         for one in [client] if client is not None else list(self.server.get_clients().values()):
             aspect = min(max(float(one.camera.aspect), SLIM), WIDE)
             view = camera(name, self.scene, moment, self.stage.body, self.stage.hull.length, aspect)
+            self.looked[one] = float(one.camera.aspect), view.eye
             with one.atomic():
                 one.camera.position, one.camera.look_at, one.camera.fov = view.eye, view.at, FIELD
                 one.camera.near, one.camera.far = view.near, view.far
