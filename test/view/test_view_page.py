@@ -39,7 +39,7 @@ def cable_pixels(picture: np.ndarray) -> np.ndarray:
     scene = picture[:, :-PANEL].astype(int)
     best = np.min([np.abs(scene - 255.0 * row).max(axis=-1) for row in fine_scale()], axis=0)
     vivid = scene.max(axis=-1) - scene.min(axis=-1) > 60
-    return np.argwhere((best < 28) & vivid)
+    return np.argwhere((best < 45) & vivid)
 
 
 def fine_scale() -> np.ndarray:
@@ -84,7 +84,7 @@ def _looks_like_the_tow(browser: Browser, run: BagRun, folder: Path) -> None:
 
     def there():  # whole, its end within the picture: the camera is placed anew once the panel has been laid out
         found_ = cable_pixels(_settled(browser, folder / "whole.png"))
-        wide = len(found_) > 200 and np.ptp(found_[:, 1]) > 200 and np.ptp(found_[:, 0]) > 40
+        wide = len(found_) > 200 and np.ptp(found_[:, 1]) > 250 and np.ptp(found_[:, 0]) > 40
         return found_ if wide and found_[:, 1].min() > 20 else None
 
     # its buttons come after its title; a slow machine comes to the end of the recording first
