@@ -81,7 +81,7 @@ class Link:
     """Hears one node and speaks to it. TowError for parameters that it could not use."""
 
     _patience = 0.0  # s, lockstep.wait as it was given
-    _by_outputs = False
+    _flaps_alone = False
 
     def __init__(
         self,
@@ -99,9 +99,8 @@ class Link:
         self.processes = processes  # of the test
         self.domain, self.lockstep, self.scene = domain, lockstep, settings.scene
         self._patience = self._wait = settings.node.lockstep.wait
-        given, delay = settings.node.lockstep, settings.node.input_delay
-        answers = given.chain_delay >= delay if given.command_period else bool(given.flap_period)
-        self._by_outputs = answers  # does the controller answer outputs, each waited for by the node itself?
+        given = settings.node.lockstep  # the node waits for flaps by itself, and before a tick nothing asks for them
+        self._flaps_alone = given.flap_period is not None and given.command_period is None
         self._given = not lockstep or "lockstep.wait" in parameters
         self._names = [row.name for row in settings.rows] + list(FOREIGN)
         self._looked = 0.0  # s, at who else is there
@@ -292,7 +291,7 @@ class Link:
         the standing clock is then always in time for the first step. One that came later has no motion to answer before
         the clock moves, at most a clock to command by: SPEAK."""
         deadline = time.monotonic() + (max(SPEAK, self._patience) if self._fed else SPEAK)
-        while self._awaited and not (self._by_outputs or self.spoken.wait(0.01)) and time.monotonic() < deadline:
+        while self._awaited and not (self._flaps_alone or self.spoken.wait(0.01)) and time.monotonic() < deadline:
             check()
         self._awaited = False
 
@@ -329,7 +328,7 @@ class Link:
         """It publishes them: let it, the node and our motion learn of each other."""
         self.chain.came(name, within, check)
         self._controlled = self._awaited = True
-        self._fed, self._unpaced = False, 0.0 if self._by_outputs else SPEAK
+        self._fed, self._unpaced = False, 0.0 if self._flaps_alone else SPEAK
 
     def set(self, name: str, value: Any) -> None:
         """Set a parameter; TowError where there is none of that name, or with the node's reason where it refuses."""

@@ -18,13 +18,13 @@ PARAMETERS = {
     "instruments.encoder.resolution": 0.002,
     "lockstep.command_period": 0.02,  # s: a reading each tick
     "lockstep.chain_delay": 0.03,  # s: input_delay
-    "lockstep.wait": 20.0,  # s of wall time, however busy the machine is
 }
 
 
 def test_what_a_controller_does_that_loses_its_instruments(tow_sim):
     sim = tow_sim("full_scale", mode="lockstep", parameters=PARAMETERS, may_be_doubtful=True)
     controller = sim.run([sys.executable, CONTROLLER, "--ros-args", "-p", "use_sim_time:=true"], within=600.0)
+    sim.set("lockstep.wait", 20.0)  # s of wall time, however busy the machine is
     sim.feed(heave=(1.0, 6.0), duration=30.0)
     sim.advance(2.0)
     both = sim.advance(2.0)

@@ -267,7 +267,8 @@ class Page:
     def _shaped(self, client: Any) -> None:
         """Look anew where a window is of another shape, as when its panel has been laid out, and nobody has moved."""
         aspect, eye = self.looked.get(client, (math.nan, np.zeros(3)))
-        if abs(client.camera.aspect / aspect - 1.0) > RESHAPED and np.allclose(client.camera.position, eye, rtol=1e-3):
+        moved = np.linalg.norm(client.camera.position - eye) > 1e-3 * np.linalg.norm(eye)
+        if abs(client.camera.aspect / aspect - 1.0) > RESHAPED and not moved:
             self.look(self.camera, client)
 
     def look(self, name: str, client: Any = None) -> None:
