@@ -69,15 +69,10 @@ class Lockstep:
         self.held = ""  # why nothing may run, or ""
         self.steps_left = self.steps = 0
         self.gate = MotionGate(settings.silent_after, delay, kinds)
-        self.commands, self.flaps = (
-            Cadence(
-                settings.silent_after,
-                None if period is None else round(period * SECOND),
-                True,
-                round(settings.chain_delay * SECOND),
-            )
-            for period in (settings.command_period, settings.flap_period)
-        )
+        chain = round(settings.chain_delay * SECOND)
+        given = (settings.command_period, settings.flap_period)
+        periods = (None if one is None else round(one * SECOND) for one in given)
+        self.commands, self.flaps = (Cadence(settings.silent_after, one, True, chain) for one in periods)
         self.late = self.early = self.unstamped = 0
         self.phase = Phase.BETWEEN
         self._waited = 0

@@ -13,12 +13,11 @@ from typing import Any
 import numpy as np
 
 from ..errors import TowError
-from ..io.messages.messages import COMMANDED, KINDS
+from ..io.messages.messages import KINDS
 from ..physics.tick_output import Flag
 from ..ros.services.policy import SPACE
 
 COMMAND = KINDS["command"][1]
-COMMANDS = tuple(KINDS[kind][1] for kind in COMMANDED)  # each stands for all
 # motion of a test comes from reliable publishers: what a busy machine loses on the way is sent again
 SENT_AGAIN = {
     f"qos_overrides.{SPACE}/{KINDS[kind][1]}.subscription.reliability": "reliable" for kind in ("imu", "odometry")

@@ -16,9 +16,11 @@ from rclpy.parameter import Parameter
 from rclpy.time import Time
 
 from ..errors import TowError
+from ..io.messages.messages import COMMANDED, KINDS
 from ..ros.client import NAMESPACE, Client
-from .arguments import COMMAND, COMMANDS
+from .arguments import COMMAND
 
+WINCH = tuple(KINDS[kind][1] for kind in COMMANDED)
 NODE = f"{NAMESPACE}/cable_sim"
 SEEN = (("command", "publishers"), ("neighbours", "nodes"))  # where the node says what it is connected to
 SETTLE = 0.3  # s: the other end may learn of ours a little later than we of it
@@ -46,7 +48,7 @@ class Chain:
 
     def _count(self, topic: str) -> int:
         """Publishers beside our own; any topic of commands stands for all of them."""
-        names = COMMANDS if topic in COMMANDS else (topic,)
+        names = WINCH if topic in WINCH else (topic,)
         return sum(self.client.others_on(absolute(name)) for name in names)
 
     def comes(self, topics: Sequence[str]) -> None:
@@ -80,7 +82,7 @@ class Chain:
         """ "" or which two ends know of each other and are not connected, as far as we and the node can say."""
         found = self.client.diagnostics()
         heard, known = (int(found.get(task, (0, "", {}))[2].get(key, 0)) for task, key in SEEN)
-        commanders = sum(self.client.node.count_publishers(absolute(topic)) for topic in COMMANDS)
+        commanders = sum(self.client.node.count_publishers(absolute(topic)) for topic in WINCH)
         if heard < commanders:
             return f"the node is connected to {heard} of {commanders} publishers of {COMMAND}"
         if known < len(self._names()):

@@ -27,19 +27,7 @@ from ..errors import TowError
 from ..ros import watchdog
 from ..ros.child import MARK, Process, failure, opened
 from ..sim.flag_rules import DOUBTFUL, OK
-from .arguments import (
-    COMMAND,
-    COMMANDS,
-    SENT_AGAIN,
-    agree,
-    as_text,
-    number,
-    process_of,
-    scene_text,
-    too_late,
-    unmet,
-    with_motion,
-)
+from .arguments import COMMAND, SENT_AGAIN, agree, as_text, number, process_of, scene_text, too_late, unmet, with_motion
 from .domain import reserve
 
 SHARED = Path("/dev/shm")
@@ -255,8 +243,8 @@ class Tow:
         self.processes.append(process)
         self._closing.append(process.stop)
         if within:
-            named = COMMANDS if set(topics) <= set(COMMANDS) else topics
-            what = f"ready: {name} has no publisher of {' or '.join(named)}"
+            more = " or of other commands" if COMMAND in topics else ""
+            what = f"ready: {name} has no publisher of {' or '.join(topics)}{more}"
             self._await(lambda: not link.chain.missing(), within, what)
             link.came(name, within, self.check)
             self._segments |= mapped(process.pid)

@@ -365,6 +365,8 @@ def test_flaps_that_are_announced_are_waited_for_from_the_first_tick_output_on(m
     steps = run.session.steps
     assert answered == list(frames.time[:5]) and (steps.late, steps.flaps.missed, steps.commands.missed) == (0, 0, 0)
     wall = run.wall
+    run.until(7)
+    assert "the newest flap command that was due did not come" in lockstep_status(run.session).message
     run.until(20)
     assert steps.flaps.missed == 5 and steps.flaps.silent and run.wall - wall < 6 * S
     assert "of the flaps is silent" in lockstep_status(run.session).message

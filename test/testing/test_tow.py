@@ -239,6 +239,8 @@ def test_a_node_in_real_time_from_start_to_end(tmp_path):
             sim.advance(5.0)
         sim._link.client.node.destroy_publisher(other)
 
+        with pytest.raises(TowError, match="mute has no publisher of winch/command or of other commands, within 0.1 s"):
+            sim.run(python("import time; time.sleep(60)"), name="mute", within=0.1)
         gives_up = python("print('I give up'); raise SystemExit(7)")
         assert sim.run(gives_up, name="a pilot", within=0.0, may_end=True).wait(60.0) == 7
         sim.run(gives_up, name="the pilot", within=0.0)

@@ -3,6 +3,7 @@
 import socket
 import sys
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -34,7 +35,7 @@ from cable_sim_ros.tools.view.moment import (
     strips_of,
     verdict_html,
 )
-from cable_sim_ros.tools.view.page import Pace, addresses
+from cable_sim_ros.tools.view.page import Pace, Page, addresses
 
 
 def call(*arguments):
@@ -218,6 +219,17 @@ def test_options_that_do_not_go_together_are_refused(bag):
 def test_a_start_after_the_end_is_refused(bag):
     pytest.importorskip("viser")
     refused(call("view", bag, "--start", "900", "--port", "0"), CODE_INPUT, "--start 900 s", "give less")
+
+
+@pytest.mark.parametrize("aspect, moved, looks", [(1.8, 0.0, 0), (1.2, 0.0, 1), (1.2, 1.0, 0), (1.81, 0.0, 0)], ids=str)
+def test_a_camera_is_placed_anew_in_another_shape_where_nobody_moved_it(aspect, moved, looks):
+    eye = np.array([0.0, -300.0, 40.0])
+    page, found = object.__new__(Page), []
+    window = SimpleNamespace(camera=SimpleNamespace(aspect=aspect, position=eye + (moved, 0.0, 0.0)))
+    page.camera, page.look = "whole", lambda *asked: found.append(asked)
+    page.looked = SimpleNamespace(get=lambda client, other: (1.8, eye))
+    page._shaped(window)
+    assert found == [("whole", window)] * looks
 
 
 def test_a_port_that_is_taken_is_refused(bag):

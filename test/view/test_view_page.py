@@ -84,7 +84,7 @@ def _looks_like_the_tow(browser: Browser, run: BagRun, folder: Path) -> None:
 
     def there():  # whole, its end within the picture: the camera is placed anew once the panel has been laid out
         found_ = cable_pixels(_settled(browser, folder / "whole.png"))
-        wide = len(found_) > 200 and np.ptp(found_[:, 1]) > 250 and np.ptp(found_[:, 0]) > 40
+        wide = len(found_) > 600 and np.ptp(found_[:, 1]) > 300 and np.ptp(found_[:, 0]) > 60
         return found_ if wide and found_[:, 1].min() > 20 else None
 
     # its buttons come after its title; a slow machine comes to the end of the recording first

@@ -44,7 +44,7 @@ def lockstep_metrics(session: SteppedSession) -> dict[str, Any]:
         "commands_unstamped": steps.unstamped,
         "motion_held": steps.gate.held,
     }
-    senders = [("command", steps.commands), ("flaps", steps.flaps)] if steps.flaps.received_count else []
+    senders = [("command", steps.commands), ("flaps", steps.flaps)] if steps.flaps.newest is not None else []
     for name, cadence in (*(senders or [("command", steps.commands)]), *steps.gate.cadence.items()):
         metrics[f"{name}_period_s"] = _seconds(cadence.period)
         metrics[f"{name}_slack_s"] = _seconds(cadence.slack)
